@@ -1,0 +1,62 @@
+//! What a growth law is told, in the substrate's local units.
+
+use serde::{Deserialize, Serialize};
+
+/// How a walker that sticks is joined to the lichen (Sumner 2001, 6.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Join {
+    /// Rotated about the element that it touched until it touches a second one.
+    Pack,
+    /// Left where it first touches, as plain diffusion-limited aggregation does.
+    Touch,
+}
+
+/// Whether walkers may take steps longer than an element's radius (Sumner 2001, 6.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Steps {
+    /// As long as no element can be missed.
+    Large,
+    /// Never longer than an element's radius: slow, for checking.
+    Small,
+}
+
+/// What an edge with a triangle on one side only does to a walker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Boundary {
+    /// The walk continues as if mirrored at the edge.
+    Reflect,
+    /// The walker is lost and a new one is launched.
+    Absorb,
+}
+
+/// Everything that decides growth but the mesh and the seed element's place.
+///
+/// Lengths are in the substrate's local units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// Radius r of an element.
+    pub radius: f64,
+    /// Radius L of the disc over which the front's curvature is measured.
+    pub curvature_radius: f64,
+    /// Sticking probability B at a flat front.
+    pub bias: f64,
+    /// Gain A on the curvature.
+    pub gain: f64,
+    /// Lowest sticking probability, in (0, 1].
+    pub min_stick: f64,
+    /// Launch radius over the effective radius.
+    pub launch: f64,
+    /// Kill radius over the effective radius.
+    pub kill: f64,
+    /// How walkers are joined.
+    pub join: Join,
+    /// How long steps may be.
+    pub steps: Steps,
+    /// What open edges do.
+    pub boundary: Boundary,
+    /// Seed of every random stream.
+    pub seed: u64,
+}
