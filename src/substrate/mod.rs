@@ -1,7 +1,274 @@
 //! The triangle mesh that lichen grows on: cleaned, welded, immutable after loading.
+//!
+//! A file becomes a [`Soup`]; a soup is welded by position, loses degenerate and duplicate
+//! triangles, and gets adjacency, charts to walk in and a bounding volume hierarchy. What was done
+//! and what is left is in the [`SubstrateReport`].
+//!
+//! Triangles are numbered anew: connected pieces from the largest area down, in the file's order
+//! inside each piece, so that a result does not depend on where in the file unrelated pieces
+//! stand. [`Substrate::source_triangle`] gives back the file's number.
 
+mod adjacency;
+mod bvh;
+mod geometry;
 mod load;
+mod order;
+mod report;
 mod soup;
+mod surface_point;
+mod units;
+mod weld;
 
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use adjacency::{HalfEdge, Twin};
+pub use geometry::{Chart, Crossing};
+pub(crate) use geometry::{nearest_weights, segment_distance_sq};
 pub use load::{LoadError, load_soup};
+pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
+pub use surface_point::SurfacePoint;
+pub use units::Units;
+
+use adjacency::{Adjacency, VertexCorners};
+use bvh::{Bvh, box_distance_sq, box_farthest_sq};
+
+/// Why a mesh could not become a substrate.
+#[derive(Debug, thiserror::Error)]
+pub enum SubstrateError {
+    /// The file could not be read.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// There is no triangle at all.
+    #[error("no triangles to grow on; export the mesh with its faces")]
+    NoTriangles,
+    /// Cleaning left nothing.
+    #[error(
+        "all {degenerate} triangles are degenerate (no area): there is nothing to grow on; \
+         check the mesh's scale and export it again"
+    )]
+    OnlyDegenerate {
+        /// How many there were.
+        degenerate: usize,
+    },
+    /// More triangles than half-edge numbers.
+    #[error("{triangles} triangles are too many: the most is {most}; simplify the mesh", most = MOST_TRIANGLES)]
+    TooLarge {
+        /// How many there were.
+        triangles: usize,
+    },
+}
+
+/// Half-edges are numbered in 31 bits.
+const MOST_TRIANGLES: usize = (1 << 31) / 3;
+
+/// Triangles that a walker can reach one another on: a connected component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// The component's triangles, numbered consecutively.
+    pub triangles: Range<u32>,
+    /// Area in local units squared.
+    pub area: f64,
+    /// Lower and upper corner of the bounding box, local units.
+    pub bounds: [DVec3; 2],
+}
+
+/// A surface to grow on. Positions are in local units: see [`Units`].
+pub struct Substrate {
+    units: Units,
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    charts: Vec<Chart>,
+    corners: VertexCorners,
+    source: Vec<u32>,
+    components: Vec<Component>,
+    bvh: Bvh,
+    report: SubstrateReport,
+    hash: String,
+}
+
+impl Substrate {
+    /// Loads, cleans and prepares a mesh file (OBJ, glTF, GLB, STL or PLY).
+    ///
+    /// # Errors
+    /// When the file cannot be read or holds no triangle with an area.
+    pub fn load(path: &Path) -> Result<Self, SubstrateError> {
+        let soup = load_soup(path)?;
+        Self::from_soup(soup)
+    }
+
+    /// Cleans and prepares triangles from anywhere.
+    ///
+    /// # Errors
+    /// When there is no triangle with an area, or more than 2³¹/3.
+    pub fn from_soup(mut soup: Soup) -> Result<Self, SubstrateError> {
+        let read = soup.triangles.len();
+        match read {
+            0 => return Err(SubstrateError::NoTriangles),
+            n if n > MOST_TRIANGLES => return Err(SubstrateError::TooLarge { triangles: n }),
+            _ => {}
+        }
+        let notes = std::mem::take(&mut soup.notes);
+        let mut welded = weld::weld(soup);
+        if welded.triangles.is_empty() {
+            return Err(SubstrateError::OnlyDegenerate { degenerate: welded.degenerate });
+        }
+        let (adjacency, components) = order::canonical(&mut welded);
+        let bvh = Bvh::new(&welded.vertices, &welded.triangles);
+        let report = report::report(read, notes, &welded, &adjacency);
+        let charts = charts(&welded, &adjacency);
+        Ok(Self {
+            units: welded.units,
+            vertices: welded.vertices,
+            triangles: welded.triangles,
+            charts,
+            corners: adjacency.corners,
+            source: welded.source,
+            components,
+            bvh,
+            report,
+            hash: String::new(),
+        })
+    }
+
+    /// The map between local units and the file's.
+    pub fn units(&self) -> &Units {
+        &self.units
+    }
+
+    /// What loading found and did.
+    pub fn report(&self) -> &SubstrateReport {
+        &self.report
+    }
+
+    /// BLAKE3 hash of the file and the buffers that it refers to; empty for a soup from elsewhere.
+    pub fn mesh_hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Welded vertices, local units.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Corner numbers of every triangle.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The flat layout of every triangle.
+    pub fn charts(&self) -> &[Chart] {
+        &self.charts
+    }
+
+    /// Connected components, largest area first.
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// The component that a triangle belongs to.
+    pub fn component_of(&self, triangle: u32) -> &Component {
+        let i = self.components.partition_point(|c| c.triangles.end <= triangle);
+        &self.components[i]
+    }
+
+    /// The number that a triangle had in the file, polygons being counted as their triangles.
+    pub fn source_triangle(&self, triangle: u32) -> u32 {
+        self.source[triangle as usize]
+    }
+
+    /// The triangle with this number in the file, unless it was dropped or never was.
+    pub fn from_source_triangle(&self, source: u32) -> Option<u32> {
+        self.source.iter().position(|&s| s == source).map(|t| t as u32)
+    }
+
+    /// Corners of a triangle, local units.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.vertices[i as usize])
+    }
+
+    /// Half-edges that leave a vertex, one for each triangle there.
+    pub fn half_edges_at(&self, vertex: u32) -> &[HalfEdge] {
+        self.corners.of(vertex)
+    }
+
+    /// A point's position in space, local units.
+    pub fn position(&self, p: &SurfacePoint) -> DVec3 {
+        let [a, b, c] = self.corners(p.triangle);
+        a + (b - a) * p.u + (c - a) * p.v
+    }
+
+    /// A triangle's unit normal, by the file's winding.
+    pub fn normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize_or(DVec3::Y)
+    }
+
+    /// A triangle's area, local units squared.
+    pub fn area(&self, triangle: u32) -> f64 {
+        area(self.corners(triangle))
+    }
+
+    /// The point of the surface nearest to a point in space, and the distance; local units.
+    pub fn nearest(&self, p: DVec3) -> (SurfacePoint, f64) {
+        let at = |t| SurfacePoint::from_weights(t, nearest_weights(p, self.corners(t)));
+        let distance_sq = |t| (self.position(&at(t)) - p).length_squared();
+        let (triangle, d) = self.bvh.nearest(p, distance_sq).unwrap_or((0, 0.0));
+        (at(triangle), d.sqrt())
+    }
+
+    /// Triangles of which some point lies within `radius` of a centre, ascending.
+    ///
+    /// This is the thesis's triangle list with the erratum of DESIGN section 2, asked for when it
+    /// is needed instead of stored: a triangle belongs when its nearest point does.
+    pub fn triangles_within(&self, centre: DVec3, radius: f64) -> Vec<u32> {
+        let limit = radius * radius;
+        let mut found = Vec::new();
+        self.bvh.visit(
+            |b| box_distance_sq(b, centre) <= limit,
+            |t| {
+                let corners = self.corners(t);
+                let [a, b, c] = nearest_weights(centre, corners);
+                let nearest = corners[0] * a + corners[1] * b + corners[2] * c;
+                if (nearest - centre).length_squared() <= limit {
+                    found.push(t);
+                }
+            },
+        );
+        found.sort_unstable();
+        found
+    }
+
+    /// Triangles of a range whose bounding boxes a sphere's surface may cut, ascending.
+    pub(crate) fn triangles_near_sphere(&self, centre: DVec3, radius: f64, among: &Range<u32>) -> Vec<u32> {
+        let limit = radius * radius;
+        let mut found = Vec::new();
+        self.bvh.visit(
+            |b| box_distance_sq(b, centre) <= limit && box_farthest_sq(b, centre) >= limit,
+            |t| {
+                if among.contains(&t) {
+                    found.push(t);
+                }
+            },
+        );
+        found.sort_unstable();
+        found
+    }
+}
+
+fn charts(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Chart> {
+    let chart = |(t, corners): (usize, &[u32; 3])| {
+        let twins = [0, 1, 2].map(|k| adjacency.twins[3 * t + k]);
+        Chart::new(corners.map(|i| welded.vertices[i as usize]), twins)
+    };
+    welded.triangles.par_iter().enumerate().map(chart).collect()
+}
+
+/// Area of a triangle.
+pub(crate) fn area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}

@@ -1,1 +1,14 @@
-//! walk
+//! Walking straight over a triangle mesh.
+//!
+//! A walk is plane geometry: the triangles it crosses are laid flat one after the other beside the
+//! one it starts in (Sumner 2001, 6.1). See [`trace`].
+
+mod connect;
+mod plane;
+mod trace;
+
+pub use connect::Connectivity;
+pub use plane::TrianglePlane;
+pub use trace::{End, MOST_CROSSINGS, Trace, Visitor, trace, trace_visiting};
+
+pub use crate::substrate::SurfacePoint;

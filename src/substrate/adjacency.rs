@@ -1,0 +1,217 @@
+//! Which triangle lies across each edge.
+//!
+//! Edges are undirected, so inconsistent winding does no harm. An edge of one triangle is a
+//! boundary: it is its own twin, so that a walk that crosses it unfolds into the mirror image of
+//! the triangle that it came from, which is reflection. At an edge of more than two triangles the
+//! two that continue each other most straightly are joined, then the next two, and so on; an odd
+//! one out ends there. Edges of more than 64 triangles are walls to all of them.
+
+use glam::DVec3;
+
+/// A corner of a triangle, or the directed edge from it to the next corner: 3 · triangle + k.
+pub type HalfEdge = u32;
+
+/// For each half-edge, the one on the other side, and whether the two run the same way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Twin(u32);
+
+impl Twin {
+    const FLIPPED: u32 = 1 << 31;
+
+    fn new(half_edge: HalfEdge, flipped: bool) -> Self {
+        Self(half_edge | if flipped { Self::FLIPPED } else { 0 })
+    }
+
+    /// The half-edge across.
+    pub fn half_edge(self) -> HalfEdge {
+        self.0 & !Self::FLIPPED
+    }
+
+    /// True where both run from the same vertex, as at a boundary or where windings disagree.
+    pub fn is_flipped(self) -> bool {
+        self.0 & Self::FLIPPED != 0
+    }
+}
+
+/// Adjacency of a welded mesh.
+pub(super) struct Adjacency {
+    pub(super) twins: Vec<Twin>,
+    pub(super) corners: VertexCorners,
+    /// A vertex pair for each edge of one triangle.
+    pub(super) boundary: Vec<[u32; 2]>,
+    /// A vertex pair for each edge of more than two triangles.
+    pub(super) non_manifold: Vec<[u32; 2]>,
+    /// Triangles joined over shared edges, non-manifold ones too.
+    pub(super) piece: Vec<u32>,
+    /// Triangles joined by twins: where a walker can get to.
+    pub(super) walkable: Vec<u32>,
+}
+
+/// The corners at each vertex, as one list with offsets.
+#[derive(Clone, Debug, Default)]
+pub struct VertexCorners {
+    offsets: Vec<u32>,
+    corners: Vec<HalfEdge>,
+}
+
+impl VertexCorners {
+    fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let flat = triangles.as_flattened();
+        let mut offsets = vec![0u32; vertices + 1];
+        flat.iter().for_each(|&v| offsets[v as usize + 1] += 1);
+        (0..vertices).for_each(|v| offsets[v + 1] += offsets[v]);
+        let mut corners = vec![0; flat.len()];
+        for (corner, &v) in flat.iter().enumerate().rev() {
+            offsets[v as usize + 1] -= 1;
+            corners[offsets[v as usize + 1] as usize] = corner as u32;
+        }
+        offsets.rotate_left(1);
+        *offsets.last_mut().unwrap_or(&mut 0) = flat.len() as u32;
+        Self { offsets, corners }
+    }
+
+    /// The half-edges that leave a vertex, one a triangle, ascending.
+    pub fn of(&self, vertex: u32) -> &[HalfEdge] {
+        let v = vertex as usize;
+        &self.corners[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
+}
+
+pub(super) fn build(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Adjacency {
+    let mut adjacency = Adjacency {
+        twins: (0..3 * triangles.len() as u32).map(|h| Twin::new(h, true)).collect(),
+        corners: VertexCorners::new(vertices.len(), triangles),
+        boundary: Vec::new(),
+        non_manifold: Vec::new(),
+        piece: (0..triangles.len() as u32).collect(),
+        walkable: (0..triangles.len() as u32).collect(),
+    };
+    let mut edges: Vec<(u32, HalfEdge)> = Vec::new();
+    for v in 0..vertices.len() as u32 {
+        edges_to_later_vertices(triangles, adjacency.corners.of(v), v, &mut edges);
+        for group in edges.chunk_by(|a, b| a.0 == b.0) {
+            adjacency.join_edge(vertices, triangles, [v, group[0].0], group);
+        }
+    }
+    flatten(&mut adjacency.piece);
+    flatten(&mut adjacency.walkable);
+    adjacency
+}
+
+/// The half-edges between v and vertices of higher number, sorted by that vertex.
+fn edges_to_later_vertices(
+    triangles: &[[u32; 3]],
+    corners: &[HalfEdge],
+    v: u32,
+    edges: &mut Vec<(u32, HalfEdge)>,
+) {
+    edges.clear();
+    for &corner in corners {
+        let (t, k) = (corner / 3, corner % 3);
+        let [next, previous] = [(k + 1) % 3, (k + 2) % 3];
+        let triangle = triangles[t as usize];
+        edges.push((triangle[next as usize], corner));
+        edges.push((triangle[previous as usize], 3 * t + previous));
+    }
+    edges.retain(|e| e.0 > v);
+    edges.sort_unstable();
+}
+
+impl Adjacency {
+    fn join_edge(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        ends: [u32; 2],
+        group: &[(u32, HalfEdge)],
+    ) {
+        for other in &group[1..] {
+            unite(&mut self.piece, group[0].1 / 3, other.1 / 3);
+        }
+        match group {
+            [_] => self.boundary.push(ends),
+            [a, b] => self.join(triangles, a.1, b.1),
+            many => {
+                self.non_manifold.push(ends);
+                for [a, b] in straightest_pairs(vertices, triangles, ends, many) {
+                    self.join(triangles, a, b);
+                }
+            }
+        }
+    }
+
+    fn join(&mut self, triangles: &[[u32; 3]], a: HalfEdge, b: HalfEdge) {
+        let start = |h: HalfEdge| triangles[h as usize / 3][h as usize % 3];
+        let flipped = start(a) == start(b);
+        self.twins[a as usize] = Twin::new(b, flipped);
+        self.twins[b as usize] = Twin::new(a, flipped);
+        unite(&mut self.walkable, a / 3, b / 3);
+    }
+}
+
+/// Most triangles about one edge that are still paired.
+const MOST_PAIRED: usize = 64;
+
+/// Pairs the triangles about a non-manifold edge, those that continue each other most straightly
+/// first; ties go to the lower numbers.
+fn straightest_pairs(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    ends: [u32; 2],
+    group: &[(u32, HalfEdge)],
+) -> Vec<[HalfEdge; 2]> {
+    if group.len() > MOST_PAIRED {
+        return Vec::new();
+    }
+    let [a, b] = ends.map(|v| vertices[v as usize]);
+    let away: Vec<DVec3> = group.iter().map(|e| away_from_edge(vertices, triangles, e.1, a, b)).collect();
+    let mut pairs: Vec<(f64, usize, usize)> = (0..group.len())
+        .flat_map(|i| (i + 1..group.len()).map(move |j| (i, j)))
+        .map(|(i, j)| (away[i].dot(away[j]), i, j))
+        .collect();
+    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+    let mut free = vec![true; group.len()];
+    pairs.retain(|&(_, i, j)| {
+        let both = free[i] && free[j];
+        if both {
+            (free[i], free[j]) = (false, false);
+        }
+        both
+    });
+    pairs.into_iter().map(|(_, i, j)| [group[i].1, group[j].1]).collect()
+}
+
+/// Unit vector in a triangle's plane, perpendicular to its edge ab and away from it.
+fn away_from_edge(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    half_edge: HalfEdge,
+    a: DVec3,
+    b: DVec3,
+) -> DVec3 {
+    let apex = vertices[triangles[half_edge as usize / 3][(half_edge as usize + 2) % 3] as usize];
+    let along = (b - a).normalize_or_zero();
+    let to_apex = apex - a;
+    (to_apex - along * to_apex.dot(along)).normalize_or_zero()
+}
+
+/// Root of a node in a union-find forest, halving the path on the way.
+fn root(parents: &mut [u32], mut node: u32) -> u32 {
+    while parents[node as usize] != node {
+        parents[node as usize] = parents[parents[node as usize] as usize];
+        node = parents[node as usize];
+    }
+    node
+}
+
+fn unite(parents: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parents, a), root(parents, b));
+    parents[a.max(b) as usize] = a.min(b);
+}
+
+/// Points every node straight at its root, which is the lowest number of its set.
+fn flatten(parents: &mut [u32]) {
+    for node in 0..parents.len() as u32 {
+        parents[node as usize] = root(parents, node);
+    }
+}

@@ -1,0 +1,95 @@
+//! Per-triangle geometry: charts for walking, and exact queries against one triangle.
+
+use glam::{DVec2, DVec3};
+
+use super::adjacency::Twin;
+
+/// What a walk needs to know of one half-edge.
+///
+/// The triangle's third corner (the apex) is at start + along·e + height·e⊥, with e the vector of
+/// the half-edge and e⊥ the same vector turned to the triangle's inside. No length is stored, so
+/// the triangle unfolds into whatever frame the half-edge is known in.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Apex along the half-edge, in lengths of the half-edge.
+    pub along: f64,
+    /// Apex away from the half-edge, in lengths of the half-edge; positive.
+    pub height: f64,
+    /// What lies across.
+    pub twin: Twin,
+}
+
+/// A triangle laid flat: its first corner at the origin, its second on the positive x axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Chart {
+    /// Length of the edge from the first to the second corner.
+    pub base: f64,
+    /// The half-edges that leave the first, second and third corner.
+    pub crossings: [Crossing; 3],
+}
+
+impl Chart {
+    pub(super) fn new(corners: [DVec3; 3], twins: [Twin; 3]) -> Self {
+        let crossing = |k: usize| {
+            let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            let (e, f) = (b - a, c - a);
+            let length_sq = e.length_squared();
+            let (along, height) = (e.dot(f) / length_sq, e.cross(f).length() / length_sq);
+            Crossing { along, height, twin: twins[k] }
+        };
+        Self { base: (corners[1] - corners[0]).length(), crossings: [0, 1, 2].map(crossing) }
+    }
+
+    /// The corners in the triangle's own frame, counter-clockwise.
+    pub fn corners(&self) -> [DVec2; 3] {
+        let apex = DVec2::new(self.crossings[0].along, self.crossings[0].height);
+        [DVec2::ZERO, DVec2::new(self.base, 0.0), apex * self.base]
+    }
+}
+
+/// Barycentric weights of the point of a triangle that is nearest to p, after Ericson,
+/// *Real-Time Collision Detection* (2005), 5.1.5.
+pub(crate) fn nearest_weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
+    let (ab, ac) = (b - a, c - a);
+    let (d1, d2) = (ab.dot(p - a), ac.dot(p - a));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let (d3, d4) = (ab.dot(p - b), ac.dot(p - b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = ratio(d1, d1 - d3);
+        return [1.0 - t, t, 0.0];
+    }
+    let (d5, d6) = (ab.dot(p - c), ac.dot(p - c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = ratio(d2, d2 - d6);
+        return [1.0 - t, 0.0, t];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = ratio(d4 - d3, (d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - t, t];
+    }
+    let sum = va + vb + vc;
+    [va / sum, vb / sum, vc / sum]
+}
+
+/// a/b, or 0 for 0/0.
+fn ratio(a: f64, b: f64) -> f64 {
+    if b == 0.0 { 0.0 } else { a / b }
+}
+
+/// Squared distance from p to the segment ab.
+pub(crate) fn segment_distance_sq(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let e = b - a;
+    let t = ratio((p - a).dot(e), e.length_squared()).clamp(0.0, 1.0);
+    (p - a - e * t).length_squared()
+}

@@ -1,0 +1,93 @@
+//! One numbering for one surface: pieces by area, so that the order in which unrelated pieces
+//! stand in the file changes nothing.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::adjacency::{self, Adjacency};
+use super::weld::{Welded, forget_unused};
+use super::{Component, area};
+
+/// Brings the triangles into canonical order and builds their adjacency.
+pub(super) fn canonical(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
+    let adjacency = adjacency::build(&welded.vertices, &welded.triangles);
+    let mut pieces = pieces(welded, &adjacency.walkable);
+    if pieces.len() == 1 {
+        return (adjacency, pieces.into_iter().map(|p| p.component).collect());
+    }
+    pieces.sort_by(|a, b| a.compare(b));
+    let order = number_pieces(&mut pieces, &adjacency.walkable);
+    drop(adjacency);
+    permute(welded, &order);
+    let components = pieces.into_iter().map(|p| p.component).collect();
+    (adjacency::build(&welded.vertices, &welded.triangles), components)
+}
+
+/// A component before it has its final place.
+struct Piece {
+    root: u32,
+    count: u32,
+    component: Component,
+}
+
+impl Piece {
+    /// Largest area first; equal areas by bounding box.
+    fn compare(&self, other: &Self) -> std::cmp::Ordering {
+        let key = |p: &Self| p.component.bounds.map(|b| b.to_array());
+        let (a, b) = (key(self), key(other));
+        let mut bounds = a.as_flattened().iter().zip(b.as_flattened()).map(|(x, y)| x.total_cmp(y));
+        let first_difference = bounds.find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal);
+        other.component.area.total_cmp(&self.component.area).then(first_difference)
+    }
+}
+
+/// The components in order of their first triangles.
+fn pieces(welded: &Welded, roots: &[u32]) -> Vec<Piece> {
+    let mut slot = vec![u32::MAX; roots.len()];
+    let mut pieces: Vec<Piece> = Vec::new();
+    for (t, &root) in roots.iter().enumerate() {
+        let corners = welded.triangles[t].map(|i| welded.vertices[i as usize]);
+        if slot[root as usize] == u32::MAX {
+            slot[root as usize] = pieces.len() as u32;
+            pieces.push(Piece { root, count: 0, component: empty_component(corners[0]) });
+        }
+        let piece = &mut pieces[slot[root as usize] as usize];
+        piece.count += 1;
+        piece.component.area += area(corners);
+        piece.component.triangles.end = t as u32 + 1;
+        let [min, max] = &mut piece.component.bounds;
+        *min = corners.iter().fold(*min, |m, &c| m.min(c));
+        *max = corners.iter().fold(*max, |m, &c| m.max(c));
+    }
+    pieces
+}
+
+fn empty_component(at: DVec3) -> Component {
+    Component { triangles: 0..0, area: 0.0, bounds: [at, at] }
+}
+
+/// Gives every piece its range of numbers; returns the old number for every new one.
+fn number_pieces(pieces: &mut [Piece], roots: &[u32]) -> Vec<u32> {
+    let mut next_of_root = vec![0u32; roots.len()];
+    let mut start = 0;
+    for piece in pieces {
+        let range: Range<u32> = start..start + piece.count;
+        next_of_root[piece.root as usize] = start;
+        start = range.end;
+        piece.component.triangles = range;
+    }
+    let mut order = vec![0u32; roots.len()];
+    for (old, &root) in roots.iter().enumerate() {
+        let next = &mut next_of_root[root as usize];
+        order[*next as usize] = old as u32;
+        *next += 1;
+    }
+    order
+}
+
+fn permute(welded: &mut Welded, order: &[u32]) {
+    welded.triangles = order.iter().map(|&old| welded.triangles[old as usize]).collect();
+    welded.source = order.iter().map(|&old| welded.source[old as usize]).collect();
+    forget_unused(&mut welded.vertices, &mut welded.triangles);
+}

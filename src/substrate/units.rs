@@ -1,0 +1,82 @@
+//! Local units: a mesh is kept about its own centre and at a size of about one, so that neither
+//! a UTM offset nor a scale of 1e-6 costs precision. Reports and files use the file's own units.
+
+use glam::DVec3;
+
+/// The map between a mesh file's coordinates and local ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    min: DVec3,
+    max: DVec3,
+    /// Local units per file unit: a power of two, so scaling costs no bit.
+    scale: f64,
+}
+
+impl Units {
+    /// Units for the vertices that triangles use.
+    pub(super) fn of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
+        let corners = triangles.as_flattened().iter().map(|&i| DVec3::from(positions[i as usize]));
+        Self::from_points(corners)
+    }
+
+    fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (min, max) = points.fold(empty, |(lo, hi), p| (lo.min(p), hi.max(p)));
+        let (min, max) = if min.x <= max.x { (min, max) } else { (DVec3::ZERO, DVec3::ZERO) };
+        Self { min, max, scale: power_of_two_below_inverse((max - min).length()) }
+    }
+
+    /// Lower and upper corner of the bounding box, file units.
+    pub fn bounding_box(&self) -> [DVec3; 2] {
+        [self.min, self.max]
+    }
+
+    /// Diagonal of the bounding box, file units.
+    pub fn diagonal(&self) -> f64 {
+        (self.max - self.min).length()
+    }
+
+    /// The local origin: the bounding box's centre, file units.
+    pub fn origin(&self) -> DVec3 {
+        self.min * 0.5 + self.max * 0.5
+    }
+
+    /// Largest coordinate of the bounding box in absolute value, file units.
+    pub fn offset(&self) -> f64 {
+        self.min.abs().max(self.max.abs()).max_element()
+    }
+
+    /// A point of the file in local units.
+    pub fn to_local(&self, file: [f64; 3]) -> DVec3 {
+        (DVec3::from(file) - self.origin()) * self.scale
+    }
+
+    /// A local point in the file's units and axes.
+    pub fn to_file(&self, local: DVec3) -> DVec3 {
+        local / self.scale + self.origin()
+    }
+
+    /// A length of the file in local units.
+    pub fn length_to_local(&self, file: f64) -> f64 {
+        file * self.scale
+    }
+
+    /// A local length in file units.
+    pub fn length_to_file(&self, local: f64) -> f64 {
+        local / self.scale
+    }
+
+    /// A local area in file units squared.
+    pub fn area_to_file(&self, local: f64) -> f64 {
+        local / self.scale / self.scale
+    }
+}
+
+/// 2^−k with size · 2^−k in [1, 2); 1 for sizes that have no such power.
+fn power_of_two_below_inverse(size: f64) -> f64 {
+    if !(size.is_normal() && size > 1e-290 && size < 1e290) {
+        return 1.0;
+    }
+    let exponent = ((size.to_bits() >> 52) & 0x7ff) as i64 - 1023;
+    f64::from_bits(((1023 - exponent) as u64) << 52)
+}

@@ -1,0 +1,179 @@
+//! Welding by position and dropping what no walker can stand on.
+//!
+//! Exporters split vertices at UV and normal seams, so vertices are welded by position before
+//! adjacency is built, or every seam would be a wall (DESIGN section 2).
+
+use glam::DVec3;
+
+use super::Soup;
+use super::units::Units;
+
+/// A soup after welding: no two vertices at one place, no degenerate or duplicate triangle.
+pub(super) struct Welded {
+    pub(super) units: Units,
+    /// Positions in local units.
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Number of each kept triangle in the soup.
+    pub(super) source: Vec<u32>,
+    pub(super) degenerate: usize,
+    pub(super) duplicate: usize,
+    /// Vertices that stood where another one does.
+    pub(super) merged: usize,
+}
+
+/// Twice a triangle's area over its longest edge squared, at or below which it has no area.
+///
+/// A walker could cross such a triangle only through round-off.
+const FLAT: f64 = 1e-12;
+
+/// Coordinates this many diagonals away from the origin are rounded from the mesh's own centre.
+const FAR: f64 = 16.0;
+
+pub(super) fn weld(soup: Soup) -> Welded {
+    let Soup { positions, mut triangles, .. } = soup;
+    let units = Units::of(&positions, &triangles);
+    let used = count_used(positions.len(), &triangles);
+    let mut vertices = merge_vertices(&units, &positions, &mut triangles);
+    drop(positions);
+    let merged = used - vertices.len();
+    let read = triangles.len();
+    let mut source: Vec<u32> = (0..read as u32).collect();
+    retain_pairs(&mut triangles, &mut source, |t| !is_degenerate(&vertices, t));
+    let degenerate = read - triangles.len();
+    let mut seen = HashIndex::with_capacity(triangles.len());
+    let mut kept: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+    retain_pairs(&mut triangles, &mut source, |t| insert_new(&mut seen, &mut kept, sorted(t)));
+    let duplicate = read - degenerate - triangles.len();
+    forget_unused(&mut vertices, &mut triangles);
+    Welded { units, vertices, triangles, source, degenerate, duplicate, merged }
+}
+
+fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
+    let mut used = vec![false; vertices];
+    triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+    used.into_iter().filter(|&u| u).count()
+}
+
+/// Adds a key that is not in the list yet; false when it is.
+fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> bool {
+    let next = list.len() as u32;
+    let new = seen.find_or_insert(key, next, |i| list[i as usize] == key) == next;
+    if new {
+        list.push(key);
+    }
+    new
+}
+
+/// Replaces corner indices by those of merged vertices and returns the merged positions.
+///
+/// Two vertices are one when their coordinates are equal as f32, counted from the file's origin,
+/// or from the mesh's own centre where the mesh lies more than 16 diagonals away from it.
+fn merge_vertices(
+    units: &Units,
+    positions: &[[f64; 3]],
+    triangles: &mut [[u32; 3]],
+) -> Vec<DVec3> {
+    let far = units.offset() > FAR * units.diagonal();
+    let shift = if far { units.origin() } else { DVec3::ZERO };
+    let key = |i: u32| (DVec3::from(positions[i as usize]) - shift).to_array().map(rounded_bits);
+    let mut seen = HashIndex::with_capacity(positions.len());
+    let mut first: Vec<u32> = Vec::with_capacity(positions.len().min(triangles.len()));
+    for corner in triangles.as_flattened_mut() {
+        let (k, next) = (key(*corner), first.len() as u32);
+        let found = seen.find_or_insert(k, next, |i| key(first[i as usize]) == k);
+        if found == next {
+            first.push(*corner);
+        }
+        *corner = found;
+    }
+    first.into_iter().map(|i| units.to_local(positions[i as usize])).collect()
+}
+
+/// Bits of a coordinate as f32, the two zeros being one.
+fn rounded_bits(x: f64) -> u32 {
+    (x as f32 + 0.0).to_bits()
+}
+
+fn is_degenerate(vertices: &[DVec3], t: [u32; 3]) -> bool {
+    let [a, b, c] = t.map(|i| vertices[i as usize]);
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    let doubled = (b - a).cross(c - a).length();
+    t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || doubled <= FLAT * longest
+}
+
+fn sorted(mut t: [u32; 3]) -> [u32; 3] {
+    t.sort_unstable();
+    t
+}
+
+/// Keeps the triangles that pass, and their source numbers beside them, in order.
+fn retain_pairs(
+    triangles: &mut Vec<[u32; 3]>,
+    source: &mut Vec<u32>,
+    mut keep: impl FnMut([u32; 3]) -> bool,
+) {
+    let mut kept = 0;
+    for i in 0..triangles.len() {
+        if keep(triangles[i]) {
+            triangles[kept] = triangles[i];
+            source[kept] = source[i];
+            kept += 1;
+        }
+    }
+    triangles.truncate(kept);
+    source.truncate(kept);
+}
+
+/// Renumbers vertices in the order in which triangles use them; unused ones go.
+pub(super) fn forget_unused(vertices: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) {
+    let mut number = vec![u32::MAX; vertices.len()];
+    let mut used = Vec::with_capacity(vertices.len());
+    for corner in triangles.as_flattened_mut() {
+        let n = &mut number[*corner as usize];
+        if *n == u32::MAX {
+            *n = used.len() as u32;
+            used.push(vertices[*corner as usize]);
+        }
+        *corner = *n;
+    }
+    *vertices = used;
+}
+
+/// Open addressing from a three-word key to a number; the keys live with the caller.
+struct HashIndex {
+    slots: Vec<u32>,
+    mask: usize,
+}
+
+impl HashIndex {
+    const EMPTY: u32 = u32::MAX;
+
+    fn with_capacity(keys: usize) -> Self {
+        let size = (keys.max(8) * 3 / 2).next_power_of_two();
+        Self { slots: vec![Self::EMPTY; size], mask: size - 1 }
+    }
+
+    /// The number already stored for this key, or `new` after storing it.
+    fn find_or_insert(&mut self, key: [u32; 3], new: u32, same: impl Fn(u32) -> bool) -> u32 {
+        let mut slot = mix(key) as usize & self.mask;
+        loop {
+            match self.slots[slot] {
+                Self::EMPTY => {
+                    self.slots[slot] = new;
+                    return new;
+                }
+                found if same(found) => return found,
+                _ => slot = (slot + 1) & self.mask,
+            }
+        }
+    }
+}
+
+/// Spreads a three-word key over 64 bits (the finaliser of splitmix64 on each word).
+fn mix(key: [u32; 3]) -> u64 {
+    key.iter().fold(0x9e37_79b9_7f4a_7c15, |h, &word| {
+        let h = (h ^ u64::from(word)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (h ^ (h >> 29)).wrapping_mul(0x94d0_49bb_1331_11eb) ^ (h >> 32)
+    })
+}

@@ -1,0 +1,117 @@
+//! Sheets: which parts of the surface belong together near a point (DESIGN section 2).
+//!
+//! Distances between centres are taken through space, so on a thin fin one face would feel the
+//! other. Two places are on the same sheet within a ball when the surface joins them inside it.
+//!
+//! The thesis keeps a list of nearby triangles for each triangle. A list answers for the whole
+//! triangle at once, and on triangles larger than the ball that is too coarse: every list about a
+//! face of a plate made of twelve triangles reaches its rim, and so the other face. Here the
+//! question is asked for the ball in hand, by a search over edges and vertices that touch it. It
+//! costs nothing to prepare or store, whatever the size of the triangles, and where triangles are
+//! large it looks at one or two.
+
+use glam::DVec3;
+
+use crate::substrate::{Substrate, segment_distance_sq};
+
+/// Scratch space for searches over triangles: stored by whoever searches, never part of a result.
+#[derive(Default)]
+pub struct Connectivity {
+    /// The search that last reached each triangle.
+    stamp: Vec<u32>,
+    search: u32,
+    reached: Vec<u32>,
+}
+
+impl Connectivity {
+    /// Scratch for no substrate in particular; it grows to the first one that it is used on.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// True when the surface joins two triangles inside a ball.
+    pub fn joined(
+        &mut self,
+        substrate: &Substrate,
+        [from, to]: [u32; 2],
+        centre: DVec3,
+        radius: f64,
+    ) -> bool {
+        from == to || {
+            self.search(substrate, from, centre, radius, |t| t == to);
+            self.has_reached(to)
+        }
+    }
+
+    /// Searches all that the surface joins to a triangle inside a ball; ask with
+    /// [`has_reached`](Self::has_reached).
+    pub fn reach(&mut self, substrate: &Substrate, from: u32, centre: DVec3, radius: f64) {
+        self.search(substrate, from, centre, radius, |_| false);
+    }
+
+    /// Whether the last search came to a triangle.
+    pub fn has_reached(&self, triangle: u32) -> bool {
+        self.stamp[triangle as usize] == self.search
+    }
+
+    /// The triangles that the last search came to, in the order of the search.
+    pub fn reached(&self) -> &[u32] {
+        &self.reached
+    }
+
+    fn search(
+        &mut self,
+        substrate: &Substrate,
+        from: u32,
+        centre: DVec3,
+        radius: f64,
+        found: impl Fn(u32) -> bool,
+    ) {
+        self.begin(substrate.triangles().len());
+        self.mark(from);
+        let mut next = 0;
+        while next < self.reached.len() {
+            let t = self.reached[next];
+            next += 1;
+            if found(t) {
+                return;
+            }
+            self.spread(substrate, t, centre, radius * radius);
+        }
+    }
+
+    fn begin(&mut self, triangles: usize) {
+        if self.stamp.len() != triangles || self.search == u32::MAX {
+            self.stamp = vec![0; triangles];
+            self.search = 0;
+        }
+        self.search += 1;
+        self.reached.clear();
+    }
+
+    fn mark(&mut self, triangle: u32) {
+        let stamp = &mut self.stamp[triangle as usize];
+        if *stamp != self.search {
+            *stamp = self.search;
+            self.reached.push(triangle);
+        }
+    }
+
+    /// Marks what lies across the edges, and about the vertices, that touch the ball.
+    fn spread(&mut self, substrate: &Substrate, t: u32, centre: DVec3, limit: f64) {
+        let corners = substrate.corners(t);
+        let crossings = &substrate.charts()[t as usize].crossings;
+        let inside = corners.map(|c| (c - centre).length_squared() <= limit);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            let touches = inside[k] || inside[(k + 1) % 3] || segment_distance_sq(centre, a, b) <= limit;
+            if touches {
+                self.mark(crossings[k].twin.half_edge() / 3);
+            }
+            if inside[k] {
+                let vertex = substrate.triangles()[t as usize][k];
+                substrate.half_edges_at(vertex).iter().for_each(|h| self.mark(h / 3));
+            }
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! A straight step over the surface by unfolding (Sumner 2001, 6.1).
+//!
+//! Everything happens in the frame of the start triangle, with the walker at the origin. The
+//! triangle beyond an edge is laid flat beside it from two numbers, its apex in terms of that
+//! edge, so the loop has no division, no square root and no 3-D position.
+//!
+//! A boundary edge is its own twin (see the substrate's adjacency): the triangle beyond it is the
+//! mirror image of this one, and going on straight into that is reflection.
+//!
+//! A path aimed exactly at a vertex passes it on the left. A straight path has no unique
+//! continuation there (Polthier & Schmies 1998); for walkers this happens with probability zero.
+
+use glam::DVec2;
+
+use crate::substrate::{Chart, HalfEdge, Substrate, SurfacePoint};
+
+/// Why a trace ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It covered the whole distance.
+    Distance,
+    /// It met a boundary edge that absorbs.
+    Boundary,
+    /// It crossed [`MOST_CROSSINGS`] edges: the distance is absurd beside the triangles, or the
+    /// path is wound up on a needle's tip. The point is where it got to.
+    Crossings,
+}
+
+/// Edges that one trace may cross.
+pub const MOST_CROSSINGS: u32 = 1 << 20;
+
+/// Where a straight path ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trace {
+    /// The last point.
+    pub point: SurfacePoint,
+    /// Why there.
+    pub end: End,
+    /// Edges crossed.
+    pub crossings: u32,
+}
+
+/// Watches a trace from edge to edge.
+pub trait Visitor {
+    /// Whether a path ends at boundary edges, instead of being reflected.
+    const ABSORB: bool;
+
+    /// The path leaves a triangle through one of its half-edges, at `share` of the half-edge's
+    /// length from its start, having come `distance_share` of the whole way.
+    fn leave(&mut self, half_edge: HalfEdge, share: f64, distance_share: f64);
+
+    /// Whether `leave` is to be called.
+    const WATCHES: bool;
+}
+
+/// Reflects at boundaries, watches nothing.
+pub struct Reflecting;
+
+impl Visitor for Reflecting {
+    const ABSORB: bool = false;
+    const WATCHES: bool = false;
+    fn leave(&mut self, _: HalfEdge, _: f64, _: f64) {}
+}
+
+/// Ends at boundaries, watches nothing.
+pub struct Absorbing;
+
+impl Visitor for Absorbing {
+    const ABSORB: bool = true;
+    const WATCHES: bool = false;
+    fn leave(&mut self, _: HalfEdge, _: f64, _: f64) {}
+}
+
+/// Follows a straight path from a point by `step`, a vector in the frame of the point's
+/// triangle (local units; see [`Chart::corners`]).
+pub fn trace(substrate: &Substrate, from: &SurfacePoint, step: DVec2, absorb: bool) -> Trace {
+    if absorb {
+        trace_visiting(substrate, from, step, &mut Absorbing)
+    } else {
+        trace_visiting(substrate, from, step, &mut Reflecting)
+    }
+}
+
+/// As [`trace`], with a visitor that sees each crossing.
+pub fn trace_visiting<V: Visitor>(
+    substrate: &Substrate,
+    from: &SurfacePoint,
+    step: DVec2,
+    visitor: &mut V,
+) -> Trace {
+    let charts = substrate.charts();
+    let mut corners = charts[from.triangle as usize].corners();
+    let [w0, w1, w2] = from.weights();
+    let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
+    corners.iter_mut().for_each(|c| *c -= at);
+    let ended = |point, end, crossings| Trace { point, end, crossings };
+    if contains(&corners, step) {
+        return ended(weigh(from.triangle, corners, step), End::Distance, 0);
+    }
+    let mut front = Front::leaving(from.triangle, &corners, step);
+    for crossings in 1..=MOST_CROSSINGS {
+        if V::WATCHES {
+            let (share, distance_share) = front.meeting(step);
+            visitor.leave(front.half_edge, share, distance_share);
+        }
+        if V::ABSORB && front.is_boundary(charts) {
+            return ended(front.point_on_edge(step), End::Boundary, crossings - 1);
+        }
+        let unfolded = front.cross(charts);
+        match unfolded.next_front(step) {
+            None => return ended(unfolded.point_at(step), End::Distance, crossings),
+            Some(next) => front = next,
+        }
+    }
+    ended(front.point_on_edge(step), End::Crossings, MOST_CROSSINGS)
+}
+
+/// True when a point is in a counter-clockwise triangle, its edges included.
+fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
+    (*b - *a).perp_dot(p - *a) >= 0.0
+        && (*c - *b).perp_dot(p - *b) >= 0.0
+        && (*a - *c).perp_dot(p - *c) >= 0.0
+}
+
+/// The surface point of a triangle laid flat with these corners.
+fn weigh(triangle: u32, [a, b, c]: [DVec2; 3], p: DVec2) -> SurfacePoint {
+    let weights = [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
+    let sum = (b - a).perp_dot(c - a);
+    SurfacePoint::from_weights(triangle, weights.map(|w| w / sum))
+}
+
+/// An edge that the path is about to cross: `left` and `right` of it as the path looks.
+struct Front {
+    left: DVec2,
+    right: DVec2,
+    half_edge: HalfEdge,
+    /// The triangle being left lies as its mirror image.
+    mirrored: bool,
+}
+
+impl Front {
+    /// The edge through which a path from the origin leaves a counter-clockwise triangle.
+    fn leaving(triangle: u32, corners: &[DVec2; 3], step: DVec2) -> Self {
+        let side = corners.map(|c| step.perp_dot(c));
+        let pair = |k: usize| (side[k], side[(k + 1) % 3]);
+        let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
+        let grazes = |&k: &usize| matches!(pair(k), (r, l) if r < 0.0 && l >= 0.0);
+        let k = (0..3).find(leaves).or_else(|| (0..3).find(grazes)).unwrap_or_else(|| farthest_out(corners, step));
+        Self {
+            left: corners[(k + 1) % 3],
+            right: corners[k],
+            half_edge: 3 * triangle + k as u32,
+            mirrored: false,
+        }
+    }
+
+    fn is_boundary(&self, charts: &[Chart]) -> bool {
+        let h = self.half_edge;
+        charts[h as usize / 3].crossings[h as usize % 3].twin.half_edge() == h
+    }
+
+    /// Lays the triangle beyond the edge flat.
+    fn cross(self, charts: &[Chart]) -> Unfolded {
+        let h = self.half_edge;
+        let twin = charts[h as usize / 3].crossings[h as usize % 3].twin;
+        let mirrored = self.mirrored ^ twin.is_flipped();
+        let entry = twin.half_edge();
+        let (triangle, k) = (entry / 3, entry % 3);
+        let crossing = &charts[triangle as usize].crossings[k as usize];
+        let (start, end) = if mirrored { (self.right, self.left) } else { (self.left, self.right) };
+        let e = end - start;
+        let inward = if mirrored { DVec2::new(e.y, -e.x) } else { DVec2::new(-e.y, e.x) };
+        let apex = start + e * crossing.along + inward * crossing.height;
+        Unfolded { left: self.left, right: self.right, apex, triangle, entry: k, mirrored }
+    }
+
+    /// Where the path meets the edge: share of the half-edge from its start, share of the step.
+    fn meeting(&self, step: DVec2) -> (f64, f64) {
+        let (r, l) = (step.perp_dot(self.right), step.perp_dot(self.left));
+        let from_right = if l > r { (-r / (l - r)).clamp(0.0, 1.0) } else { 0.5 };
+        let point = self.right + (self.left - self.right) * from_right;
+        let share = if self.mirrored { 1.0 - from_right } else { from_right };
+        (share, (point.dot(step) / step.length_squared()).clamp(0.0, 1.0))
+    }
+
+    fn point_on_edge(&self, step: DVec2) -> SurfacePoint {
+        let (share, _) = self.meeting(step);
+        let k = self.half_edge as usize % 3;
+        let mut weights = [0.0; 3];
+        weights[k] = 1.0 - share;
+        weights[(k + 1) % 3] = share;
+        SurfacePoint::from_weights(self.half_edge / 3, weights)
+    }
+}
+
+/// The edge that a point outside a triangle is farthest beyond: only round-off gets here.
+fn farthest_out(corners: &[DVec2; 3], p: DVec2) -> usize {
+    let beyond = |k: usize| {
+        let e = corners[(k + 1) % 3] - corners[k];
+        -e.perp_dot(p - corners[k]) / e.length().max(f64::MIN_POSITIVE)
+    };
+    (0..3).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b))).unwrap_or(0)
+}
+
+/// A triangle laid flat beyond the edge that the path came through.
+struct Unfolded {
+    left: DVec2,
+    right: DVec2,
+    apex: DVec2,
+    triangle: u32,
+    /// Which of its half-edges the path came through.
+    entry: u32,
+    mirrored: bool,
+}
+
+impl Unfolded {
+    /// The edge that the path leaves by; none if it ends before that.
+    fn next_front(&self, step: DVec2) -> Option<Front> {
+        let apex_is_left = step.perp_dot(self.apex) > 0.0;
+        let (right, left) = if apex_is_left { (self.right, self.apex) } else { (self.apex, self.left) };
+        if (left - right).perp_dot(step - right) >= 0.0 {
+            return None;
+        }
+        // In its own winding the triangle runs entry, then the edge at the entry's end. That end
+        // is on the right, or on the left where the triangle lies mirrored.
+        let turn = if apex_is_left != self.mirrored { 1 } else { 2 };
+        let half_edge = 3 * self.triangle + (self.entry + turn) % 3;
+        Some(Front { left, right, half_edge, mirrored: self.mirrored })
+    }
+
+    fn point_at(&self, p: DVec2) -> SurfacePoint {
+        let (start, end) = if self.mirrored { (self.right, self.left) } else { (self.left, self.right) };
+        let k = self.entry as usize;
+        let mut corners = [DVec2::ZERO; 3];
+        corners[k] = start;
+        corners[(k + 1) % 3] = end;
+        corners[(k + 2) % 3] = self.apex;
+        weigh(self.triangle, corners, p)
+    }
+}
