@@ -36,8 +36,15 @@ pub(crate) fn weld(split: &Surface) -> Surface {
             (positions.len() - 1) as u32
         }));
     }
-    let triangles = split.triangles.iter().map(|t| t.map(|v| welded[v as usize])).collect();
-    Surface { positions, triangles }
+    let triangles = split
+        .triangles
+        .iter()
+        .map(|t| t.map(|v| welded[v as usize]))
+        .collect();
+    Surface {
+        positions,
+        triangles,
+    }
 }
 
 /// Welds `surface` and checks that it is an oriented 2-manifold, possibly with a boundary, without degenerate
@@ -61,7 +68,10 @@ pub(crate) fn audit(surface: &Surface) -> Result<Audit> {
         fans.join(corner(side, 1), corner(twin, 0));
         pieces.join(side / 3, twin / 3);
     }
-    ensure!(fans.count() == welded.positions.len(), "a vertex joins separate fans of triangles");
+    ensure!(
+        fans.count() == welded.positions.len(),
+        "a vertex joins separate fans of triangles"
+    );
     let edges = (sides.len() + boundary_edges) / 2;
     Ok(Audit {
         triangles: welded.triangles.len(),
@@ -80,9 +90,15 @@ fn corner(side: usize, end: usize) -> usize {
 fn check_triangles(welded: &Surface) -> Result<()> {
     for (t, &triangle) in welded.triangles.iter().enumerate() {
         let [a, b, c] = welded.corners(triangle);
-        let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+        let longest = (b - a)
+            .length_squared()
+            .max((c - b).length_squared())
+            .max((a - c).length_squared());
         let area = (b - a).cross(c - a).length();
-        ensure!(area > 1e-3 * longest, "triangle {t} is degenerate: {a} {b} {c}");
+        ensure!(
+            area > 1e-3 * longest,
+            "triangle {t} is degenerate: {a} {b} {c}"
+        );
     }
     Ok(())
 }
@@ -94,7 +110,11 @@ fn directed_edges(welded: &Surface) -> Result<HashMap<(u32, u32), usize>> {
         for i in 0..3 {
             let (a, b) = (triangle[i], triangle[(i + 1) % 3]);
             let earlier = sides.insert((a, b), 3 * t + i);
-            ensure!(earlier.is_none(), "triangle {t}: a third triangle, or an opposed one, at {}", welded.positions[a as usize]);
+            ensure!(
+                earlier.is_none(),
+                "triangle {t}: a third triangle, or an opposed one, at {}",
+                welded.positions[a as usize]
+            );
         }
     }
     Ok(sides)
@@ -107,7 +127,10 @@ fn directed_edges(welded: &Surface) -> Result<HashMap<(u32, u32), usize>> {
 pub(crate) fn check_star(surface: &Surface, centre: DVec3) -> Result<()> {
     for (t, &triangle) in surface.triangles.iter().enumerate() {
         let [a, b, c] = surface.corners(triangle).map(|p| p - centre);
-        ensure!(a.dot(b.cross(c)) > 0.0, "triangle {t} faces away from the centre");
+        ensure!(
+            a.dot(b.cross(c)) > 0.0,
+            "triangle {t} faces away from the centre"
+        );
     }
     Ok(())
 }
@@ -120,7 +143,10 @@ struct Groups {
 
 impl Groups {
     fn new(n: usize) -> Self {
-        Self { parent: (0..n).collect(), count: n }
+        Self {
+            parent: (0..n).collect(),
+            count: n,
+        }
     }
 
     fn root(&mut self, mut i: usize) -> usize {
@@ -151,20 +177,33 @@ mod tests {
     fn tetrahedron(offset: DVec3) -> Surface {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let positions = corners.iter().map(|&c| c + offset).collect();
-        Surface { positions, triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] }
+        Surface {
+            positions,
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        }
     }
 
     fn both(mut a: Surface, b: Surface) -> Surface {
         let base = a.positions.len() as u32;
         a.positions.extend(b.positions);
-        a.triangles.extend(b.triangles.iter().map(|t| t.map(|v| v + base)));
+        a.triangles
+            .extend(b.triangles.iter().map(|t| t.map(|v| v + base)));
         a
     }
 
     #[test]
     fn a_tetrahedron_passes() {
         let found = audit(&tetrahedron(DVec3::ZERO)).unwrap();
-        assert_eq!(found, Audit { triangles: 4, vertices: 4, boundary_edges: 0, pieces: 1, euler: 2 });
+        assert_eq!(
+            found,
+            Audit {
+                triangles: 4,
+                vertices: 4,
+                boundary_edges: 0,
+                pieces: 1,
+                euler: 2
+            }
+        );
         assert!(found.is_closed_body());
     }
 

@@ -37,7 +37,7 @@ pub(crate) struct Charted {
 }
 
 pub(crate) fn boulder() -> Result<Charted> {
-    let stone = Stone::new(DVec3::new(0.78, 0.60, 0.68), &FACES, 4);
+    let stone = Stone::new(DVec3::new(0.80, 0.62, 0.70), &FACES, 5);
     let project = |p: DVec3| {
         let d = p.normalize();
         d * rough_radius(&stone, d)
@@ -45,7 +45,10 @@ pub(crate) fn boulder() -> Result<Charted> {
     let (mut surface, quads) = cubesphere(PARTS);
     surface.positions.iter_mut().for_each(|p| *p = project(*p));
     surface.relax(12, project);
-    surface.triangles = quads.iter().flat_map(|q| cut_quad(&surface.positions, q.corners)).collect();
+    surface.triangles = quads
+        .iter()
+        .flat_map(|q| cut_quad(&surface.positions, q.corners))
+        .collect();
     check_star(&surface, DVec3::ZERO)?;
     surface.set_down();
     Ok(split_charts(&surface, &quads))
@@ -75,17 +78,34 @@ fn cubesphere(n: i32) -> (Surface, Vec<Quad>) {
                     positions.len() as u32 - 1
                 })
             });
-            quads.push(Quad { chart, corners, chart_places: lattices.map(|l| [l[u], l[v]]) });
+            quads.push(Quad {
+                chart,
+                corners,
+                chart_places: lattices.map(|l| [l[u], l[v]]),
+            });
         }
     }
-    let triangles = quads.iter().flat_map(|q| cut_quad(&positions, q.corners)).collect();
-    (Surface { positions, triangles }, quads)
+    let triangles = quads
+        .iter()
+        .flat_map(|q| cut_quad(&positions, q.corners))
+        .collect();
+    (
+        Surface {
+            positions,
+            triangles,
+        },
+        quads,
+    )
 }
 
 /// Cuts a square along its shorter diagonal.
 fn cut_quad(positions: &[DVec3], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     let span = |v: u32, w: u32| positions[v as usize].distance_squared(positions[w as usize]);
-    if span(a, c) <= span(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+    if span(a, c) <= span(b, d) {
+        [[a, b, c], [a, c, d]]
+    } else {
+        [[a, b, d], [b, c, d]]
+    }
 }
 
 fn rough_radius(stone: &Stone, d: DVec3) -> f64 {
@@ -98,39 +118,53 @@ fn rough_radius(stone: &Stone, d: DVec3) -> f64 {
 /// Ledges where slabs have come away along curved sheets: a staircase of soft steps.
 fn spalls(p: DVec3) -> f64 {
     let level = 2.0 * fbm(p * 1.3 + DVec3::splat(9.0), 3, 51) + 0.10 * noise(p * 6.0, 57);
-    let step = level.floor() + smoothstep(0.36, 0.62, level - level.floor());
+    let step = level.floor() + smoothstep(0.40, 0.60, level - level.floor());
     0.050 * step
 }
 
-/// Lumps, ridges and grain.
+/// Ridges everywhere; lumps and grain more where the skin has weathered than where it has split.
 fn crust(p: DVec3) -> f64 {
-    let grain = worley(p * 26.0, 65);
-    0.040 * (ridged(p * 2.6, 4, 61) - 0.6)
-        + 0.014 * fbm(p * 9.0, 4, 67)
-        + 0.006 * (smoothstep(0.0, 0.35, grain.second - grain.nearest) + grain.random.x - 1.2)
+    let grain = worley(p * 20.0, 65);
+    let weathering = 0.25 + 0.95 * smoothstep(-0.25, 0.30, noise(p * 2.2, 63));
+    0.045 * (ridged(p * 2.6, 4, 61) - 0.6)
+        + weathering * 0.016 * fbm(p * 9.0, 3, 67)
+        + weathering
+            * 0.007
+            * (smoothstep(0.0, 0.35, grain.second - grain.nearest) + grain.random.x - 1.2)
 }
 
 /// Fissures along a few bent planes, each running out along its length.
 fn cracks(p: DVec3) -> f64 {
-    let planes = [([0.9, 0.35, 0.25], 0.12), ([-0.55, 0.75, 0.35], -0.08), ([0.3, -0.9, 0.5], 0.16)];
+    let planes = [
+        ([0.9, 0.35, 0.25], 0.12),
+        ([-0.55, 0.75, 0.35], -0.08),
+        ([0.3, -0.9, 0.5], 0.16),
+    ];
     let wander = 0.07 * fbm(p * 3.0, 4, 81);
     let depth = planes.iter().enumerate().map(|(i, &(normal, offset))| {
         let away = (p.dot(DVec3::from_array(normal).normalize()) - offset + wander).abs();
-        let presence = smoothstep(-0.25, 0.15, noise(p * 1.5, 83 + i as u32));
-        presence * (1.0 - smoothstep(0.004, 0.030, away))
+        let presence = smoothstep(-0.15, 0.25, noise(p * 1.5, 83 + i as u32));
+        presence * (1.0 - smoothstep(0.0, 0.028, away))
     });
-    0.065 * depth.fold(0.0, f64::max)
+    0.050 * depth.fold(0.0, f64::max)
 }
 
 /// Bowls weathered out around feature points, at two scales; most cells have none.
 fn pits(p: DVec3) -> f64 {
     let bowl = |frequency: f64, depth: f64, share: f64, seed: u32| {
-        let cell = worley(p * frequency + 0.2 * DVec3::splat(noise(p * frequency * 1.5, seed)), seed);
+        let cell = worley(
+            p * frequency + 0.2 * DVec3::splat(noise(p * frequency * 1.5, seed)),
+            seed,
+        );
         let size = 0.25 + 0.35 * cell.random.y;
         let inside = 1.0 - smoothstep(0.35 * size, size, cell.nearest);
-        if cell.random.x < share { depth * size * inside } else { 0.0 }
+        if cell.random.x < share {
+            depth * size * inside
+        } else {
+            0.0
+        }
     };
-    bowl(5.0, 0.055, 0.30, 91) + bowl(13.0, 0.028, 0.45, 93)
+    bowl(6.0, 0.050, 0.25, 97) + bowl(13.0, 0.028, 0.45, 93)
 }
 
 /// Gives each chart its own copy of the vertices on its border, with a place in a 3 × 2 atlas.
@@ -138,7 +172,10 @@ fn split_charts(welded: &Surface, quads: &[Quad]) -> Charted {
     let welded_normals = welded.normals();
     let mut copies = HashMap::new();
     let mut split = Charted {
-        surface: Surface { positions: Vec::new(), triangles: Vec::new() },
+        surface: Surface {
+            positions: Vec::new(),
+            triangles: Vec::new(),
+        },
         uv: Vec::new(),
         normals: Vec::new(),
     };
@@ -146,7 +183,10 @@ fn split_charts(welded: &Surface, quads: &[Quad]) -> Charted {
         let mut local = HashMap::new();
         for (&vertex, &place) in quad.corners.iter().zip(&quad.chart_places) {
             let copy = *copies.entry((quad.chart, vertex)).or_insert_with(|| {
-                split.surface.positions.push(welded.positions[vertex as usize]);
+                split
+                    .surface
+                    .positions
+                    .push(welded.positions[vertex as usize]);
                 split.normals.push(welded_normals[vertex as usize]);
                 split.uv.push(atlas(quad.chart, place));
                 split.uv.len() as u32 - 1
@@ -154,7 +194,10 @@ fn split_charts(welded: &Surface, quads: &[Quad]) -> Charted {
             local.insert(vertex, copy);
         }
         let triangles = cut_quad(&welded.positions, quad.corners);
-        split.surface.triangles.extend(triangles.map(|t| t.map(|v| local[&v])));
+        split
+            .surface
+            .triangles
+            .extend(triangles.map(|t| t.map(|v| local[&v])));
     }
     split
 }
@@ -164,9 +207,16 @@ fn split_charts(welded: &Surface, quads: &[Quad]) -> Charted {
 fn atlas(chart: usize, [i, j]: [i32; 2]) -> [f64; 2] {
     const MARGIN: f64 = 0.02;
     let along = |k: i32| MARGIN + (1.0 - 2.0 * MARGIN) * f64::from(k) / f64::from(PARTS);
-    let across = if chart % 2 == 1 { along(i) } else { 1.0 - along(i) };
+    let across = if chart % 2 == 1 {
+        along(i)
+    } else {
+        1.0 - along(i)
+    };
     // glTF's v runs downwards.
-    [((chart / 2) as f64 + across) / 3.0, ((chart % 2) as f64 + 1.0 - along(j)) / 2.0]
+    [
+        ((chart / 2) as f64 + across) / 3.0,
+        ((chart % 2) as f64 + 1.0 - along(j)) / 2.0,
+    ]
 }
 
 #[cfg(test)]

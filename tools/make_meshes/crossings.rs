@@ -31,7 +31,10 @@ pub(crate) fn crossings(surface: &Surface) -> usize {
 fn longest_edge(surface: &Surface) -> f64 {
     let longest = surface.triangles.iter().map(|&t| {
         let [a, b, c] = surface.corners(t);
-        (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared())
+        (b - a)
+            .length_squared()
+            .max((c - b).length_squared())
+            .max((a - c).length_squared())
     });
     longest.fold(0.0, f64::max).sqrt()
 }
@@ -61,7 +64,9 @@ fn cut(surface: &Surface, s: usize, t: usize) -> bool {
         return false;
     }
     let (one, other) = (surface.corners(one), surface.corners(other));
-    (0..3).any(|i| pierces(one[i], one[(i + 1) % 3], other) || pierces(other[i], other[(i + 1) % 3], one))
+    (0..3).any(|i| {
+        pierces(one[i], one[(i + 1) % 3], other) || pierces(other[i], other[(i + 1) % 3], one)
+    })
 }
 
 /// Whether the segment p–q passes through the triangle: the signs of five tetrahedra.
@@ -80,8 +85,15 @@ mod tests {
 
     fn pair(height: f64) -> Surface {
         let flat = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let upright = [DVec3::new(0.2, 0.2, height), DVec3::new(0.3, 0.2, height + 1.0), DVec3::new(0.2, 0.3, height + 1.0)];
-        Surface { positions: [flat, upright].concat(), triangles: vec![[0, 1, 2], [3, 4, 5]] }
+        let upright = [
+            DVec3::new(0.2, 0.2, height),
+            DVec3::new(0.3, 0.2, height + 1.0),
+            DVec3::new(0.2, 0.3, height + 1.0),
+        ];
+        Surface {
+            positions: [flat, upright].concat(),
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+        }
     }
 
     #[test]

@@ -31,12 +31,19 @@ pub(crate) fn obj(surface: &Surface, name: &str, remark: &str) -> Vec<u8> {
 
 fn trimmed(x: f64) -> String {
     let digits = format!("{x:.6}");
-    digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+    digits
+        .trim_end_matches('0')
+        .trim_end_matches('.')
+        .to_owned()
 }
 
 /// Binary STL; its 80-byte header carries `remark`, cut to fit.
 pub(crate) fn stl(surface: &Surface, remark: &str) -> Vec<u8> {
-    let mut bytes: Vec<u8> = remark.bytes().chain(std::iter::repeat(b' ')).take(80).collect();
+    let mut bytes: Vec<u8> = remark
+        .bytes()
+        .chain(std::iter::repeat(b' '))
+        .take(80)
+        .collect();
     bytes.extend((surface.triangles.len() as u32).to_le_bytes());
     for &triangle in &surface.triangles {
         let [a, b, c] = surface.corners(triangle);
@@ -50,7 +57,11 @@ pub(crate) fn stl(surface: &Surface, remark: &str) -> Vec<u8> {
 }
 
 fn put_vector(bytes: &mut Vec<u8>, v: DVec3) {
-    bytes.extend(v.to_array().iter().flat_map(|&x| (x as f32 + 0.0).to_le_bytes()));
+    bytes.extend(
+        v.to_array()
+            .iter()
+            .flat_map(|&x| (x as f32 + 0.0).to_le_bytes()),
+    );
 }
 
 /// What a GLB holds: one mesh of one primitive.
@@ -84,7 +95,8 @@ impl Chunk {
         self.views.push(format!(
             r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"target":{target}}}"#
         ));
-        self.accessors.push(format!(r#"{{"bufferView":{view},{accessor}}}"#));
+        self.accessors
+            .push(format!(r#"{{"bufferView":{view},{accessor}}}"#));
         self.bytes.extend_from_slice(data);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
@@ -92,13 +104,23 @@ impl Chunk {
     fn push_vectors(&mut self, vectors: &[DVec3], extra: &str) {
         let mut data = Vec::with_capacity(vectors.len() * 12);
         vectors.iter().for_each(|&v| put_vector(&mut data, v));
-        let shape = format!(r#""componentType":{FLOAT},"count":{},"type":"VEC3"{extra}"#, vectors.len());
+        let shape = format!(
+            r#""componentType":{FLOAT},"count":{},"type":"VEC3"{extra}"#,
+            vectors.len()
+        );
         self.push(&data, ARRAY_BUFFER, &shape);
     }
 
     fn push_uv(&mut self, uv: &[[f64; 2]]) {
-        let data: Vec<u8> = uv.iter().flatten().flat_map(|&x| (x as f32).to_le_bytes()).collect();
-        let shape = format!(r#""componentType":{FLOAT},"count":{},"type":"VEC2""#, uv.len());
+        let data: Vec<u8> = uv
+            .iter()
+            .flatten()
+            .flat_map(|&x| (x as f32).to_le_bytes())
+            .collect();
+        let shape = format!(
+            r#""componentType":{FLOAT},"count":{},"type":"VEC2""#,
+            uv.len()
+        );
         self.push(&data, ARRAY_BUFFER, &shape);
     }
 
@@ -135,13 +157,24 @@ pub(crate) fn glb(model: &Glb) -> Vec<u8> {
 }
 
 fn document(model: &Glb, chunk: &Chunk, attributes: &str) -> String {
-    let Glb { name, remark, colour: [red, green, blue], .. } = model;
+    let Glb {
+        name,
+        remark,
+        colour: [red, green, blue],
+        ..
+    } = model;
     let mut json = format!(r#"{{"asset":{{"version":"2.0","copyright":"{remark}"}},"scene":0,"#);
     json += &format!(r#""scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"{name}","mesh":0}}],"#);
-    json += &format!(r#""meshes":[{{"name":"{name}","primitives":[{{"attributes":{{{attributes}}},"#);
-    json += &format!(r#""indices":{},"material":0}}]}}],"#, chunk.accessors.len() - 1);
+    json +=
+        &format!(r#""meshes":[{{"name":"{name}","primitives":[{{"attributes":{{{attributes}}},"#);
+    json += &format!(
+        r#""indices":{},"material":0}}]}}],"#,
+        chunk.accessors.len() - 1
+    );
     json += &format!(r#""materials":[{{"name":"{name}","pbrMetallicRoughness":{{"#);
-    json += &format!(r#""baseColorFactor":[{red},{green},{blue},1],"metallicFactor":0,"roughnessFactor":0.9}}}}],"#);
+    json += &format!(
+        r#""baseColorFactor":[{red},{green},{blue},1],"metallicFactor":0,"roughnessFactor":0.9}}}}],"#
+    );
     json += &format!(r#""accessors":[{}],"#, chunk.accessors.join(","));
     json += &format!(r#""bufferViews":[{}],"#, chunk.views.join(","));
     json + &format!(r#""buffers":[{{"byteLength":{}}}]}}"#, chunk.bytes.len())
@@ -152,7 +185,11 @@ fn container(json: &str, binary: &[u8]) -> Vec<u8> {
     let text_length = json.len() + padding;
     let total = 12 + 8 + text_length + 8 + binary.len();
     let mut bytes = b"glTF".to_vec();
-    bytes.extend([2, total as u32, text_length as u32].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend(
+        [2, total as u32, text_length as u32]
+            .iter()
+            .flat_map(|x| x.to_le_bytes()),
+    );
     bytes.extend(b"JSON");
     bytes.extend(json.bytes());
     bytes.extend(std::iter::repeat_n(b' ', padding));

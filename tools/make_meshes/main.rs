@@ -29,7 +29,7 @@ use crate::audit::audit;
 use crate::formats::{Glb, glb, obj, obj_coordinate, single_coordinate, stl};
 use crate::surface::Surface;
 
-const REMARK: &str = "Part of Thallus. CC0 1.0: no rights reserved. Metres, y up.";
+const REMARK: &str = "Part of Thallus. CC0 1.0: no rights reserved. y up.";
 /// Names and makers of the shipped files.
 const FILES: [(&str, fn() -> Result<Vec<u8>>); 5] = [
     ("rock.obj", rock_obj),
@@ -47,10 +47,16 @@ fn main() -> Result<()> {
         if check {
             compare(&path, &bytes)?;
         } else {
-            std::fs::write(&path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
+            std::fs::write(&path, &bytes)
+                .with_context(|| format!("cannot write {}", path.display()))?;
         }
         let done = if check { "unchanged" } else { "written" };
-        writeln!(io::stdout(), "{}: {} bytes, {done}", path.display(), bytes.len())?;
+        writeln!(
+            io::stdout(),
+            "{}: {} bytes, {done}",
+            path.display(),
+            bytes.len()
+        )?;
     }
     Ok(())
 }
@@ -66,7 +72,11 @@ fn arguments() -> Result<(bool, PathBuf)> {
 
 fn compare(path: &Path, bytes: &[u8]) -> Result<()> {
     let kept = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    ensure!(kept == bytes, "{} differs from what this program makes", path.display());
+    ensure!(
+        kept == bytes,
+        "{} differs from what this program makes",
+        path.display()
+    );
     Ok(())
 }
 
@@ -121,4 +131,90 @@ fn plane_obj() -> Result<Vec<u8>> {
     let plane = plates::plane();
     audit(&plane)?;
     Ok(obj(&plane, "plane", REMARK))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("meshes")
+            .join(name)
+    }
+
+    #[test]
+    fn the_shipped_files_are_what_this_program_makes() {
+        for (name, make) in FILES {
+            compare(&shipped(name), &make().unwrap()).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_changed_or_missing_file_is_named() {
+        let kept = shipped("plane.obj");
+        let message = compare(&kept, b"other").unwrap_err().to_string();
+        assert!(message.contains("plane.obj"), "{message}");
+        let message = compare(&kept.with_extension("none"), b"")
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("plane.none"), "{message}");
+    }
+
+    #[test]
+    fn an_independent_reader_accepts_the_glb_files() {
+        for (name, vertices, triangles, charts) in [
+            ("boulder.glb", 41_334, 80_688, true),
+            ("branch.glb", 29_090, 58_176, false),
+        ] {
+            let file = gltf::Gltf::open(shipped(name)).unwrap();
+            let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+            let reader = primitive.reader(|_| file.blob.as_deref());
+            assert_eq!(reader.read_positions().unwrap().len(), vertices);
+            assert!(
+                reader
+                    .read_normals()
+                    .unwrap()
+                    .all(|n| (n.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5)
+            );
+            let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+            assert_eq!(indices.len(), 3 * triangles);
+            assert_eq!(indices.iter().max(), Some(&(vertices as u32 - 1)));
+            assert_eq!(reader.read_tex_coords(0).is_some(), charts);
+        }
+    }
+
+    #[test]
+    fn independent_readers_accept_the_obj_and_stl_files() {
+        let (models, _) =
+            tobj::load_obj(shipped("rock.obj"), &tobj::LoadOptions::default()).unwrap();
+        assert_eq!(
+            (models[0].mesh.positions.len(), models[0].mesh.indices.len()),
+            (3 * 2306, 3 * 4608)
+        );
+        let mut file = std::fs::File::open(shipped("slab.stl")).unwrap();
+        let slab = stl_io::read_stl(&mut file).unwrap();
+        assert_eq!(slab.faces.len(), 16_896);
+        slab.validate().unwrap();
+    }
+
+    #[test]
+    fn closed_bodies_face_outwards() {
+        let bodies = [
+            rock::rock().unwrap(),
+            boulder::boulder().unwrap().surface,
+            plates::slab(),
+        ];
+        for body in bodies {
+            let volume: f64 = body
+                .triangles
+                .iter()
+                .map(|&t| {
+                    let [a, b, c] = body.corners(t);
+                    a.dot(b.cross(c)) / 6.0
+                })
+                .sum();
+            assert!(volume > 0.0, "volume {volume}");
+        }
+    }
 }

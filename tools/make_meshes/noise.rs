@@ -45,13 +45,21 @@ pub(crate) fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
 pub(crate) fn noise(p: DVec3, seed: u32) -> f64 {
     let (cell, f) = split(p);
     let corner = |i: i32, j: i32, k: i32| {
-        let at = [cell[0].wrapping_add(i), cell[1].wrapping_add(j), cell[2].wrapping_add(k)];
+        let at = [
+            cell[0].wrapping_add(i),
+            cell[1].wrapping_add(j),
+            cell[2].wrapping_add(k),
+        ];
         let gradient = triple(hash(at, seed)) * 2.0 - DVec3::splat(1023.0 / 1024.0);
         gradient.dot(f - DVec3::new(f64::from(i), f64::from(j), f64::from(k)))
     };
     let (u, v, w) = (fade(f.x), fade(f.y), fade(f.z));
     let row = |j: i32, k: i32| mix(corner(0, j, k), corner(1, j, k), u);
-    1.5 * mix(mix(row(0, 0), row(1, 0), v), mix(row(0, 1), row(1, 1), v), w)
+    1.5 * mix(
+        mix(row(0, 0), row(1, 0), v),
+        mix(row(0, 1), row(1, 1), v),
+        w,
+    )
 }
 
 /// A rotation with rational entries, so that the lattices of successive octaves never line up.
@@ -100,10 +108,17 @@ pub(crate) struct Cell {
 /// Cellular noise with one feature point a unit cell.
 pub(crate) fn worley(p: DVec3, seed: u32) -> Cell {
     let (cell, f) = split(p);
-    let mut found = Cell { nearest: f64::MAX, second: f64::MAX, random: DVec3::ZERO };
+    let mut found = Cell {
+        nearest: f64::MAX,
+        second: f64::MAX,
+        random: DVec3::ZERO,
+    };
     for index in 0..27 {
         let step = [index % 3 - 1, index / 3 % 3 - 1, index / 9 - 1];
-        let h = hash([0, 1, 2].map(|a: usize| cell[a].wrapping_add(step[a])), seed);
+        let h = hash(
+            [0, 1, 2].map(|a: usize| cell[a].wrapping_add(step[a])),
+            seed,
+        );
         let corner = DVec3::new(f64::from(step[0]), f64::from(step[1]), f64::from(step[2]));
         let distance = (corner + triple(h) - f).length();
         if distance < found.nearest {

@@ -17,13 +17,19 @@ pub(crate) fn slab() -> Surface {
     let size = [PARTS, 1, PARTS];
     let scale = DVec3::new(SIDE / f64::from(PARTS), THICKNESS, SIDE / f64::from(PARTS));
     let mut index = HashMap::new();
-    let mut surface = Surface { positions: Vec::new(), triangles: Vec::new() };
+    let mut surface = Surface {
+        positions: Vec::new(),
+        triangles: Vec::new(),
+    };
     for axis in 0..3 {
         for far in [false, true] {
             for quad in face_quads(size, axis, far) {
                 let corners = quad.map(|lattice| {
                     *index.entry(lattice).or_insert_with(|| {
-                        let at = DVec3::from_array([0, 1, 2].map(|a: usize| f64::from(lattice[a]) - f64::from(size[a]) / 2.0));
+                        let at = DVec3::from_array(
+                            [0, 1, 2]
+                                .map(|a: usize| f64::from(lattice[a]) - f64::from(size[a]) / 2.0),
+                        );
                         surface.positions.push(at * scale);
                         surface.positions.len() as u32 - 1
                     })
@@ -59,9 +65,17 @@ pub(crate) fn face_quads(size: [i32; 3], axis: usize, far: bool) -> Vec<[[i32; 3
 
 /// The square [−1000, 1000]² in the x–z plane, facing +y.
 pub(crate) fn plane() -> Surface {
-    let corners = [(-1000.0, -1000.0), (-1000.0, 1000.0), (1000.0, 1000.0), (1000.0, -1000.0)];
+    let corners = [
+        (-1000.0, -1000.0),
+        (-1000.0, 1000.0),
+        (1000.0, 1000.0),
+        (1000.0, -1000.0),
+    ];
     let positions = corners.map(|(x, z)| DVec3::new(x, 0.0, z)).to_vec();
-    Surface { positions, triangles: vec![[0, 1, 2], [0, 2, 3]] }
+    Surface {
+        positions,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
 }
 
 #[cfg(test)]
@@ -82,7 +96,16 @@ mod tests {
     fn the_plane_is_two_triangles_facing_up() {
         let plane = plane();
         let found = audit(&plane).unwrap();
-        assert_eq!(found, Audit { triangles: 2, vertices: 4, boundary_edges: 4, pieces: 1, euler: 1 });
+        assert_eq!(
+            found,
+            Audit {
+                triangles: 2,
+                vertices: 4,
+                boundary_edges: 4,
+                pieces: 1,
+                euler: 1
+            }
+        );
         assert!(plane.normals().iter().all(|&n| n == DVec3::Y));
     }
 }

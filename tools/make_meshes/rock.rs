@@ -47,7 +47,10 @@ fn worn_radius(stone: &Stone, d: DVec3) -> f64 {
 /// The octahedron of frequency `n` on the unit sphere. The warp by sines spaces the edges of each octant evenly by
 /// angle, which plain projection would bunch up at the corners.
 fn octasphere(n: u32) -> Surface {
-    let mut surface = Surface { positions: Vec::new(), triangles: Vec::new() };
+    let mut surface = Surface {
+        positions: Vec::new(),
+        triangles: Vec::new(),
+    };
     let step = n as i32;
     let mut index = std::collections::HashMap::new();
     let mut vertex = |lattice: [i32; 3], positions: &mut Vec<DVec3>| {
@@ -62,7 +65,10 @@ fn octasphere(n: u32) -> Surface {
         let outward = sign[0] * sign[1] * sign[2] > 0;
         for [a, b, c] in octant_triangles(step) {
             let mut corners = [a, b, c].map(|[i, j]| {
-                vertex([sign[0] * i, sign[1] * j, sign[2] * (step - i - j)], &mut surface.positions)
+                vertex(
+                    [sign[0] * i, sign[1] * j, sign[2] * (step - i - j)],
+                    &mut surface.positions,
+                )
             });
             if !outward {
                 corners.swap(1, 2);

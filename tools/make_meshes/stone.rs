@@ -14,15 +14,25 @@ pub(crate) struct Stone {
 
 impl Stone {
     pub(crate) fn new(half_axes: DVec3, faces: &[Face], hardness: u32) -> Self {
-        let faces = faces.iter().map(|&(n, h)| (DVec3::from_array(n).normalize(), h)).collect();
-        Self { half_axes, faces, hardness }
+        let faces = faces
+            .iter()
+            .map(|&(n, h)| (DVec3::from_array(n).normalize(), h))
+            .collect();
+        Self {
+            half_axes,
+            faces,
+            hardness,
+        }
     }
 
     /// The distance from the centre to the surface in the unit direction `d`.
     pub(crate) fn radius(&self, d: DVec3) -> f64 {
         let ball = (d / self.half_axes).length();
         let gauges = self.faces.iter().map(|&(n, h)| (d.dot(n) / h).max(0.0));
-        let sum: f64 = std::iter::once(ball).chain(gauges).map(|g| self.power(g)).sum();
+        let sum: f64 = std::iter::once(ball)
+            .chain(gauges)
+            .map(|g| self.power(g))
+            .sum();
         1.0 / (0..self.hardness).fold(sum, |s, _| s.sqrt())
     }
 

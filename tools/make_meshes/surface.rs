@@ -84,9 +84,16 @@ impl Surface {
         let mut flipped = 0;
         for (a, b) in edges {
             let (left, right) = (sides[&(a, b)], sides[&(b, a)]);
-            let (c, d) = (apex(self.triangles[left], a, b), apex(self.triangles[right], a, b));
+            let (c, d) = (
+                apex(self.triangles[left], a, b),
+                apex(self.triangles[right], a, b),
+            );
             let fresh = (c.min(d), c.max(d));
-            if touched[left] || touched[right] || present.contains(&fresh) || !self.gains([a, b, c, d]) {
+            if touched[left]
+                || touched[right]
+                || present.contains(&fresh)
+                || !self.gains([a, b, c, d])
+            {
                 continue;
             }
             self.triangles[left] = [c, a, d];
@@ -120,7 +127,11 @@ impl Surface {
 
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         let infinity = DVec3::splat(f64::INFINITY);
-        self.positions.iter().fold((infinity, -infinity), |(low, high), &p| (low.min(p), high.max(p)))
+        self.positions
+            .iter()
+            .fold((infinity, -infinity), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            })
     }
 
     /// Rounds every coordinate to what the file will hold.
@@ -133,5 +144,8 @@ impl Surface {
 }
 
 fn apex(triangle: [u32; 3], a: u32, b: u32) -> u32 {
-    triangle.into_iter().find(|&v| v != a && v != b).unwrap_or(a)
+    triangle
+        .into_iter()
+        .find(|&v| v != a && v != b)
+        .unwrap_or(a)
 }
