@@ -14,13 +14,15 @@ pub(crate) struct Audit {
     pub(crate) vertices: usize,
     pub(crate) boundary_edges: usize,
     pub(crate) pieces: usize,
+    /// Enclosed by the triangles; positive when they face outwards.
+    pub(crate) volume: f64,
     /// Vertices − edges + triangles: 2 for a closed body without handles.
     pub(crate) euler: i64,
 }
 
 impl Audit {
     pub(crate) fn is_closed_body(&self) -> bool {
-        self.boundary_edges == 0 && self.pieces == 1 && self.euler == 2
+        self.boundary_edges == 0 && self.pieces == 1 && self.euler == 2 && self.volume > 0.0
     }
 }
 
@@ -78,8 +80,14 @@ pub(crate) fn audit(surface: &Surface) -> Result<Audit> {
         vertices: welded.positions.len(),
         boundary_edges,
         pieces: pieces.count(),
+        volume: volume(&welded),
         euler: welded.positions.len() as i64 - edges as i64 + welded.triangles.len() as i64,
     })
+}
+
+fn volume(surface: &Surface) -> f64 {
+    let corners = surface.triangles.iter().map(|&t| surface.corners(t));
+    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
 /// The corner of side `side`'s triangle at the side's start (0) or end (1).
@@ -201,6 +209,7 @@ mod tests {
                 vertices: 4,
                 boundary_edges: 0,
                 pieces: 1,
+                volume: 1.0 / 6.0,
                 euler: 2
             }
         );
@@ -223,6 +232,9 @@ mod tests {
         let mut turned = tetrahedron(DVec3::ZERO);
         turned.triangles[0].swap(0, 1);
         assert!(audit(&turned).is_err());
+        let mut inside_out = tetrahedron(DVec3::ZERO);
+        inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert!(!audit(&inside_out).unwrap().is_closed_body());
         let mut flat = tetrahedron(DVec3::ZERO);
         flat.positions[3] = DVec3::new(0.5, 0.0, 0.0);
         assert!(audit(&flat).unwrap_err().to_string().contains("degenerate"));

@@ -225,8 +225,8 @@ mod tests {
         limb.axis[2].z = -0.3;
         for i in 1..20 {
             let foot = limb.point(f64::from(i) / 20.0);
-            let t = limb
-                .nearest(foot + limb.velocity(f64::from(i) / 20.0).any_orthonormal_vector() * 0.1);
+            let along = limb.velocity(f64::from(i) / 20.0).normalize();
+            let t = limb.nearest(foot + along.any_orthonormal_vector() * 0.1);
             assert!((t - f64::from(i) / 20.0).abs() < 1e-6);
         }
     }

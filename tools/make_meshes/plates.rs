@@ -103,6 +103,7 @@ mod tests {
                 vertices: 4,
                 boundary_edges: 4,
                 pieces: 1,
+                volume: 0.0,
                 euler: 1
             }
         );
