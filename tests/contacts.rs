@@ -328,7 +328,8 @@ fn lichen_on_a_slab_comes_round_the_rim() {
         let from_rim = 0.5 - p.x.abs().max(p.z.abs()).min(0.5);
         assert!(
             p.y * q.y > 0.0 || from_rim < 3.0 * R,
-            "joined through the plate at {p}"
+            "joined through the plate at {p} to {q}, probability {}",
+            e.probability
         );
     }
 }

@@ -101,10 +101,11 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             let exit = here.exit();
             let end = exit.as_ref().map_or(TAU, |e| e.angle);
             if let Some((angle, at)) = self.first_met(scratch, &here, end) {
-                return Some(Met {
+                let met = Met {
                     at,
                     length: length + angle * here.radius,
-                });
+                };
+                return self.stays_with(scratch, &met.at).then_some(met);
             }
             let exit = exit?;
             if arcs > 0 && here.triangle == from.triangle && here.passes(start, exit.angle) {
