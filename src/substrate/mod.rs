@@ -3,5 +3,5 @@
 mod load;
 mod soup;
 
-pub use load::{LoadError, load_soup};
+pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
 pub use soup::Soup;
