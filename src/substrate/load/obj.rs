@@ -13,17 +13,17 @@ use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
 use super::polygon::Triangulator;
 use super::text::{finite, integer, line_of, number, quoted};
-use super::{exclusive_index, no_triangles};
+use super::{counted, exclusive_index, no_triangles};
 
 /// Statements that make something other than flat faces, and what to call it.
-const OTHER_GEOMETRY: [(&[u8], &str); 7] = [
-    (b"l", "line elements"),
-    (b"p", "point elements"),
-    (b"curv", "free-form curves"),
-    (b"surf", "free-form surfaces"),
-    (b"bzp", "free-form surfaces"),
-    (b"bsp", "free-form surfaces"),
-    (b"cdp", "free-form surfaces"),
+const OTHER_GEOMETRY: [(&[u8], &str, &str); 7] = [
+    (b"l", "line", "lines"),
+    (b"p", "point element", "point elements"),
+    (b"curv", "free-form curve", "free-form curves"),
+    (b"surf", "free-form surface", "free-form surfaces"),
+    (b"bzp", "Bezier patch", "Bezier patches"),
+    (b"bsp", "B-spline patch", "B-spline patches"),
+    (b"cdp", "Cardinal patch", "Cardinal patches"),
 ];
 
 /// Reads an OBJ file's bytes.
@@ -208,7 +208,9 @@ impl<'a> FaceReader<'a> {
         let word = statement.bytes.trim_ascii_start();
         if word.first().is_some_and(|first| b"lpcsb".contains(first))
             && let Some(keyword) = statement.tokens().next()
-            && let Some(kind) = OTHER_GEOMETRY.iter().position(|(word, _)| *word == keyword)
+            && let Some(kind) = OTHER_GEOMETRY
+                .iter()
+                .position(|(word, ..)| *word == keyword)
         {
             self.others[kind] += 1;
         }
@@ -263,16 +265,14 @@ impl<'a> FaceReader<'a> {
     fn finish(self) -> Parsed<Soup> {
         let mut soup = self.soup;
         let mut passed_over = Vec::new();
-        for (count, (_, name)) in self.others.iter().zip(OTHER_GEOMETRY) {
-            if *count > 0 {
-                passed_over.push(format!("{count} {name}"));
+        for (&count, (_, one, many)) in self.others.iter().zip(OTHER_GEOMETRY) {
+            if count > 0 {
+                passed_over.push(counted(count, one, many));
             }
         }
         if self.two_cornered > 0 {
-            passed_over.push(format!(
-                "{} faces with fewer than three corners",
-                self.two_cornered
-            ));
+            let (one, many) = ("face without three corners", "faces without three corners");
+            passed_over.push(counted(self.two_cornered, one, many));
         }
         if soup.triangles.is_empty() {
             return Err(no_triangles(soup.positions.len(), &passed_over));

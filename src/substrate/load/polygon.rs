@@ -8,6 +8,8 @@
 
 use earcut::Earcut;
 
+use super::counted;
+
 /// Cuts polygons, keeping its buffers between them.
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
@@ -63,13 +65,12 @@ impl Triangulator {
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.polygons > 0 {
-            notes.push(format!("{} polygons triangulated", self.polygons));
+            notes.push(counted(self.polygons, "polygon", "polygons") + " triangulated");
         }
         if self.fanned > 0 {
-            notes.push(format!(
-                "{} polygons cross themselves or have no area: cut as fans",
-                self.fanned
-            ));
+            let (one, many) = ("polygon", "polygons");
+            let crossing = " that cross themselves or have no area: cut as fans";
+            notes.push(counted(self.fanned, one, many) + crossing);
         }
         notes
     }
