@@ -1,17 +1,18 @@
 //! Wavefront OBJ: `v`, `f` (and its old form `fo`); every other statement is passed over.
 //!
 //! We read it ourselves and not with `tobj`, which cuts concave polygons wrongly, accepts `nan`,
-//! refuses files in which only some vertices have colours, gives no line numbers, and takes two to
-//! three times the memory. Two passes: positions first, so that a face may come before its
-//! vertices, then faces. Tolerated: negative indices, `\` at a line's end, CRLF or lone CR, tabs,
-//! comments anywhere, rational weights and vertex colours after the position, missing materials.
+//! refuses files in which only some vertices have colours, gives no line numbers, and takes 2.6 µs
+//! and 264 bytes a triangle where this takes 1.0 µs and 126 (`tests/load_cost.rs`). Passes over the
+//! text: positions first, so that a face may come before its vertices, then faces. Tolerated:
+//! negative indices, `\` at a line's end, CRLF or lone CR, tabs, comments anywhere, rational
+//! weights and vertex colours after the position, missing materials.
 //! Free-form curves and surfaces are not evaluated.
 
 use crate::substrate::Soup;
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
-use super::polygon::Triangulator;
+use super::polygon::{Triangulator, check_corners};
 use super::text::{finite, integer, line_of, number, quoted};
 use super::{counted, exclusive_index, no_triangles};
 
@@ -223,9 +224,8 @@ impl<'a> FaceReader<'a> {
         for token in statement.tokens().skip(1) {
             corners.push(self.corner(statement, token)?);
         }
-        if corners.len() < 3 {
-            self.two_cornered += 1;
-        }
+        check_corners(corners.len(), Obj, || self.place(statement))?;
+        self.two_cornered += usize::from(corners.len() < 3);
         self.triangulator
             .polygon(&self.soup.positions, &corners, &mut self.soup.triangles);
         self.corners = corners;
@@ -248,11 +248,15 @@ impl<'a> FaceReader<'a> {
         }
     }
 
+    fn place(&self, statement: &Statement) -> String {
+        format!("line {}", line_of(self.text, statement.start))
+    }
+
     #[cold]
     fn no_such_vertex(&self, statement: &Statement, token: &[u8]) -> LoadFault {
         LoadFault::malformed(
             Obj,
-            format!("line {}", line_of(self.text, statement.start)),
+            self.place(statement),
             format!(
                 "a face refers to vertex {}; there are {} (counted from 1)",
                 quoted(token),

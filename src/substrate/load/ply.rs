@@ -10,7 +10,7 @@ use crate::substrate::Soup;
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
-use super::polygon::Triangulator;
+use super::polygon::{Triangulator, check_corners};
 use super::text::{finite, integer, line_of, number, quoted, single};
 use super::{counted, exclusive_index, no_triangles};
 
@@ -334,6 +334,10 @@ impl<'a, B: Body> Reader<'a, B> {
         for &index in raw {
             corners.push(self.checked(index, row)?);
         }
+        let body = &self.body;
+        check_corners(corners.len(), Ply, || {
+            format!("face {row} ({})", body.place())
+        })?;
         self.too_short += usize::from(corners.len() < 3);
         self.triangulator
             .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
