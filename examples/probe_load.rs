@@ -10,7 +10,14 @@ fn main() {
     let t = std::time::Instant::now();
     let s = thallus::substrate::Substrate::from_soup(l.soup).unwrap();
     let b = t.elapsed().as_secs_f64();
-    println!("{n} tris load {:.2} us prep {:.2} us; peak after load {:.0} B, after all {:.0} B per tri; {} pieces", a*1e6/n, b*1e6/n, m/n, peak()/n, s.components().len());
+    println!(
+        "{n} tris load {:.2} us prep {:.2} us; peak after load {:.0} B, after all {:.0} B per tri; {} pieces",
+        a * 1e6 / n,
+        b * 1e6 / n,
+        m / n,
+        peak() / n,
+        s.components().len()
+    );
 }
 fn peak() -> f64 {
     let s = std::fs::read_to_string("/proc/self/status").unwrap();
