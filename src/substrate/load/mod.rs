@@ -18,5 +18,7 @@ pub struct LoadError {
 /// # Errors
 /// When the file cannot be read, is malformed, or holds no triangles.
 pub fn load_soup(path: &Path) -> Result<Soup, LoadError> {
-    Err(LoadError { message: format!("{}: not supported yet", path.display()) })
+    Err(LoadError {
+        message: format!("{}: not supported yet", path.display()),
+    })
 }
