@@ -1,5 +1,22 @@
 //! Growth models: laws that choose where the next element is born.
+//!
+//! A law is a [`GrowthModel`]. The one of Sumner 2001 is [`WalkerModel`]: follow
+//! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
+mod join;
+mod launch;
+mod model;
+mod orbit;
 mod parameters;
+mod place;
+mod stick;
+mod surroundings;
+mod walker;
 
+pub use launch::LaunchRing;
+pub use model::{Counts, GrowthModel, Halt};
 pub use parameters::{Boundary, Join, Parameters, Steps};
+pub use place::{PlaceError, SeedPlace};
+pub use stick::Stickiness;
+pub use surroundings::Surroundings;
+pub use walker::WalkerModel;

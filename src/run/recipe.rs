@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::growth::{Boundary, Join, Steps};
+use crate::growth::{Boundary, Join, SeedPlace, Steps};
 
 /// Which mesh a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,26 +11,6 @@ pub struct MeshId {
     pub file: String,
     /// BLAKE3 hash of the file (and of the buffers that it refers to), hexadecimal.
     pub hash: String,
-}
-
-/// Where the seed element goes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SeedPlace {
-    /// The point of the surface nearest to this one (file units).
-    Point([f64; 3]),
-    /// A triangle by its number in the file, at barycentric (u, v) or its centroid.
-    Triangle {
-        /// Number of the triangle in the file's order, from 0.
-        triangle: u32,
-        /// Weights of the second and third corner.
-        uv: Option<[f64; 2]>,
-    },
-    /// The highest point along the file's up axis.
-    Highest,
-    /// The point of the surface nearest to the bounding box's centre.
-    Center,
-    /// Uniform by area, from the recipe's seed.
-    Random,
 }
 
 /// When growth is done, besides running out of surface.

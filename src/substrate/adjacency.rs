@@ -49,7 +49,7 @@ pub(super) struct Adjacency {
 
 /// The corners at each vertex, as one list with offsets.
 #[derive(Clone, Debug, Default)]
-pub struct VertexCorners {
+pub(super) struct VertexCorners {
     offsets: Vec<u32>,
     corners: Vec<HalfEdge>,
 }
@@ -71,7 +71,7 @@ impl VertexCorners {
     }
 
     /// The half-edges that leave a vertex, one a triangle, ascending.
-    pub fn of(&self, vertex: u32) -> &[HalfEdge] {
+    pub(super) fn of(&self, vertex: u32) -> &[HalfEdge] {
         let v = vertex as usize;
         &self.corners[self.offsets[v] as usize..self.offsets[v + 1] as usize]
     }
@@ -79,7 +79,9 @@ impl VertexCorners {
 
 pub(super) fn build(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Adjacency {
     let mut adjacency = Adjacency {
-        twins: (0..3 * triangles.len() as u32).map(|h| Twin::new(h, true)).collect(),
+        twins: (0..3 * triangles.len() as u32)
+            .map(|h| Twin::new(h, true))
+            .collect(),
         corners: VertexCorners::new(vertices.len(), triangles),
         boundary: Vec::new(),
         non_manifold: Vec::new(),
@@ -164,7 +166,10 @@ fn straightest_pairs(
         return Vec::new();
     }
     let [a, b] = ends.map(|v| vertices[v as usize]);
-    let away: Vec<DVec3> = group.iter().map(|e| away_from_edge(vertices, triangles, e.1, a, b)).collect();
+    let away: Vec<DVec3> = group
+        .iter()
+        .map(|e| away_from_edge(vertices, triangles, e.1, a, b))
+        .collect();
     let mut pairs: Vec<(f64, usize, usize)> = (0..group.len())
         .flat_map(|i| (i + 1..group.len()).map(move |j| (i, j)))
         .map(|(i, j)| (away[i].dot(away[j]), i, j))
@@ -178,7 +183,10 @@ fn straightest_pairs(
         }
         both
     });
-    pairs.into_iter().map(|(_, i, j)| [group[i].1, group[j].1]).collect()
+    pairs
+        .into_iter()
+        .map(|(_, i, j)| [group[i].1, group[j].1])
+        .collect()
 }
 
 /// Unit vector in a triangle's plane, perpendicular to its edge ab and away from it.

@@ -39,14 +39,18 @@ impl Bvh {
     pub(super) fn visit(&self, enter: impl Fn(&Aabb) -> bool, mut leaf: impl FnMut(u32)) {
         let mut stack = vec![0usize];
         while let Some(i) = stack.pop() {
-            let Some(node) = self.tree.nodes.get(i) else { continue };
+            let Some(node) = self.tree.nodes.get(i) else {
+                continue;
+            };
             if !enter(node.aabb()) {
                 continue;
             }
             let first = node.first_index as usize;
             if node.is_leaf() {
                 let end = first + node.prim_count as usize;
-                self.tree.primitive_indices[first..end].iter().for_each(|&t| leaf(t));
+                self.tree.primitive_indices[first..end]
+                    .iter()
+                    .for_each(|&t| leaf(t));
             } else {
                 stack.extend([first + 1, first]);
             }
@@ -62,7 +66,9 @@ impl Bvh {
         let mut best: Option<(u32, f64)> = None;
         let mut stack = vec![(0usize, 0.0)];
         while let Some((i, bound)) = stack.pop() {
-            let Some(node) = self.tree.nodes.get(i) else { continue };
+            let Some(node) = self.tree.nodes.get(i) else {
+                continue;
+            };
             if best.is_some_and(|(_, d)| bound > d) {
                 continue;
             }
@@ -76,7 +82,8 @@ impl Bvh {
                     }
                 }
             } else {
-                let [a, b] = [first, first + 1].map(|c| (c, box_distance_sq(self.tree.nodes[c].aabb(), p)));
+                let [a, b] =
+                    [first, first + 1].map(|c| (c, box_distance_sq(self.tree.nodes[c].aabb(), p)));
                 stack.extend(if a.1 < b.1 { [b, a] } else { [a, b] });
             }
         }

@@ -35,9 +35,16 @@ impl Chart {
             let (e, f) = (b - a, c - a);
             let length_sq = e.length_squared();
             let (along, height) = (e.dot(f) / length_sq, e.cross(f).length() / length_sq);
-            Crossing { along, height, twin: twins[k] }
+            Crossing {
+                along,
+                height,
+                twin: twins[k],
+            }
         };
-        Self { base: (corners[1] - corners[0]).length(), crossings: [0, 1, 2].map(crossing) }
+        Self {
+            base: (corners[1] - corners[0]).length(),
+            crossings: [0, 1, 2].map(crossing),
+        }
     }
 
     /// The corners in the triangle's own frame, counter-clockwise.

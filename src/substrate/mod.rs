@@ -89,6 +89,7 @@ pub struct Substrate {
     bvh: Bvh,
     report: SubstrateReport,
     hash: String,
+    up: DVec3,
 }
 
 impl Substrate {
@@ -115,7 +116,9 @@ impl Substrate {
         let notes = std::mem::take(&mut soup.notes);
         let mut welded = weld::weld(soup);
         if welded.triangles.is_empty() {
-            return Err(SubstrateError::OnlyDegenerate { degenerate: welded.degenerate });
+            return Err(SubstrateError::OnlyDegenerate {
+                degenerate: welded.degenerate,
+            });
         }
         let (adjacency, components) = order::canonical(&mut welded);
         let bvh = Bvh::new(&welded.vertices, &welded.triangles);
@@ -132,6 +135,7 @@ impl Substrate {
             bvh,
             report,
             hash: String::new(),
+            up: DVec3::Y,
         })
     }
 
@@ -140,9 +144,19 @@ impl Substrate {
         &self.units
     }
 
+    /// The element radius that `auto` chooses, file units: 1/2000 of the bounding box's diagonal.
+    pub fn auto_radius(&self) -> f64 {
+        self.units.diagonal() / 2000.0
+    }
+
     /// What loading found and did.
     pub fn report(&self) -> &SubstrateReport {
         &self.report
+    }
+
+    /// The file's up axis: +Y in OBJ and glTF, +Z in STL and PLY.
+    pub fn up(&self) -> DVec3 {
+        self.up
     }
 
     /// BLAKE3 hash of the file and the buffers that it refers to; empty for a soup from elsewhere.
@@ -172,7 +186,9 @@ impl Substrate {
 
     /// The component that a triangle belongs to.
     pub fn component_of(&self, triangle: u32) -> &Component {
-        let i = self.components.partition_point(|c| c.triangles.end <= triangle);
+        let i = self
+            .components
+            .partition_point(|c| c.triangles.end <= triangle);
         &self.components[i]
     }
 
@@ -183,7 +199,10 @@ impl Substrate {
 
     /// The triangle with this number in the file, unless it was dropped or never was.
     pub fn from_source_triangle(&self, source: u32) -> Option<u32> {
-        self.source.iter().position(|&s| s == source).map(|t| t as u32)
+        self.source
+            .iter()
+            .position(|&s| s == source)
+            .map(|t| t as u32)
     }
 
     /// Corners of a triangle, local units.
@@ -215,10 +234,26 @@ impl Substrate {
 
     /// The point of the surface nearest to a point in space, and the distance; local units.
     pub fn nearest(&self, p: DVec3) -> (SurfacePoint, f64) {
-        let at = |t| SurfacePoint::from_weights(t, nearest_weights(p, self.corners(t)));
-        let distance_sq = |t| (self.position(&at(t)) - p).length_squared();
+        let distance_sq = |t| (self.position(&self.nearest_in(t, p)) - p).length_squared();
         let (triangle, d) = self.bvh.nearest(p, distance_sq).unwrap_or((0, 0.0));
-        (at(triangle), d.sqrt())
+        (self.nearest_in(triangle, p), d.sqrt())
+    }
+
+    /// The point of some triangles nearest to a point in space.
+    pub(crate) fn nearest_among(&self, p: DVec3, among: &Range<u32>) -> SurfacePoint {
+        let distance_sq = |t| match among.contains(&t) {
+            true => (self.position(&self.nearest_in(t, p)) - p).length_squared(),
+            false => f64::INFINITY,
+        };
+        let (triangle, _) = self
+            .bvh
+            .nearest(p, distance_sq)
+            .unwrap_or((among.start, 0.0));
+        self.nearest_in(triangle, p)
+    }
+
+    fn nearest_in(&self, triangle: u32, p: DVec3) -> SurfacePoint {
+        SurfacePoint::from_weights(triangle, nearest_weights(p, self.corners(triangle)))
     }
 
     /// Triangles of which some point lies within `radius` of a centre, ascending.
@@ -244,7 +279,12 @@ impl Substrate {
     }
 
     /// Triangles of a range whose bounding boxes a sphere's surface may cut, ascending.
-    pub(crate) fn triangles_near_sphere(&self, centre: DVec3, radius: f64, among: &Range<u32>) -> Vec<u32> {
+    pub(crate) fn triangles_near_sphere(
+        &self,
+        centre: DVec3,
+        radius: f64,
+        among: &Range<u32>,
+    ) -> Vec<u32> {
         let limit = radius * radius;
         let mut found = Vec::new();
         self.bvh.visit(

@@ -21,7 +21,10 @@ pub(super) fn canonical(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
     drop(adjacency);
     permute(welded, &order);
     let components = pieces.into_iter().map(|p| p.component).collect();
-    (adjacency::build(&welded.vertices, &welded.triangles), components)
+    (
+        adjacency::build(&welded.vertices, &welded.triangles),
+        components,
+    )
 }
 
 /// A component before it has its final place.
@@ -36,9 +39,19 @@ impl Piece {
     fn compare(&self, other: &Self) -> std::cmp::Ordering {
         let key = |p: &Self| p.component.bounds.map(|b| b.to_array());
         let (a, b) = (key(self), key(other));
-        let mut bounds = a.as_flattened().iter().zip(b.as_flattened()).map(|(x, y)| x.total_cmp(y));
-        let first_difference = bounds.find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal);
-        other.component.area.total_cmp(&self.component.area).then(first_difference)
+        let mut bounds = a
+            .as_flattened()
+            .iter()
+            .zip(b.as_flattened())
+            .map(|(x, y)| x.total_cmp(y));
+        let first_difference = bounds
+            .find(|o| o.is_ne())
+            .unwrap_or(std::cmp::Ordering::Equal);
+        other
+            .component
+            .area
+            .total_cmp(&self.component.area)
+            .then(first_difference)
     }
 }
 
@@ -50,7 +63,11 @@ fn pieces(welded: &Welded, roots: &[u32]) -> Vec<Piece> {
         let corners = welded.triangles[t].map(|i| welded.vertices[i as usize]);
         if slot[root as usize] == u32::MAX {
             slot[root as usize] = pieces.len() as u32;
-            pieces.push(Piece { root, count: 0, component: empty_component(corners[0]) });
+            pieces.push(Piece {
+                root,
+                count: 0,
+                component: empty_component(corners[0]),
+            });
         }
         let piece = &mut pieces[slot[root as usize] as usize];
         piece.count += 1;
@@ -64,7 +81,11 @@ fn pieces(welded: &Welded, roots: &[u32]) -> Vec<Piece> {
 }
 
 fn empty_component(at: DVec3) -> Component {
-    Component { triangles: 0..0, area: 0.0, bounds: [at, at] }
+    Component {
+        triangles: 0..0,
+        area: 0.0,
+        bounds: [at, at],
+    }
 }
 
 /// Gives every piece its range of numbers; returns the old number for every new one.
@@ -87,7 +108,13 @@ fn number_pieces(pieces: &mut [Piece], roots: &[u32]) -> Vec<u32> {
 }
 
 fn permute(welded: &mut Welded, order: &[u32]) {
-    welded.triangles = order.iter().map(|&old| welded.triangles[old as usize]).collect();
-    welded.source = order.iter().map(|&old| welded.source[old as usize]).collect();
+    welded.triangles = order
+        .iter()
+        .map(|&old| welded.triangles[old as usize])
+        .collect();
+    welded.source = order
+        .iter()
+        .map(|&old| welded.source[old as usize])
+        .collect();
     forget_unused(&mut welded.vertices, &mut welded.triangles);
 }

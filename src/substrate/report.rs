@@ -88,12 +88,19 @@ fn pieces(welded: &Welded, roots: &[u32]) -> Vec<PieceReport> {
     by_root.retain(|p| p.0 > 0);
     by_root.sort_by(|a, b| b.1.total_cmp(&a.1));
     let area = |local| welded.units.area_to_file(local);
-    by_root.into_iter().map(|(triangles, a)| PieceReport { triangles, area: area(a) }).collect()
+    by_root
+        .into_iter()
+        .map(|(triangles, a)| PieceReport {
+            triangles,
+            area: area(a),
+        })
+        .collect()
 }
 
 fn places(welded: &Welded, edges: &[[u32; 2]]) -> Vec<[f64; 3]> {
     let stride = edges.len().div_ceil(PLACES).max(1);
-    let midpoint = |[a, b]: [u32; 2]| (welded.vertices[a as usize] + welded.vertices[b as usize]) * 0.5;
+    let midpoint =
+        |[a, b]: [u32; 2]| (welded.vertices[a as usize] + welded.vertices[b as usize]) * 0.5;
     let place = |&e: &[u32; 2]| welded.units.to_file(midpoint(e)).to_array();
     edges.iter().step_by(stride).map(place).collect()
 }
@@ -103,12 +110,19 @@ fn edge_percentiles(welded: &Welded) -> [f64; 3] {
     let vertex = |i: u32| -> DVec3 { welded.vertices[i as usize] };
     let sides = |t: &[u32; 3]| {
         let [a, b, c] = t.map(vertex);
-        [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()]
+        [
+            (b - a).length_squared(),
+            (c - b).length_squared(),
+            (a - c).length_squared(),
+        ]
     };
     let mut lengths_sq: Vec<f64> = welded.triangles.iter().flat_map(sides).collect();
     let mut percentile = |share: f64| {
         let at = (share * (lengths_sq.len() - 1) as f64) as usize;
-        lengths_sq.select_nth_unstable_by(at, f64::total_cmp).1.sqrt()
+        lengths_sq
+            .select_nth_unstable_by(at, f64::total_cmp)
+            .1
+            .sqrt()
     };
     [percentile(0.05), percentile(0.5), percentile(0.95)]
 }
@@ -122,7 +136,10 @@ fn repairs(mut notes: Vec<String>, welded: &Welded) -> Vec<String> {
         notes.push(dropped(welded.duplicate, "duplicate triangles"));
     }
     if welded.merged > 0 {
-        notes.push(format!("{} vertices welded to others at the same place", welded.merged));
+        notes.push(format!(
+            "{} vertices welded to others at the same place",
+            welded.merged
+        ));
     }
     notes
 }

@@ -17,14 +17,22 @@ pub struct SurfacePoint {
 impl SurfacePoint {
     /// The centroid of a triangle.
     pub fn centroid(triangle: u32) -> Self {
-        Self { triangle, u: 1.0 / 3.0, v: 1.0 / 3.0 }
+        Self {
+            triangle,
+            u: 1.0 / 3.0,
+            v: 1.0 / 3.0,
+        }
     }
 
     /// From the weights of the three corners, which are clamped to the triangle.
     pub fn from_weights(triangle: u32, weights: [f64; 3]) -> Self {
         let [w0, w1, w2] = weights.map(|w| w.max(0.0));
         let sum = w0 + w1 + w2;
-        Self { triangle, u: w1 / sum, v: w2 / sum }
+        Self {
+            triangle,
+            u: w1 / sum,
+            v: w2 / sum,
+        }
     }
 
     /// The weights of the three corners.

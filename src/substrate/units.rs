@@ -15,15 +15,26 @@ pub struct Units {
 impl Units {
     /// Units for the vertices that triangles use.
     pub(super) fn of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
-        let corners = triangles.as_flattened().iter().map(|&i| DVec3::from(positions[i as usize]));
+        let corners = triangles
+            .as_flattened()
+            .iter()
+            .map(|&i| DVec3::from(positions[i as usize]));
         Self::from_points(corners)
     }
 
     fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (min, max) = points.fold(empty, |(lo, hi), p| (lo.min(p), hi.max(p)));
-        let (min, max) = if min.x <= max.x { (min, max) } else { (DVec3::ZERO, DVec3::ZERO) };
-        Self { min, max, scale: power_of_two_below_inverse((max - min).length()) }
+        let (min, max) = if min.x <= max.x {
+            (min, max)
+        } else {
+            (DVec3::ZERO, DVec3::ZERO)
+        };
+        Self {
+            min,
+            max,
+            scale: power_of_two_below_inverse((max - min).length()),
+        }
     }
 
     /// Lower and upper corner of the bounding box, file units.

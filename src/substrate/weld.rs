@@ -31,7 +31,11 @@ const FLAT: f64 = 1e-12;
 const FAR: f64 = 16.0;
 
 pub(super) fn weld(soup: Soup) -> Welded {
-    let Soup { positions, mut triangles, .. } = soup;
+    let Soup {
+        positions,
+        mut triangles,
+        ..
+    } = soup;
     let units = Units::of(&positions, &triangles);
     let used = count_used(positions.len(), &triangles);
     let mut vertices = merge_vertices(&units, &positions, &mut triangles);
@@ -39,19 +43,34 @@ pub(super) fn weld(soup: Soup) -> Welded {
     let merged = used - vertices.len();
     let read = triangles.len();
     let mut source: Vec<u32> = (0..read as u32).collect();
-    retain_pairs(&mut triangles, &mut source, |t| !is_degenerate(&vertices, t));
+    retain_pairs(&mut triangles, &mut source, |t| {
+        !is_degenerate(&vertices, t)
+    });
     let degenerate = read - triangles.len();
     let mut seen = HashIndex::with_capacity(triangles.len());
     let mut kept: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
-    retain_pairs(&mut triangles, &mut source, |t| insert_new(&mut seen, &mut kept, sorted(t)));
+    retain_pairs(&mut triangles, &mut source, |t| {
+        insert_new(&mut seen, &mut kept, sorted(t))
+    });
     let duplicate = read - degenerate - triangles.len();
     forget_unused(&mut vertices, &mut triangles);
-    Welded { units, vertices, triangles, source, degenerate, duplicate, merged }
+    Welded {
+        units,
+        vertices,
+        triangles,
+        source,
+        degenerate,
+        duplicate,
+        merged,
+    }
 }
 
 fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
     let mut used = vec![false; vertices];
-    triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+    triangles
+        .as_flattened()
+        .iter()
+        .for_each(|&i| used[i as usize] = true);
     used.into_iter().filter(|&u| u).count()
 }
 
@@ -69,14 +88,14 @@ fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> 
 ///
 /// Two vertices are one when their coordinates are equal as f32, counted from the file's origin,
 /// or from the mesh's own centre where the mesh lies more than 16 diagonals away from it.
-fn merge_vertices(
-    units: &Units,
-    positions: &[[f64; 3]],
-    triangles: &mut [[u32; 3]],
-) -> Vec<DVec3> {
+fn merge_vertices(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let far = units.offset() > FAR * units.diagonal();
     let shift = if far { units.origin() } else { DVec3::ZERO };
-    let key = |i: u32| (DVec3::from(positions[i as usize]) - shift).to_array().map(rounded_bits);
+    let key = |i: u32| {
+        (DVec3::from(positions[i as usize]) - shift)
+            .to_array()
+            .map(rounded_bits)
+    };
     let mut seen = HashIndex::with_capacity(positions.len());
     let mut first: Vec<u32> = Vec::with_capacity(positions.len().min(triangles.len()));
     for corner in triangles.as_flattened_mut() {
@@ -87,7 +106,10 @@ fn merge_vertices(
         }
         *corner = found;
     }
-    first.into_iter().map(|i| units.to_local(positions[i as usize])).collect()
+    first
+        .into_iter()
+        .map(|i| units.to_local(positions[i as usize]))
+        .collect()
 }
 
 /// Bits of a coordinate as f32, the two zeros being one.
@@ -97,7 +119,10 @@ fn rounded_bits(x: f64) -> u32 {
 
 fn is_degenerate(vertices: &[DVec3], t: [u32; 3]) -> bool {
     let [a, b, c] = t.map(|i| vertices[i as usize]);
-    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    let longest = (b - a)
+        .length_squared()
+        .max((c - b).length_squared())
+        .max((a - c).length_squared());
     let doubled = (b - a).cross(c - a).length();
     t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || doubled <= FLAT * longest
 }
@@ -151,7 +176,10 @@ impl HashIndex {
 
     fn with_capacity(keys: usize) -> Self {
         let size = (keys.max(8) * 3 / 2).next_power_of_two();
-        Self { slots: vec![Self::EMPTY; size], mask: size - 1 }
+        Self {
+            slots: vec![Self::EMPTY; size],
+            mask: size - 1,
+        }
     }
 
     /// The number already stored for this key, or `new` after storing it.

@@ -104,13 +104,17 @@ impl Connectivity {
         let inside = corners.map(|c| (c - centre).length_squared() <= limit);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            let touches = inside[k] || inside[(k + 1) % 3] || segment_distance_sq(centre, a, b) <= limit;
+            let touches =
+                inside[k] || inside[(k + 1) % 3] || segment_distance_sq(centre, a, b) <= limit;
             if touches {
                 self.mark(crossings[k].twin.half_edge() / 3);
             }
             if inside[k] {
                 let vertex = substrate.triangles()[t as usize][k];
-                substrate.half_edges_at(vertex).iter().for_each(|h| self.mark(h / 3));
+                substrate
+                    .half_edges_at(vertex)
+                    .iter()
+                    .for_each(|h| self.mark(h / 3));
             }
         }
     }

@@ -21,8 +21,18 @@ impl TrianglePlane {
         let x = (b - a).normalize_or(DVec3::X);
         let along = (c - a).dot(x);
         let y = (c - a - x * along).normalize_or(x.any_orthonormal_vector());
-        let corners = [DVec2::ZERO, DVec2::new((b - a).dot(x), 0.0), DVec2::new(along, (c - a).dot(y))];
-        Self { triangle, origin: a, x, y, corners }
+        let corners = [
+            DVec2::ZERO,
+            DVec2::new((b - a).dot(x), 0.0),
+            DVec2::new(along, (c - a).dot(y)),
+        ];
+        Self {
+            triangle,
+            origin: a,
+            x,
+            y,
+            corners,
+        }
     }
 
     /// The corners in the plane, counter-clockwise.
@@ -34,7 +44,10 @@ impl TrianglePlane {
     pub fn project(&self, p: DVec3) -> (DVec2, f64) {
         let d = p - self.origin;
         let foot = DVec2::new(d.dot(self.x), d.dot(self.y));
-        (foot, (d - self.x * foot.x - self.y * foot.y).length_squared())
+        (
+            foot,
+            (d - self.x * foot.x - self.y * foot.y).length_squared(),
+        )
     }
 
     /// A point of the plane in space.
@@ -45,7 +58,11 @@ impl TrianglePlane {
     /// A point of the plane as a surface point, clamped to the triangle.
     pub fn surface_point(&self, p: DVec2) -> SurfacePoint {
         let [a, b, c] = self.corners;
-        let weights = [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
+        let weights = [
+            (b - p).perp_dot(c - p),
+            (c - p).perp_dot(a - p),
+            (a - p).perp_dot(b - p),
+        ];
         let sum = (b - a).perp_dot(c - a);
         SurfacePoint::from_weights(self.triangle, weights.map(|w| w / sum))
     }

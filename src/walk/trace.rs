@@ -54,7 +54,7 @@ pub trait Visitor {
 }
 
 /// Reflects at boundaries, watches nothing.
-pub struct Reflecting;
+pub(super) struct Reflecting;
 
 impl Visitor for Reflecting {
     const ABSORB: bool = false;
@@ -63,7 +63,7 @@ impl Visitor for Reflecting {
 }
 
 /// Ends at boundaries, watches nothing.
-pub struct Absorbing;
+pub(super) struct Absorbing;
 
 impl Visitor for Absorbing {
     const ABSORB: bool = true;
@@ -93,7 +93,11 @@ pub fn trace_visiting<V: Visitor>(
     let [w0, w1, w2] = from.weights();
     let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
     corners.iter_mut().for_each(|c| *c -= at);
-    let ended = |point, end, crossings| Trace { point, end, crossings };
+    let ended = |point, end, crossings| Trace {
+        point,
+        end,
+        crossings,
+    };
     if contains(&corners, step) {
         return ended(weigh(from.triangle, corners, step), End::Distance, 0);
     }
@@ -124,7 +128,11 @@ fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
 
 /// The surface point of a triangle laid flat with these corners.
 fn weigh(triangle: u32, [a, b, c]: [DVec2; 3], p: DVec2) -> SurfacePoint {
-    let weights = [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)];
+    let weights = [
+        (b - p).perp_dot(c - p),
+        (c - p).perp_dot(a - p),
+        (a - p).perp_dot(b - p),
+    ];
     let sum = (b - a).perp_dot(c - a);
     SurfacePoint::from_weights(triangle, weights.map(|w| w / sum))
 }
@@ -145,7 +153,10 @@ impl Front {
         let pair = |k: usize| (side[k], side[(k + 1) % 3]);
         let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
         let grazes = |&k: &usize| matches!(pair(k), (r, l) if r < 0.0 && l >= 0.0);
-        let k = (0..3).find(leaves).or_else(|| (0..3).find(grazes)).unwrap_or_else(|| farthest_out(corners, step));
+        let k = (0..3)
+            .find(leaves)
+            .or_else(|| (0..3).find(grazes))
+            .unwrap_or_else(|| farthest_out(corners, step));
         Self {
             left: corners[(k + 1) % 3],
             right: corners[k],
@@ -156,7 +167,10 @@ impl Front {
 
     fn is_boundary(&self, charts: &[Chart]) -> bool {
         let h = self.half_edge;
-        charts[h as usize / 3].crossings[h as usize % 3].twin.half_edge() == h
+        charts[h as usize / 3].crossings[h as usize % 3]
+            .twin
+            .half_edge()
+            == h
     }
 
     /// Lays the triangle beyond the edge flat.
@@ -167,20 +181,46 @@ impl Front {
         let entry = twin.half_edge();
         let (triangle, k) = (entry / 3, entry % 3);
         let crossing = &charts[triangle as usize].crossings[k as usize];
-        let (start, end) = if mirrored { (self.right, self.left) } else { (self.left, self.right) };
+        let (start, end) = if mirrored {
+            (self.right, self.left)
+        } else {
+            (self.left, self.right)
+        };
         let e = end - start;
-        let inward = if mirrored { DVec2::new(e.y, -e.x) } else { DVec2::new(-e.y, e.x) };
+        let inward = if mirrored {
+            DVec2::new(e.y, -e.x)
+        } else {
+            DVec2::new(-e.y, e.x)
+        };
         let apex = start + e * crossing.along + inward * crossing.height;
-        Unfolded { left: self.left, right: self.right, apex, triangle, entry: k, mirrored }
+        Unfolded {
+            left: self.left,
+            right: self.right,
+            apex,
+            triangle,
+            entry: k,
+            mirrored,
+        }
     }
 
     /// Where the path meets the edge: share of the half-edge from its start, share of the step.
     fn meeting(&self, step: DVec2) -> (f64, f64) {
         let (r, l) = (step.perp_dot(self.right), step.perp_dot(self.left));
-        let from_right = if l > r { (-r / (l - r)).clamp(0.0, 1.0) } else { 0.5 };
+        let from_right = if l > r {
+            (-r / (l - r)).clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
         let point = self.right + (self.left - self.right) * from_right;
-        let share = if self.mirrored { 1.0 - from_right } else { from_right };
-        (share, (point.dot(step) / step.length_squared()).clamp(0.0, 1.0))
+        let share = if self.mirrored {
+            1.0 - from_right
+        } else {
+            from_right
+        };
+        (
+            share,
+            (point.dot(step) / step.length_squared()).clamp(0.0, 1.0),
+        )
     }
 
     fn point_on_edge(&self, step: DVec2) -> SurfacePoint {
@@ -199,7 +239,9 @@ fn farthest_out(corners: &[DVec2; 3], p: DVec2) -> usize {
         let e = corners[(k + 1) % 3] - corners[k];
         -e.perp_dot(p - corners[k]) / e.length().max(f64::MIN_POSITIVE)
     };
-    (0..3).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b))).unwrap_or(0)
+    (0..3)
+        .max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)))
+        .unwrap_or(0)
 }
 
 /// A triangle laid flat beyond the edge that the path came through.
@@ -217,7 +259,11 @@ impl Unfolded {
     /// The edge that the path leaves by; none if it ends before that.
     fn next_front(&self, step: DVec2) -> Option<Front> {
         let apex_is_left = step.perp_dot(self.apex) > 0.0;
-        let (right, left) = if apex_is_left { (self.right, self.apex) } else { (self.apex, self.left) };
+        let (right, left) = if apex_is_left {
+            (self.right, self.apex)
+        } else {
+            (self.apex, self.left)
+        };
         if (left - right).perp_dot(step - right) >= 0.0 {
             return None;
         }
@@ -225,11 +271,20 @@ impl Unfolded {
         // is on the right, or on the left where the triangle lies mirrored.
         let turn = if apex_is_left != self.mirrored { 1 } else { 2 };
         let half_edge = 3 * self.triangle + (self.entry + turn) % 3;
-        Some(Front { left, right, half_edge, mirrored: self.mirrored })
+        Some(Front {
+            left,
+            right,
+            half_edge,
+            mirrored: self.mirrored,
+        })
     }
 
     fn point_at(&self, p: DVec2) -> SurfacePoint {
-        let (start, end) = if self.mirrored { (self.right, self.left) } else { (self.left, self.right) };
+        let (start, end) = if self.mirrored {
+            (self.right, self.left)
+        } else {
+            (self.left, self.right)
+        };
         let k = self.entry as usize;
         let mut corners = [DVec2::ZERO; 3];
         corners[k] = start;

@@ -1,0 +1,23 @@
+//! One disc of the lichen.
+
+use glam::DVec3;
+
+use crate::substrate::SurfacePoint;
+
+/// The parent of an element that has none: a seed.
+pub const NO_PARENT: u32 = u32::MAX;
+
+/// One aggregated disc. Its age is its place in the [`Cluster`](super::Cluster).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Element {
+    /// Where it is on the surface.
+    pub at: SurfacePoint,
+    /// The same place in space, local units.
+    pub position: DVec3,
+    /// Age of the element that it stuck to; [`NO_PARENT`] for a seed.
+    pub parent: u32,
+    /// Which seed it descends from.
+    pub colony: u32,
+    /// The sticking probability P_s that it stuck with; 1 for a seed.
+    pub probability: f64,
+}

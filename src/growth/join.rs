@@ -1,0 +1,191 @@
+//! How a walker that sticks becomes an element (Sumner 2001, 6.4).
+//!
+//! It is moved back along its step until it just touches. To `pack`, it is then rotated about the
+//! element that it touched until it touches a second one: see [`orbit`](super::orbit).
+
+use glam::{DVec2, DVec3};
+
+use super::orbit::Orbit;
+use super::{Join, Surroundings};
+use crate::cluster::ElementIndex;
+use crate::substrate::{HalfEdge, Substrate, SurfacePoint};
+use crate::walk::{Connectivity, TrianglePlane, Visitor, trace_visiting};
+
+/// Where a walker came to rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Joined {
+    /// The place.
+    pub at: SurfacePoint,
+    /// The element that it touched first.
+    pub touched: u32,
+    /// Whether it was rotated to a second one.
+    pub packed: bool,
+}
+
+/// A place nearer to a centre than contact by this share overlaps it.
+const OVERLAP: f64 = 1e-9;
+
+impl<I: ElementIndex> Surroundings<'_, I> {
+    /// The resting place of a walker whose step from `from` ended in contact.
+    pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
+        let path = Path::follow(self.substrate, from, step);
+        let (at, touched) = self.first_touch(scratch, &path);
+        let first = Joined {
+            at,
+            touched,
+            packed: false,
+        };
+        if self.parameters.join == Join::Touch {
+            return first;
+        }
+        let packed = Orbit::new(self, touched).second_touch(scratch, &at);
+        let clear = |at: &SurfacePoint| !self.overlaps(scratch, at);
+        packed.filter(clear).map_or(first, |at| Joined {
+            at,
+            packed: true,
+            ..first
+        })
+    }
+
+    /// DESIGN section 3, step 5: after packing on a curved mesh, check again.
+    fn overlaps(&self, scratch: &mut Connectivity, at: &SurfacePoint) -> bool {
+        let distance = self.contact_distance() * (1.0 - OVERLAP);
+        self.touching(scratch, at, self.substrate.position(at), distance)
+            .is_some()
+    }
+
+    /// The first place on a path that is at contact distance from an element of its sheet.
+    ///
+    /// Only the last r of a path can be in contact, so the element is within 3r of the path's end.
+    fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32) {
+        let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
+        let mut nearby: Vec<(u32, DVec3)> = Vec::new();
+        self.index
+            .within(path.end(), reach, &mut |id, q| nearby.push((id, q)));
+        path.legs
+            .iter()
+            .find_map(|leg| self.first_touch_on(scratch, leg, &nearby))
+            .unwrap_or_else(|| self.last_place_clear(scratch, path))
+    }
+
+    fn first_touch_on(
+        &self,
+        scratch: &mut Connectivity,
+        leg: &Leg,
+        nearby: &[(u32, DVec3)],
+    ) -> Option<(SurfacePoint, u32)> {
+        let touch = |&(id, q): &(u32, DVec3)| Some((leg.meets(q, self.contact_distance())?, id));
+        let mut touches: Vec<(f64, u32)> = nearby.iter().filter_map(touch).collect();
+        touches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let element = |id: u32| &self.cluster.elements()[id as usize];
+        touches.into_iter().find_map(|(t, id)| {
+            let (here, there) = ((leg.triangle, leg.at(t)), element(id));
+            let same = self.same_sheet(scratch, here, (there.at.triangle, there.position));
+            same.then(|| (leg.surface_point(self.substrate, t), id))
+        })
+    }
+
+    /// The last place before a path comes into contact, by bisection.
+    ///
+    /// This is for walkers that come round a rim: an element of another sheet, already nearer
+    /// than contact, becomes one of theirs without its distance passing 2r.
+    fn last_place_clear(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32) {
+        let (mut clear, mut met) = (0.0, path.legs.len() as f64);
+        let touched = |scratch: &mut Connectivity, t: f64| {
+            let at = path.surface_point(self.substrate, t);
+            let p = self.substrate.position(&at);
+            self.touching(scratch, &at, p, self.contact_distance())
+        };
+        let mut touching = touched(scratch, met).unwrap_or(0);
+        for _ in 0..60 {
+            let middle = 0.5 * (clear + met);
+            match touched(scratch, middle) {
+                Some(id) => (met, touching) = (middle, id),
+                None => clear = middle,
+            }
+        }
+        (path.surface_point(self.substrate, clear), touching)
+    }
+}
+
+/// A traced step as straight legs through space, one a triangle. Never empty.
+struct Path {
+    legs: Vec<Leg>,
+}
+
+/// A straight line through one triangle.
+struct Leg {
+    triangle: u32,
+    from: DVec3,
+    to: DVec3,
+}
+
+/// Notes where a trace crosses edges.
+#[derive(Default)]
+struct Crossed(Vec<(HalfEdge, f64)>);
+
+impl Visitor for Crossed {
+    const ABSORB: bool = false;
+    const WATCHES: bool = true;
+    fn leave(&mut self, half_edge: HalfEdge, share: f64, _: f64) {
+        self.0.push((half_edge, share));
+    }
+}
+
+impl Path {
+    /// Traces a step again. It did not end at a boundary the first time, so it may reflect.
+    fn follow(substrate: &Substrate, start: &SurfacePoint, step: DVec2) -> Self {
+        let mut crossed = Crossed::default();
+        let end = trace_visiting(substrate, start, step, &mut crossed).point;
+        let mut from = substrate.position(start);
+        let mut legs = Vec::with_capacity(crossed.0.len() + 1);
+        for (half_edge, share) in crossed.0 {
+            let (triangle, k) = (half_edge / 3, half_edge as usize % 3);
+            let corners = substrate.corners(triangle);
+            let to = corners[k].lerp(corners[(k + 1) % 3], share);
+            legs.push(Leg { triangle, from, to });
+            from = to;
+        }
+        legs.push(Leg {
+            triangle: end.triangle,
+            from,
+            to: substrate.position(&end),
+        });
+        Self { legs }
+    }
+
+    fn end(&self) -> DVec3 {
+        self.legs[self.legs.len() - 1].to
+    }
+
+    /// The place at t: the leg's number, and the share of it as fraction.
+    fn surface_point(&self, substrate: &Substrate, t: f64) -> SurfacePoint {
+        let leg = (t as usize).min(self.legs.len() - 1);
+        self.legs[leg].surface_point(substrate, t - leg as f64)
+    }
+}
+
+impl Leg {
+    fn at(&self, t: f64) -> DVec3 {
+        self.from.lerp(self.to, t)
+    }
+
+    fn surface_point(&self, substrate: &Substrate, t: f64) -> SurfacePoint {
+        let plane = TrianglePlane::new(substrate, self.triangle);
+        plane.surface_point(plane.project(self.at(t)).0)
+    }
+
+    /// The share of the leg at which it comes as near as `distance` to a centre.
+    fn meets(&self, centre: DVec3, distance: f64) -> Option<f64> {
+        let (e, f) = (self.to - self.from, self.from - centre);
+        let (ee, ef) = (e.length_squared(), e.dot(f));
+        let outside = f.length_squared() - distance * distance;
+        let discriminant = ef * ef - ee * outside;
+        if ef >= 0.0 || outside < 0.0 || discriminant < 0.0 {
+            return None;
+        }
+        // The smaller root, in the form that does not cancel.
+        let t = outside / (discriminant.sqrt() - ef);
+        (t <= 1.0).then_some(t)
+    }
+}

@@ -1,0 +1,195 @@
+//! Where walkers start (Sumner 2001, 6.3.1).
+//!
+//! The sphere of radius k_launch · R_e about the centroid cuts the surface in circular arcs, and a
+//! walker starts at a point uniform by arc length. Sumner cuts the triangles' edges only; here
+//! every triangle's plane is cut exactly, so a sphere smaller than one triangle has its circle too.
+//! Where the sphere cuts nothing it encloses the component: walkers then start uniformly by area
+//! on what the lichen leaves free.
+//!
+//! Departure: the arcs are worked out anew only when the centroid and the launch radius together
+//! have moved by 1/16 of the gap between the lichen and the arcs. When that happens depends on the
+//! births alone, so a run that is rebuilt from its elements has the same arcs.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use crate::rng::Stream;
+use crate::substrate::{Substrate, SurfacePoint};
+use crate::walk::TrianglePlane;
+
+/// The arcs in which a sphere cuts the surface.
+#[derive(Clone, Debug, Default)]
+pub struct LaunchRing {
+    arcs: Vec<Arc>,
+    /// Length of all arcs up to and with each one.
+    lengths: Vec<f64>,
+}
+
+/// An arc of a circle in a triangle's chart.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    triangle: u32,
+    centre: DVec2,
+    radius: f64,
+    from: f64,
+    sweep: f64,
+}
+
+impl LaunchRing {
+    /// Cuts the triangles of some ranges with a sphere.
+    pub fn new(
+        substrate: &Substrate,
+        components: &[Range<u32>],
+        centre: DVec3,
+        radius: f64,
+    ) -> Self {
+        let mut ring = Self::default();
+        for range in components {
+            for triangle in substrate.triangles_near_sphere(centre, radius, range) {
+                ring.cut(substrate, triangle, centre, radius);
+            }
+        }
+        ring
+    }
+
+    /// Length of all arcs.
+    pub fn length(&self) -> f64 {
+        self.lengths.last().copied().unwrap_or(0.0)
+    }
+
+    /// A point uniform by arc length; none when nothing was cut.
+    pub fn sample(&self, substrate: &Substrate, stream: &mut Stream) -> Option<SurfacePoint> {
+        let target = stream.uniform() * self.length();
+        let i = self
+            .lengths
+            .partition_point(|&l| l <= target)
+            .min(self.arcs.len().checked_sub(1)?);
+        let arc = &self.arcs[i];
+        let start = if i == 0 { 0.0 } else { self.lengths[i - 1] };
+        let angle = arc.from + arc.sweep * ((target - start) / (self.lengths[i] - start));
+        let plane = TrianglePlane::new(substrate, arc.triangle);
+        Some(plane.surface_point(arc.at(angle)))
+    }
+
+    fn cut(&mut self, substrate: &Substrate, triangle: u32, centre: DVec3, radius: f64) {
+        let plane = TrianglePlane::new(substrate, triangle);
+        let (foot, height_sq) = plane.project(centre);
+        let circle_sq = radius * radius - height_sq;
+        if circle_sq <= 0.0 {
+            return;
+        }
+        let arc = Arc {
+            triangle,
+            centre: foot,
+            radius: circle_sq.sqrt(),
+            from: 0.0,
+            sweep: TAU,
+        };
+        let mut angles = arc.crossings(plane.corners());
+        if angles.is_empty() {
+            angles.push(0.0);
+        }
+        angles.sort_by(f64::total_cmp);
+        for (i, &from) in angles.iter().enumerate() {
+            let to = if i + 1 < angles.len() {
+                angles[i + 1]
+            } else {
+                angles[0] + TAU
+            };
+            self.add_if_inside(
+                plane.corners(),
+                Arc {
+                    from,
+                    sweep: to - from,
+                    ..arc
+                },
+            );
+        }
+    }
+
+    fn add_if_inside(&mut self, corners: &[DVec2; 3], arc: Arc) {
+        let middle = arc.at(arc.from + 0.5 * arc.sweep);
+        let inside = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            (b - a).perp_dot(middle - a) > 0.0
+        };
+        if arc.sweep > 0.0 && (0..3).all(inside) {
+            self.lengths.push(self.length() + arc.radius * arc.sweep);
+            self.arcs.push(arc);
+        }
+    }
+}
+
+impl Arc {
+    fn at(&self, angle: f64) -> DVec2 {
+        let (sin, cos) = libm::sincos(angle);
+        self.centre + DVec2::new(cos, sin) * self.radius
+    }
+
+    /// Angles at which the whole circle crosses a triangle's edges.
+    fn crossings(&self, corners: &[DVec2; 3]) -> Vec<f64> {
+        let mut angles = Vec::with_capacity(6);
+        for k in 0..3 {
+            let (a, e) = (corners[k] - self.centre, corners[(k + 1) % 3] - corners[k]);
+            for s in circle_crossings(a, e, self.radius * self.radius) {
+                if (0.0..=1.0).contains(&s) {
+                    let p = a + e * s;
+                    angles.push(libm::atan2(p.y, p.x));
+                }
+            }
+        }
+        angles
+    }
+}
+
+/// The s for which |a + s·e|² = radius², ascending; both NaN where the line misses the circle.
+pub(super) fn circle_crossings(a: DVec2, e: DVec2, radius_sq: f64) -> [f64; 2] {
+    let (ee, ae) = (e.length_squared(), a.dot(e));
+    // The foot of the centre on the line, then half the chord: no cancellation far from the centre.
+    let miss_sq = a.perp_dot(e) * a.perp_dot(e) / ee;
+    let half = ((radius_sq - miss_sq) / ee).sqrt();
+    [-ae / ee - half, -ae / ee + half]
+}
+
+/// Chooses among triangles by area.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AreaSampler {
+    triangles: Vec<u32>,
+    /// Area of all triangles up to and with each one.
+    areas: Vec<f64>,
+}
+
+impl AreaSampler {
+    pub(super) fn new(substrate: &Substrate, triangles: impl Iterator<Item = u32>) -> Self {
+        let mut sampler = Self::default();
+        let mut total = 0.0;
+        for t in triangles {
+            total += substrate.area(t);
+            sampler.triangles.push(t);
+            sampler.areas.push(total);
+        }
+        sampler
+    }
+
+    /// A point uniform by area.
+    pub(super) fn sample(&self, stream: &mut Stream) -> SurfacePoint {
+        let target = stream.uniform() * self.areas.last().copied().unwrap_or(0.0);
+        let i = self
+            .areas
+            .partition_point(|&a| a <= target)
+            .min(self.triangles.len() - 1);
+        let (u, v) = (stream.uniform(), stream.uniform());
+        let (u, v) = if u + v > 1.0 {
+            (1.0 - u, 1.0 - v)
+        } else {
+            (u, v)
+        };
+        SurfacePoint {
+            triangle: self.triangles[i],
+            u,
+            v,
+        }
+    }
+}

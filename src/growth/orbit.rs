@@ -1,0 +1,270 @@
+//! Rotation about an element, along the surface at contact distance (Sumner 2001, 6.4).
+//!
+//! The curve is the sphere of radius 2r about the element's centre, cut by the surface: a circular
+//! arc in each triangle. It is followed exactly, arc by arc, until it meets the sphere of another
+//! element of the same sheet.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::Surroundings;
+use super::launch::circle_crossings;
+use crate::cluster::ElementIndex;
+use crate::substrate::SurfacePoint;
+use crate::walk::{Connectivity, TrianglePlane};
+
+/// Arcs that one rotation may follow: a full turn over triangles a hundredth of r in size.
+const MOST_ARCS: u32 = 4096;
+
+/// Angles this close before the start are at the start, up to round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// A rotation about one element.
+pub(super) struct Orbit<'a, I> {
+    around: &'a Surroundings<'a, I>,
+    centre: DVec3,
+    reach: f64,
+    /// The other elements that the rotation can meet.
+    others: Vec<(u32, DVec3)>,
+}
+
+/// A second contact, and how far along the curve it was.
+struct Met {
+    at: SurfacePoint,
+    length: f64,
+}
+
+/// A place on the curve, seen in one triangle's plane.
+struct Here {
+    triangle: u32,
+    plane: TrianglePlane,
+    /// The circle that the sphere cuts from the plane.
+    centre: DVec2,
+    radius: f64,
+    point: DVec2,
+    /// 1 counter-clockwise, −1 clockwise in the plane.
+    sense: f64,
+}
+
+/// How the curve leaves a triangle.
+struct Exit {
+    angle: f64,
+    edge: usize,
+    share: f64,
+}
+
+impl<'a, I: ElementIndex> Orbit<'a, I> {
+    pub(super) fn new(around: &'a Surroundings<'a, I>, about: u32) -> Self {
+        let centre = around.cluster.elements()[about as usize].position;
+        let reach = around.contact_distance();
+        let mut others = Vec::new();
+        around.index.within(centre, 2.0 * reach, &mut |id, q| {
+            if id != about {
+                others.push((id, q));
+            }
+        });
+        others.sort_unstable_by_key(|o| o.0);
+        Self {
+            around,
+            centre,
+            reach,
+            others,
+        }
+    }
+
+    /// The nearer, along the curve, of the two places at which a rotation from a place first
+    /// touches a second element.
+    pub(super) fn second_touch(
+        &self,
+        scratch: &mut Connectivity,
+        from: &SurfacePoint,
+    ) -> Option<SurfacePoint> {
+        if self.others.is_empty() {
+            return None;
+        }
+        let ways = [1.0, -1.0].map(|sense| self.rotate(scratch, from, sense));
+        let nearer = |a: Met, b: Met| if b.length < a.length { b } else { a };
+        let [a, b] = ways;
+        a.into_iter().chain(b).reduce(nearer).map(|met| met.at)
+    }
+
+    fn rotate(&self, scratch: &mut Connectivity, from: &SurfacePoint, sense: f64) -> Option<Met> {
+        let start = self.around.substrate.position(from);
+        let mut here = self.begin(from, sense)?;
+        let mut length = 0.0;
+        for arcs in 0..MOST_ARCS {
+            let exit = here.exit();
+            let end = exit.as_ref().map_or(TAU, |e| e.angle);
+            if let Some((angle, at)) = self.first_met(scratch, &here, end) {
+                return Some(Met {
+                    at,
+                    length: length + angle * here.radius,
+                });
+            }
+            let exit = exit?;
+            if arcs > 0 && here.triangle == from.triangle && here.passes(start, exit.angle) {
+                return None;
+            }
+            length += exit.angle * here.radius;
+            here = self.cross(&here, &exit)?;
+        }
+        None
+    }
+
+    fn begin(&self, from: &SurfacePoint, sense: f64) -> Option<Here> {
+        let plane = TrianglePlane::new(self.around.substrate, from.triangle);
+        let point = plane.project(self.around.substrate.position(from)).0;
+        self.circle(&plane).map(|(centre, radius)| Here {
+            triangle: from.triangle,
+            plane,
+            centre,
+            radius,
+            point,
+            sense,
+        })
+    }
+
+    /// The circle that the sphere about the element cuts from a plane.
+    fn circle(&self, plane: &TrianglePlane) -> Option<(DVec2, f64)> {
+        circle_in(plane, self.centre, self.reach)
+    }
+
+    /// The first element of the same sheet that the curve meets before an angle.
+    fn first_met(
+        &self,
+        scratch: &mut Connectivity,
+        here: &Here,
+        end: f64,
+    ) -> Option<(f64, SurfacePoint)> {
+        let mut meetings: Vec<(f64, u32)> = Vec::new();
+        for &(id, q) in &self.others {
+            let Some((centre, radius)) = circle_in(&here.plane, q, self.reach) else {
+                continue;
+            };
+            meetings.extend(
+                here.meetings(centre, radius)
+                    .filter(|&a| a <= end)
+                    .map(|a| (a, id)),
+            );
+        }
+        meetings.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let elements = self.around.cluster.elements();
+        meetings.into_iter().find_map(|(angle, id)| {
+            let p = here.at_angle(angle);
+            let there = &elements[id as usize];
+            let place = (here.triangle, here.plane.lift(p));
+            let same = self
+                .around
+                .same_sheet(scratch, place, (there.at.triangle, there.position));
+            same.then(|| (angle, here.plane.surface_point(p)))
+        })
+    }
+
+    /// Goes on in the triangle beyond an exit; none at a boundary edge.
+    fn cross(&self, here: &Here, exit: &Exit) -> Option<Here> {
+        let chart = &self.around.substrate.charts()[here.triangle as usize];
+        let twin = chart.crossings[exit.edge].twin;
+        let entry = twin.half_edge();
+        if entry == 3 * here.triangle + exit.edge as u32 {
+            return None;
+        }
+        let (triangle, k) = (entry / 3, entry as usize % 3);
+        let plane = TrianglePlane::new(self.around.substrate, triangle);
+        let (centre, radius) = self.circle(&plane)?;
+        let share = if twin.is_flipped() {
+            exit.share
+        } else {
+            1.0 - exit.share
+        };
+        let (a, b) = (plane.corners()[k], plane.corners()[(k + 1) % 3]);
+        let point = a.lerp(b, share);
+        let inward = (b - a).perp_dot((point - centre).perp());
+        let sense = if inward >= 0.0 { 1.0 } else { -1.0 };
+        Some(Here {
+            triangle,
+            plane,
+            centre,
+            radius,
+            point,
+            sense,
+        })
+    }
+}
+
+/// The circle that a sphere cuts from a plane.
+fn circle_in(plane: &TrianglePlane, centre: DVec3, radius: f64) -> Option<(DVec2, f64)> {
+    let (foot, height_sq) = plane.project(centre);
+    let circle_sq = radius * radius - height_sq;
+    (circle_sq > 0.0).then(|| (foot, circle_sq.sqrt()))
+}
+
+impl Here {
+    /// How far the curve turns from here to a point of the circle, in [0, 2π).
+    fn angle_to(&self, p: DVec2) -> f64 {
+        let (from, to) = (self.point - self.centre, p - self.centre);
+        let angle = self.sense * libm::atan2(from.perp_dot(to), from.dot(to));
+        match if angle < 0.0 { angle + TAU } else { angle } {
+            a if a > TAU - ROUND_OFF => 0.0,
+            a => a,
+        }
+    }
+
+    /// Direction of travel at a point of the circle, of the circle's radius in length.
+    fn velocity(&self, p: DVec2) -> DVec2 {
+        (p - self.centre).perp() * self.sense
+    }
+
+    fn at_angle(&self, angle: f64) -> DVec2 {
+        let (sin, cos) = libm::sincos(self.sense * angle);
+        let from = (self.point - self.centre).normalize_or(DVec2::X) * self.radius;
+        self.centre + DVec2::new(cos, sin).rotate(from)
+    }
+
+    /// Where the curve first goes out through an edge.
+    fn exit(&self) -> Option<Exit> {
+        let corners = self.plane.corners();
+        let mut first: Option<Exit> = None;
+        for edge in 0..3 {
+            let (a, e) = (corners[edge], corners[(edge + 1) % 3] - corners[edge]);
+            for share in circle_crossings(a - self.centre, e, self.radius * self.radius) {
+                let p = a + e * share;
+                let inside = (-ROUND_OFF..=1.0 + ROUND_OFF).contains(&share);
+                if !inside || e.perp_dot(self.velocity(p)) >= 0.0 {
+                    continue;
+                }
+                let angle = self.angle_to(p);
+                if first.as_ref().is_none_or(|f| angle < f.angle) {
+                    first = Some(Exit {
+                        angle,
+                        edge,
+                        share: share.clamp(0.0, 1.0),
+                    });
+                }
+            }
+        }
+        first
+    }
+
+    /// Angles at which the curve comes into another circle.
+    fn meetings(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = f64> {
+        let between = centre - self.centre;
+        let distance_sq = between.length_squared();
+        let along =
+            (self.radius * self.radius - radius * radius + distance_sq) / (2.0 * distance_sq);
+        let across_sq = self.radius * self.radius / distance_sq - along * along;
+        let across = across_sq.max(0.0).sqrt();
+        let points = [across, -across].map(|h| self.centre + between * along + between.perp() * h);
+        let meets = across_sq >= 0.0 && distance_sq > 0.0;
+        let comes_in = move |p: &DVec2| meets && self.velocity(*p).dot(*p - centre) < 0.0;
+        points
+            .into_iter()
+            .filter(comes_in)
+            .map(|p| self.angle_to(p))
+    }
+
+    /// Whether the curve passes a point in space, on its circle, within an angle.
+    fn passes(&self, p: DVec3, angle: f64) -> bool {
+        self.angle_to(self.plane.project(p).0) <= angle
+    }
+}

@@ -1,0 +1,168 @@
+//! Where a seed element goes.
+
+use glam::{DVec2, DVec3};
+
+use super::launch::AreaSampler;
+use crate::rng::{Purpose, Stream};
+use crate::substrate::{Substrate, SurfacePoint};
+
+/// Where the seed element goes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SeedPlace {
+    /// On the mesh's largest piece, where a plumb line through the middle of that piece's bounding
+    /// box first meets it from above; where it misses, the piece's point nearest to that middle.
+    Top,
+    /// The point of the surface nearest to this one (file units).
+    Point([f64; 3]),
+    /// A triangle by its number in the file, at barycentric (u, v) or its centroid.
+    Triangle {
+        /// Number of the triangle in the file's order, from 0.
+        triangle: u32,
+        /// Weights of the second and third corner.
+        uv: Option<[f64; 2]>,
+    },
+    /// The highest point along the file's up axis.
+    Highest,
+    /// The point of the surface nearest to the bounding box's centre.
+    Center,
+    /// Uniform by area over the whole mesh, from the recipe's seed.
+    Random,
+}
+
+/// Why a seed element has no place.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlaceError {
+    /// The triangle is not there.
+    #[error(
+        "--at-triangle {triangle}: the mesh has no such triangle to grow on \
+         (they are numbered from 0 to {last} in the file's order; dropped ones cannot be used)"
+    )]
+    NoTriangle {
+        /// What was asked for.
+        triangle: u32,
+        /// The last number there is.
+        last: u32,
+    },
+    /// The point is farther from the surface than the mesh is large.
+    #[error(
+        "--at {point:?}: the nearest surface is {distance} away, more than the whole mesh's \
+         diagonal ({diagonal}); its bounding box runs from {low:?} to {high:?}"
+    )]
+    OnNothing {
+        /// What was asked for, file units.
+        point: [f64; 3],
+        /// Distance to the surface, file units.
+        distance: f64,
+        /// Diagonal of the bounding box, file units.
+        diagonal: f64,
+        /// Lower corner of the bounding box, file units.
+        low: [f64; 3],
+        /// Upper corner of the bounding box, file units.
+        high: [f64; 3],
+    },
+}
+
+impl SeedPlace {
+    /// The place on a substrate, for the seed element of a colony.
+    ///
+    /// # Errors
+    /// When there is no such triangle, or the point is nowhere near the mesh.
+    pub fn locate(
+        &self,
+        substrate: &Substrate,
+        seed: u64,
+        colony: u64,
+    ) -> Result<SurfacePoint, PlaceError> {
+        match self {
+            Self::Top => Ok(top(substrate)),
+            Self::Point(p) => nearest_to(substrate, *p),
+            Self::Triangle { triangle, uv } => in_triangle(substrate, *triangle, *uv),
+            Self::Highest => Ok(highest(substrate)),
+            Self::Center => Ok(substrate.nearest(DVec3::ZERO).0),
+            Self::Random => {
+                let all = 0..substrate.triangles().len() as u32;
+                let mut stream = Stream::new(seed, Purpose::SeedPlace, colony);
+                Ok(AreaSampler::new(substrate, all).sample(&mut stream))
+            }
+        }
+    }
+}
+
+fn nearest_to(substrate: &Substrate, point: [f64; 3]) -> Result<SurfacePoint, PlaceError> {
+    let units = substrate.units();
+    let (at, distance) = substrate.nearest(units.to_local(point));
+    let (distance, diagonal) = (units.length_to_file(distance), units.diagonal());
+    let [low, high] = units.bounding_box().map(|p| p.to_array());
+    if distance <= diagonal {
+        return Ok(at);
+    }
+    Err(PlaceError::OnNothing {
+        point,
+        distance,
+        diagonal,
+        low,
+        high,
+    })
+}
+
+fn in_triangle(
+    substrate: &Substrate,
+    triangle: u32,
+    uv: Option<[f64; 2]>,
+) -> Result<SurfacePoint, PlaceError> {
+    let last = substrate.report().triangles_read as u32 - 1;
+    let t = substrate
+        .from_source_triangle(triangle)
+        .ok_or(PlaceError::NoTriangle { triangle, last })?;
+    let at = |[u, v]: [f64; 2]| SurfacePoint::from_weights(t, [1.0 - u - v, u, v]);
+    Ok(uv.map_or(SurfacePoint::centroid(t), at))
+}
+
+fn highest(substrate: &Substrate) -> SurfacePoint {
+    let up = substrate.up();
+    let height = |t: u32, k: usize| substrate.corners(t)[k].dot(up);
+    let mut best = (f64::NEG_INFINITY, 0, 0);
+    for t in 0..substrate.triangles().len() as u32 {
+        for k in 0..3 {
+            if height(t, k) > best.0 {
+                best = (height(t, k), t, k);
+            }
+        }
+    }
+    let mut weights = [0.0; 3];
+    weights[best.2] = 1.0;
+    SurfacePoint::from_weights(best.1, weights)
+}
+
+fn top(substrate: &Substrate) -> SurfacePoint {
+    let piece = &substrate.components()[0];
+    let middle = (piece.bounds[0] + piece.bounds[1]) * 0.5;
+    let up = substrate.up();
+    let hits = piece
+        .triangles
+        .clone()
+        .filter_map(|t| plumb(substrate, t, middle, up));
+    let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
+    match hits.reduce(higher) {
+        Some((_, at)) => at,
+        None => substrate.nearest_among(middle, &piece.triangles),
+    }
+}
+
+/// Height at which a line along `up` through a point meets a triangle, and where.
+fn plumb(
+    substrate: &Substrate,
+    triangle: u32,
+    through: DVec3,
+    up: DVec3,
+) -> Option<(f64, SurfacePoint)> {
+    let across = up.any_orthonormal_pair();
+    let flat = |p: DVec3| DVec2::new((p - through).dot(across.0), (p - through).dot(across.1));
+    let corners = substrate.corners(triangle);
+    let [a, b, c] = corners.map(flat);
+    let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    let sum: f64 = weights.iter().sum();
+    let inside = sum != 0.0 && weights.iter().all(|w| w * sum >= 0.0);
+    let at = SurfacePoint::from_weights(triangle, weights.map(|w| w / sum));
+    inside.then(|| (substrate.position(&at).dot(up), at))
+}

@@ -1,0 +1,106 @@
+//! Curvature-based sticking (Sumner 2001, 5.2 and 6.2; Vicsek 1984).
+//!
+//! The front's curvature at a walker is estimated from n, the number of elements with their centre
+//! within L of its centre: κ = (n − N_L)/N_L, where N_L = πL²/(4√3 r²) is what a densely packed
+//! half disc holds. It sticks with P_s = clamp(A·κ + B, P_min, 1).
+//!
+//! The thesis prints κ with the opposite sign in 6.4; its own section 5.2 has this one (DESIGN
+//! section 4).
+
+use glam::DVec3;
+
+use super::{Parameters, Surroundings};
+use crate::cluster::ElementIndex;
+use crate::substrate::SurfacePoint;
+use crate::walk::Connectivity;
+
+/// The sticking law with its constants worked out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stickiness {
+    half_disc: f64,
+    gain: f64,
+    bias: f64,
+    least: f64,
+}
+
+impl Stickiness {
+    /// For these parameters.
+    pub fn new(p: &Parameters) -> Self {
+        let ratio = p.curvature_radius / p.radius;
+        let half_disc = std::f64::consts::PI * ratio * ratio / (4.0 * 3f64.sqrt());
+        Self {
+            half_disc,
+            gain: p.gain,
+            bias: p.bias,
+            least: p.min_stick,
+        }
+    }
+
+    /// Curvature κ of a front that has n elements within L.
+    pub fn curvature(&self, n: usize) -> f64 {
+        (n as f64 - self.half_disc) / self.half_disc
+    }
+
+    /// Sticking probability P_s with n elements within L.
+    pub fn probability(&self, n: usize) -> f64 {
+        (self.gain * self.curvature(n) + self.bias)
+            .max(self.least)
+            .min(1.0)
+    }
+}
+
+impl<I: ElementIndex> Surroundings<'_, I> {
+    /// P_s of a walker in contact if it sticks, with `chance` drawn uniformly from [0, 1).
+    ///
+    /// Elements of other sheets can only raise n, so most refusals are settled by counting
+    /// without asking which sheet each one is on.
+    pub fn sticks(
+        &self,
+        scratch: &mut Connectivity,
+        law: &Stickiness,
+        (at, p): (&SurfacePoint, DVec3),
+        chance: f64,
+    ) -> Option<f64> {
+        if law.gain == 0.0 {
+            let probability = law.probability(0);
+            return (chance < probability).then_some(probability);
+        }
+        let mut most = 0;
+        let mut elsewhere = false;
+        let elements = self.cluster.elements();
+        self.index
+            .within(p, self.parameters.curvature_radius, &mut |id, _| {
+                most += 1;
+                elsewhere |= elements[id as usize].at.triangle != at.triangle;
+            });
+        if law.gain > 0.0 && chance >= law.probability(most) {
+            return None;
+        }
+        let n = if elsewhere {
+            self.count(scratch, at, p)
+        } else {
+            most
+        };
+        let probability = law.probability(n);
+        (chance < probability).then_some(probability)
+    }
+
+    /// n: elements of the same sheet with their centre within L of a place.
+    ///
+    /// The sheet is what the surface joins to the place inside the ball of radius L + r.
+    pub fn count(&self, scratch: &mut Connectivity, at: &SurfacePoint, p: DVec3) -> usize {
+        let reach = self.parameters.curvature_radius;
+        scratch.reach(
+            self.substrate,
+            at.triangle,
+            p,
+            reach + self.parameters.radius,
+        );
+        let elements = self.cluster.elements();
+        let mut n = 0;
+        self.index.within(p, reach, &mut |id, _| {
+            n += usize::from(scratch.has_reached(elements[id as usize].at.triangle));
+        });
+        n
+    }
+}

@@ -1,0 +1,71 @@
+//! What a walker can ask about the place it is at.
+
+use glam::DVec3;
+
+use super::Parameters;
+use crate::cluster::{Cluster, ElementIndex};
+use crate::substrate::{Substrate, SurfacePoint};
+use crate::walk::Connectivity;
+
+/// The surface and the lichen on it, as they are while one walker walks.
+pub struct Surroundings<'a, I> {
+    /// The surface.
+    pub substrate: &'a Substrate,
+    /// The law's numbers.
+    pub parameters: &'a Parameters,
+    /// The lichen so far.
+    pub cluster: &'a Cluster,
+    /// Where its elements are.
+    pub index: &'a I,
+}
+
+impl<I: ElementIndex> Surroundings<'_, I> {
+    /// The distance at which two centres touch.
+    pub fn contact_distance(&self) -> f64 {
+        2.0 * self.parameters.radius
+    }
+
+    /// Whether two places are on the same sheet for contact: the surface joins them inside the
+    /// ball of radius 1.5 r about their midpoint.
+    ///
+    /// Centres in contact are within r of the midpoint. The half radius to spare lets the surface
+    /// between them be rough; over the rim of a fin it allows detours up to 3r, and through a fin
+    /// none. The rule is the same seen from either place.
+    pub fn same_sheet(
+        &self,
+        scratch: &mut Connectivity,
+        (triangle, p): (u32, DVec3),
+        (other, q): (u32, DVec3),
+    ) -> bool {
+        let ball = 1.5 * self.parameters.radius;
+        scratch.joined(self.substrate, [triangle, other], (p + q) * 0.5, ball)
+    }
+
+    /// The nearest element on the same sheet with its centre nearer than `distance`, which is at
+    /// most that of contact.
+    pub fn touching(
+        &self,
+        scratch: &mut Connectivity,
+        at: &SurfacePoint,
+        p: DVec3,
+        distance: f64,
+    ) -> Option<u32> {
+        let mut nearest: Option<(f64, u32)> = None;
+        let elements = self.cluster.elements();
+        self.index.within(p, distance, &mut |id, q| {
+            let candidate = (p.distance_squared(q), id);
+            let nearer = nearest.is_none_or(|n| candidate < n);
+            let there = (elements[id as usize].at.triangle, q);
+            if nearer && self.same_sheet(scratch, (at.triangle, p), there) {
+                nearest = Some(candidate);
+            }
+        });
+        nearest.map(|(_, id)| id)
+    }
+
+    /// Whether an element on the same sheet is in contact with a walker.
+    pub fn in_contact(&self, scratch: &mut Connectivity, at: &SurfacePoint, p: DVec3) -> bool {
+        self.touching(scratch, at, p, self.contact_distance())
+            .is_some()
+    }
+}

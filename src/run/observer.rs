@@ -1,0 +1,38 @@
+//! Who watches a run. Growth neither prints nor writes: observers do.
+
+use std::ops::ControlFlow;
+
+use crate::cluster::Element;
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Elements born.
+    pub elements: u64,
+    /// Effective radius R_e, file units.
+    pub effective_radius: f64,
+    /// Share of the lichen's component that its discs cover, by area, 0 to 1.
+    pub covered: f64,
+    /// Walkers launched.
+    pub walkers: u64,
+}
+
+/// Watches elements being born, and may stop the run.
+pub trait Observer {
+    /// Called after each birth, the seed's included; `Break` ends the run with this element.
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()>;
+}
+
+/// Watches nothing.
+impl Observer for () {
+    fn born(&mut self, _: &Element, _: &Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Any closure watches.
+impl<F: FnMut(&Element, &Progress) -> ControlFlow<()>> Observer for F {
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
+        self(element, progress)
+    }
+}

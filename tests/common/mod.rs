@@ -1,0 +1,103 @@
+//! Meshes and recipes that tests share.
+#![allow(dead_code)] // each test crate uses its own part of this
+
+use thallus::growth::{Boundary, Join, SeedPlace, Steps};
+use thallus::run::{MeshId, Recipe, StopRule};
+use thallus::substrate::{Soup, Substrate};
+
+/// A recipe with radius `r`, everything else by default.
+pub fn recipe(r: f64, elements: u64) -> Recipe {
+    Recipe {
+        version: "test".into(),
+        mesh: MeshId {
+            file: "test".into(),
+            hash: String::new(),
+        },
+        radius: r,
+        curvature_radius: 10.0 * r,
+        bias: 0.5,
+        gain: 1.0,
+        min_stick: 0.01,
+        seed: 1,
+        at: SeedPlace::Top,
+        launch: 1.5,
+        kill: 10.0,
+        join: Join::Pack,
+        steps: Steps::Large,
+        boundary: Boundary::Reflect,
+        stop: StopRule::Elements(elements),
+    }
+}
+
+pub fn substrate(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Substrate {
+    Substrate::from_soup(Soup {
+        positions,
+        triangles,
+        notes: Vec::new(),
+    })
+    .expect("a mesh")
+}
+
+/// A square of this side in the plane y = 0, of two triangles.
+pub fn plane(side: f64) -> Substrate {
+    let h = side / 2.0;
+    let corners = vec![[-h, 0.0, -h], [h, 0.0, -h], [h, 0.0, h], [-h, 0.0, h]];
+    substrate(corners, vec![[0, 2, 1], [0, 3, 2]])
+}
+
+/// A sphere of radius 1: an octahedron with edges cut into n, pushed out.
+pub fn sphere(n: u32) -> Substrate {
+    let (positions, triangles) = octahedron(n, |d| d.map(|x| x / norm(d)));
+    substrate(positions, triangles)
+}
+
+/// A rough, bumpy rock of 8·n² triangles.
+pub fn rock(n: u32) -> Substrate {
+    let bumps = |[x, y, z]: [f64; 3]| {
+        0.15 * (3.0 * x + 1.0).sin() * (2.5 * y).cos()
+            + 0.1 * (5.0 * z + 2.0 * x).sin()
+            + 0.03 * (17.0 * x).sin() * (19.0 * y + 1.0).sin() * (23.0 * z).cos()
+    };
+    let shape = |d: [f64; 3]| {
+        let u = d.map(|x| x / norm(d));
+        let r = 1.0 + bumps(u);
+        [u[0] * r * 1.2, u[1] * r * 0.8, u[2] * r]
+    };
+    let (positions, triangles) = octahedron(n, shape);
+    substrate(positions, triangles)
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The octahedron's faces in n² triangles each, with split vertices: welding joins them.
+pub fn octahedron(n: u32, shape: impl Fn([f64; 3]) -> [f64; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for signs in 0..8u32 {
+        let s = [0, 1, 2].map(|k| if signs >> k & 1 == 0 { 1.0 } else { -1.0 });
+        let at = |i: u32, j: u32| {
+            let b = [f64::from(n - i - j), f64::from(i), f64::from(j)];
+            shape([s[0] * b[0], s[1] * b[1], s[2] * b[2]])
+        };
+        let mut face = |a, b, c| {
+            let first = positions.len() as u32;
+            positions.extend([a, b, c]);
+            let flip = s[0] * s[1] * s[2] < 0.0;
+            triangles.push(if flip {
+                [first, first + 2, first + 1]
+            } else {
+                [first, first + 1, first + 2]
+            });
+        };
+        for i in 0..n {
+            for j in 0..n - i {
+                face(at(i, j), at(i + 1, j), at(i, j + 1));
+                if i + j + 1 < n {
+                    face(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+                }
+            }
+        }
+    }
+    (positions, triangles)
+}
