@@ -28,7 +28,7 @@ use rayon::prelude::*;
 pub use adjacency::{HalfEdge, Twin};
 pub use geometry::{Chart, Crossing};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
-pub use load::{LoadError, load_soup};
+pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
@@ -98,8 +98,10 @@ impl Substrate {
     /// # Errors
     /// When the file cannot be read or holds no triangle with an area.
     pub fn load(path: &Path) -> Result<Self, SubstrateError> {
-        let soup = load_soup(path)?;
-        Self::from_soup(soup)
+        let loaded = load_soup(path)?;
+        let mut substrate = Self::from_soup(loaded.soup)?;
+        substrate.hash = loaded.hash;
+        Ok(substrate)
     }
 
     /// Cleans and prepares triangles from anywhere.
