@@ -10,6 +10,7 @@
 mod atomic;
 mod csv;
 mod elements;
+mod from_cluster;
 mod npy;
 mod npz;
 mod output_dir;
