@@ -18,7 +18,10 @@ impl Elements {
             parent: elements.iter().map(parent).collect(),
             colony: elements.iter().map(|e| e.colony).collect(),
             triangle: elements.iter().map(triangle).collect(),
-            uv: elements.iter().map(|e| [e.at.u as f32, e.at.v as f32]).collect(),
+            uv: elements
+                .iter()
+                .map(|e| [e.at.u as f32, e.at.v as f32])
+                .collect(),
             probability: elements.iter().map(|e| e.probability as f32).collect(),
             source_triangle: Some(
                 elements

@@ -164,7 +164,18 @@ mod tests {
 
     #[test]
     fn what_is_no_length_is_refused_with_a_hint() {
-        for text in ["", "r", "%", "nan", "inf", "1e999", "10 cows", "--", "automatic", "1%r"] {
+        for text in [
+            "",
+            "r",
+            "%",
+            "nan",
+            "inf",
+            "1e999",
+            "10 cows",
+            "--",
+            "automatic",
+            "1%r",
+        ] {
             assert!(text.parse::<Length>().is_err(), "{text:?}");
         }
         let message = |text: &str| text.parse::<Length>().unwrap_err().to_string();

@@ -1,7 +1,10 @@
 //! The nearest name to a misspelt one.
 
 /// The known name that a misspelt one was probably meant to be.
-pub(super) fn nearest_name<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(super) fn nearest_name<'a>(
+    wrong: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let close = |name: &str| wrong.len() >= 3 && (name.contains(wrong) || wrong.contains(name));
     let ranked = known.into_iter().map(|name| match close(name) {
         true => (1, name),

@@ -164,23 +164,51 @@ impl Settings {
             entries.extend(value.map(|value| (key, value, comment)));
         };
         let number = |value: Option<f64>| value.map(float);
-        say("version", self.version.as_deref().map(quoted), "of thallus, that made this");
+        say(
+            "version",
+            self.version.as_deref().map(quoted),
+            "of thallus, that made this",
+        );
         say("mesh", self.mesh.as_deref().map(quoted), "");
         say("mesh-hash", self.mesh_hash.as_deref().map(quoted), "");
         say("preset", self.preset.as_deref().map(quoted), "");
         say("radius", self.radius.map(length), "of an element");
-        say("curvature-radius", self.curvature_radius.map(length), "L: width of the branches");
-        say("bias", number(self.bias), "B: high is thin and open, low is thick and closed");
-        say("gain", number(self.gain), "A: how strongly tips are held back");
-        say("min-stick", number(self.min_stick), "lowest chance to stick");
+        say(
+            "curvature-radius",
+            self.curvature_radius.map(length),
+            "L: width of the branches",
+        );
+        say(
+            "bias",
+            number(self.bias),
+            "B: high is thin and open, low is thick and closed",
+        );
+        say(
+            "gain",
+            number(self.gain),
+            "A: how strongly tips are held back",
+        );
+        say(
+            "min-stick",
+            number(self.min_stick),
+            "lowest chance to stick",
+        );
         say("seed", self.seed.map(whole), "of everything random");
         let (key, place) = place_text(self.at.as_ref());
         say(key, place, PLACE);
         say("launch", number(self.launch), "in effective radii");
         say("kill", number(self.kill), "in effective radii");
         say("join", self.join.map(|join| name(&join)), "pack or touch");
-        say("steps", self.steps.map(|steps| name(&steps)), "large or small");
-        say("boundary", self.boundary.map(|b| name(&b)), "reflect or absorb, at open edges");
+        say(
+            "steps",
+            self.steps.map(|steps| name(&steps)),
+            "large or small",
+        );
+        say(
+            "boundary",
+            self.boundary.map(|b| name(&b)),
+            "reflect or absorb, at open edges",
+        );
         let (key, stop) = stop_text(self.stop.as_ref());
         say(key, stop, "when it is done");
         entries
@@ -231,7 +259,10 @@ impl TryFrom<Draft> for Settings {
     fn try_from(draft: Draft) -> Result<Self, RecipeTextError> {
         let at = one_of([("at", draft.at), ("at-triangle", draft.at_triangle)])?;
         let stop = one_of([
-            (info::ELEMENTS.name, draft.elements.map(StopSetting::Elements)),
+            (
+                info::ELEMENTS.name,
+                draft.elements.map(StopSetting::Elements),
+            ),
             (info::REACH.name, draft.reach.map(StopSetting::Reach)),
             (info::COVER.name, draft.cover.map(StopSetting::Cover)),
         ])?;
@@ -261,7 +292,10 @@ impl TryFrom<Draft> for Settings {
 fn one_of<T, const N: usize>(
     keys: [(&'static str, Option<T>); N],
 ) -> Result<Option<T>, RecipeTextError> {
-    let mut given: Vec<_> = keys.into_iter().filter(|(_, value)| value.is_some()).collect();
+    let mut given: Vec<_> = keys
+        .into_iter()
+        .filter(|(_, value)| value.is_some())
+        .collect();
     if given.len() > 1 {
         let names: Vec<_> = given.iter().map(|(key, _)| *key).collect();
         return Err(RecipeTextError::Exclusive(names.join(" and ")));
@@ -329,7 +363,14 @@ fn name(value: &impl serde::Serialize) -> String {
 }
 
 fn place_text(place: Option<&SeedPlace>) -> (&'static str, Option<String>) {
-    let list = |numbers: &[f64]| numbers.iter().copied().map(float).collect::<Vec<_>>().join(", ");
+    let list = |numbers: &[f64]| {
+        numbers
+            .iter()
+            .copied()
+            .map(float)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let named = |name| ("at", Some(quoted(name)));
     match place {
         None => ("at", None),

@@ -8,10 +8,14 @@ use crate::growth::SeedPlace;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SeedTextError {
     /// Neither a name nor a point.
-    #[error("'{0}' is not a place; write X,Y,Z in mesh units, or one of top, highest, center, random")]
+    #[error(
+        "'{0}' is not a place; write X,Y,Z in mesh units, or one of top, highest, center, random"
+    )]
     Place(String),
     /// Not a triangle.
-    #[error("'{0}' is not a triangle; write its number in the file, from 0, as in 12 or 12,0.3,0.3")]
+    #[error(
+        "'{0}' is not a triangle; write its number in the file, from 0, as in 12 or 12,0.3,0.3"
+    )]
     Triangle(String),
     /// Outside the triangle.
     #[error(
@@ -99,10 +103,21 @@ mod tests {
 
     #[test]
     fn what_is_no_place_is_refused() {
-        for text in ["", "1,2", "1,2,3,4", "1,nan,2", "inf,0,0", "bottom", "1;2;3"] {
+        for text in [
+            "", "1,2", "1,2,3,4", "1,nan,2", "inf,0,0", "bottom", "1;2;3",
+        ] {
             assert!(text.parse::<SeedPlace>().is_err(), "{text:?}");
         }
-        for text in ["", "-1", "1.5", "1,0.5", "1,0.5,0.6", "1,-0.1,0", "1,nan,0", "5000000000"] {
+        for text in [
+            "",
+            "-1",
+            "1.5",
+            "1,0.5",
+            "1,0.5,0.6",
+            "1,-0.1,0",
+            "1,nan,0",
+            "5000000000",
+        ] {
             assert!(SeedPlace::from_triangle_text(text).is_err(), "{text:?}");
         }
     }
