@@ -1,7 +1,50 @@
 //! The command line: raw arguments → validated recipe → library.
+//!
+//! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
+//! has what it wanted, and is no failure.
+
+mod args;
+mod check;
+mod export;
+mod failure;
+mod grow;
+mod interrupt;
+mod number;
+mod output;
+mod preset;
+mod progress;
+mod terminal;
+mod warnings;
 
 use std::process::ExitCode;
 
+use clap::Parser;
+
+use args::{Cli, Command, PresetCommand};
+use failure::Failure;
+
+/// Exit code of a run that Ctrl-C ended, as shells have it: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
 pub(crate) fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(message) => return answer(&message),
+    };
+    let done = match cli.command {
+        Command::Grow(args) => grow::grow(*args),
+        Command::Check(args) => check::check(&args),
+        Command::Export(args) => export::export(&args),
+        Command::Preset(PresetCommand::List) => preset::list(),
+        Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
+    };
+    done.map_or_else(|failure| failure.report(), |()| ExitCode::SUCCESS)
+}
+
+/// Prints what clap has to say: help and version are results, the rest is a usage error.
+fn answer(message: &clap::Error) -> ExitCode {
+    match message.print() {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Failure::from(e).report(),
+        _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),
+    }
 }

@@ -1,1 +1,128 @@
-//! export
+//! Finished values to bytes: one file a format, a table of formats, and outputs that appear
+//! complete or not at all.
+//!
+//! [`Elements`] is the finished table. Each of [`FORMATS`] turns it into bytes, streaming, as a
+//! pure function: the same table gives the same bytes. [`read_elements`] takes `elements.ply`
+//! back. [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
+//!
+//! Nothing here knows of growth or of runs.
+
+mod atomic;
+mod csv;
+mod elements;
+mod from_cluster;
+mod npy;
+mod npz;
+mod output_dir;
+mod output_error;
+mod ply;
+mod ply_header;
+mod ply_read;
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+pub use atomic::write_file_atomically;
+pub use elements::{Elements, TableError};
+pub use output_dir::OutputDir;
+pub use output_error::OutputError;
+pub use ply_read::{ReadError, parse_elements, read_elements};
+
+/// Colour of an element from its age: 0 for the first born, 1 for the last.
+pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];
+
+type WriteElements = fn(&Elements, AgeColor<'_>, &mut dyn Write) -> io::Result<()>;
+
+/// A file format for a table of elements.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementFormat {
+    /// Extension of its files, lower case, without the dot.
+    pub extension: &'static str,
+    /// What it is for, in words for the user.
+    pub purpose: &'static str,
+    write: WriteElements,
+}
+
+/// Every format that elements are written in.
+pub const FORMATS: &[ElementFormat] = &[
+    ElementFormat {
+        extension: "ply",
+        purpose: "points with every attribute: Blender, MeshLab, and thallus itself",
+        write: ply::write,
+    },
+    ElementFormat {
+        extension: "csv",
+        purpose: "a header and one line an element: spreadsheets, pandas, R, Blender",
+        write: csv::write,
+    },
+    ElementFormat {
+        extension: "npy",
+        purpose: "NumPy structured array, one record an element",
+        write: npy::write,
+    },
+    ElementFormat {
+        extension: "npz",
+        purpose: "NumPy archive, one array a column",
+        write: npz::write,
+    },
+];
+
+/// A file name that says no known format.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {}; name the file with one of {}", .path.display(), says(.path), extensions())]
+pub struct UnknownFormat {
+    /// The name as given.
+    pub path: PathBuf,
+}
+
+fn says(path: &Path) -> String {
+    match path.extension() {
+        Some(extension) => format!("'.{}' is not a format for elements", extension.display()),
+        None => "the name has no extension to say the format".to_owned(),
+    }
+}
+
+fn extensions() -> String {
+    let dotted: Vec<_> = FORMATS
+        .iter()
+        .map(|f| format!(".{}", f.extension))
+        .collect();
+    dotted.join(", ")
+}
+
+/// The format that a file's extension says, upper or lower case.
+///
+/// # Errors
+/// When there is no extension or no such format; the message names those that there are.
+pub fn format_of(path: &Path) -> Result<&'static ElementFormat, UnknownFormat> {
+    let extension = path.extension().and_then(|e| e.to_str());
+    FORMATS
+        .iter()
+        .find(|f| extension.is_some_and(|e| e.eq_ignore_ascii_case(f.extension)))
+        .ok_or_else(|| UnknownFormat {
+            path: path.to_owned(),
+        })
+}
+
+impl ElementFormat {
+    /// Writes the table, buffered, with memory that does not depend on its length.
+    ///
+    /// Only formats that carry colours (ply) call `color`.
+    ///
+    /// # Errors
+    /// Those of `out`; `InvalidData` around a [`TableError`] when the table is not sound;
+    /// `InvalidInput` when the format cannot hold that many elements.
+    pub fn write(
+        &self,
+        elements: &Elements,
+        color: AgeColor<'_>,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        elements
+            .check()
+            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        let mut out = BufWriter::with_capacity(1 << 16, out);
+        (self.write)(elements, color, &mut out)?;
+        out.flush()
+    }
+}

@@ -2,11 +2,28 @@
 
 mod driver;
 mod execution;
+mod length;
+mod names;
 mod observer;
+mod parameter;
+pub mod preset;
 mod recipe;
+mod recipe_text;
+mod report;
+mod seed_text;
+mod settings;
 
 pub use crate::growth::SeedPlace;
 pub use driver::{GrowError, Growth, Stopped, grow};
 pub use execution::Execution;
+pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
 pub use observer::{Observer, Progress};
+pub use parameter::{
+    BIAS, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
+    ParameterInfo, RADIUS, REACH,
+};
 pub use recipe::{MeshId, Recipe, StopRule};
+pub use recipe_text::{RecipeFileError, RecipeTextError};
+pub use report::{MeshSummary, RunReport, Timings};
+pub use seed_text::SeedTextError;
+pub use settings::{Complete, Settings, SettingsError, StopSetting};

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 pub use adjacency::{HalfEdge, Twin};
 pub use geometry::{Chart, Crossing};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
-pub use load::{LoadError, load_soup};
+pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
@@ -98,8 +98,17 @@ impl Substrate {
     /// # Errors
     /// When the file cannot be read or holds no triangle with an area.
     pub fn load(path: &Path) -> Result<Self, SubstrateError> {
-        let soup = load_soup(path)?;
-        Self::from_soup(soup)
+        let Loaded { soup, hash, format } = load_soup(path)?;
+        let up = match format {
+            Format::Obj | Format::Gltf | Format::Glb => DVec3::Y,
+            Format::Stl | Format::Ply => DVec3::Z,
+        };
+        let substrate = Self::from_soup(soup)?;
+        Ok(Self {
+            hash,
+            up,
+            ..substrate
+        })
     }
 
     /// Cleans and prepares triangles from anywhere.

@@ -1,24 +1,206 @@
 //! Mesh files to [`Soup`], one file a format.
+//!
+//! The content decides the format where the extension lies. A file is read once; the parsers work
+//! on its bytes, except ASCII STL, which is read as a stream. Nothing is allocated on the word of
+//! a header: every count is first held against the bytes that are there.
 
+mod detect;
+mod error;
+mod gltf;
+mod gltf_accessor;
+mod gltf_buffers;
+mod gltf_primitive;
+mod gltf_schema;
+mod meshopt;
+mod obj;
+mod ply;
+mod ply_header;
+mod polygon;
+mod stl;
+mod text;
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
 use crate::substrate::Soup;
 
-/// Why a mesh file could not become a substrate.
-///
-/// The text names the file, the place in it and the cure.
-#[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct LoadError {
-    message: String,
+use error::Parsed;
+pub use error::{LoadError, LoadFault};
+
+/// Bytes from the beginning of a file that are enough to tell its format, OBJ excepted.
+const HEAD: usize = 1024;
+
+/// A mesh file's format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// glTF 2.0, the JSON form.
+    Gltf,
+    /// glTF 2.0, the binary container.
+    Glb,
+    /// STL, ASCII or binary.
+    Stl,
+    /// PLY, ASCII or binary of either byte order.
+    Ply,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Obj => "OBJ",
+            Self::Gltf => "glTF",
+            Self::Glb => "GLB",
+            Self::Stl => "STL",
+            Self::Ply => "PLY",
+        })
+    }
+}
+
+/// What [`load_soup`] read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The triangles.
+    pub soup: Soup,
+    /// BLAKE3 in hexadecimal of the file's bytes, followed by those of every external buffer file
+    /// that its triangles are read from, in the order of glTF's `buffers`. Equal hashes mean equal
+    /// meshes, wherever they lie.
+    pub hash: String,
+    /// What its content turned out to be.
+    pub format: Format,
 }
 
 /// Reads a mesh file of any supported format.
 ///
 /// # Errors
-/// When the file cannot be read, is malformed, or holds no triangles.
-pub fn load_soup(path: &Path) -> Result<Soup, LoadError> {
-    Err(LoadError {
-        message: format!("{}: not supported yet", path.display()),
+/// When the file (or a buffer file that its triangles need) cannot be read, is malformed, needs an
+/// extension that is not supported, or holds no triangles. The error names the file, the place in
+/// it and the cure.
+pub fn load_soup(path: &Path) -> Result<Loaded, LoadError> {
+    load(path).map_err(|fault| LoadError::in_file(path, fault))
+}
+
+/// Reads a mesh from memory.
+///
+/// `base` is the folder in which glTF looks for its buffer files; without it they are refused.
+///
+/// # Errors
+/// As [`load_soup`], without the file's name.
+pub fn parse_soup(bytes: &[u8], format: Format, base: Option<&Path>) -> Result<Soup, LoadError> {
+    parse(bytes, format, base, &mut blake3::Hasher::new()).map_err(LoadError::from)
+}
+
+fn parse(
+    bytes: &[u8],
+    format: Format,
+    base: Option<&Path>,
+    hasher: &mut blake3::Hasher,
+) -> Parsed<Soup> {
+    match format {
+        Format::Obj => obj::parse(bytes),
+        Format::Gltf => gltf::parse_gltf(bytes, base, hasher),
+        Format::Glb => gltf::parse_glb(bytes, base, hasher),
+        Format::Stl => stl::parse(bytes),
+        Format::Ply => ply::parse(bytes),
+    }
+}
+
+fn load(path: &Path) -> Parsed<Loaded> {
+    let unreadable = |source| LoadFault::Unreadable {
+        what: "the file".into(),
+        source,
+        cure: "check the path and the permissions",
+    };
+    let mut file = open_regular(path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut head = Vec::with_capacity(HEAD);
+    file.by_ref()
+        .take(HEAD as u64)
+        .read_to_end(&mut head)
+        .map_err(unreadable)?;
+    file.rewind().map_err(unreadable)?;
+
+    let named = detect::by_extension(path);
+    let mut hasher = blake3::Hasher::new();
+    let streamed = detect::is_ascii_stl(&head, length, named);
+    let (mut soup, format) = if streamed {
+        let hashing = HashingReader {
+            file: BufReader::new(file),
+            hasher: &mut hasher,
+        };
+        (
+            stl::parse_ascii(BufReader::with_capacity(1 << 16, hashing))?,
+            Format::Stl,
+        )
+    } else {
+        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+        file.read_to_end(&mut bytes).map_err(unreadable)?;
+        hasher.update(&bytes);
+        let format = detect::decide(&bytes, named)?;
+        (parse(&bytes, format, path.parent(), &mut hasher)?, format)
+    };
+    soup.notes.extend(detect::misnamed(path, named, format));
+    Ok(Loaded {
+        soup,
+        hash: hasher.finalize().to_hex().to_string(),
+        format,
     })
+}
+
+/// Opens a file that has an end: no folder, pipe or device.
+fn open_regular(path: &Path) -> io::Result<File> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "not a regular file",
+        ));
+    }
+    File::open(path)
+}
+
+/// Hashes what is read through it.
+struct HashingReader<'a, R> {
+    file: R,
+    hasher: &'a mut blake3::Hasher,
+}
+
+impl<R: Read> Read for HashingReader<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.hasher.update(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+/// The error for a file without triangles, saying what it holds instead.
+fn no_triangles(points: usize, passed_over: &[String]) -> LoadFault {
+    let mut held = passed_over.to_vec();
+    if points > 0 && held.is_empty() {
+        held.push(counted(points, "point", "points"));
+    }
+    let held = match held.len() {
+        0 => "the file holds neither vertices nor faces".into(),
+        _ => format!("the file holds only {}", held.join(", ")),
+    };
+    LoadFault::NoTriangles { held }
+}
+
+/// A number with its noun.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// Refuses more vertices than a `u32` can count.
+fn exclusive_index(vertices: usize, format: Format) -> Parsed<()> {
+    if u32::try_from(vertices).is_ok() {
+        return Ok(());
+    }
+    Err(LoadFault::malformed(
+        format,
+        "the whole file",
+        format!("{vertices} vertices are more than 32-bit indices can name"),
+        "simplify the mesh",
+    ))
 }

@@ -1,0 +1,331 @@
+//! The arguments as they are typed. `--help` is made from these comments and the parameter table.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use thallus::growth::{Boundary, Join, Steps};
+use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
+
+/// Grows lichen on triangle meshes.
+///
+/// One command is enough: `thallus grow rock.obj -o out/rock`.
+#[derive(Debug, Parser)]
+#[command(name = "thallus", version, max_term_width = 100)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Grow a lichen on a mesh
+    Grow(Box<GrowArgs>),
+    /// Say what a mesh file holds, what was repaired, and whether lichen can grow on it
+    ///
+    /// Exits with 1 when it cannot.
+    Check(CheckArgs),
+    /// Write the elements of a run in another format
+    Export(ExportArgs),
+    /// Named looks to start from
+    #[command(subcommand)]
+    Preset(PresetCommand),
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum PresetCommand {
+    /// The presets and what they look like
+    List,
+    /// A preset as a recipe file to start from
+    Show {
+        /// Its name
+        name: String,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// The mesh: OBJ, glTF (.gltf, .glb), STL or PLY
+    #[arg(value_name = "MESH")]
+    pub(crate) mesh: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// The folder of a run, or its elements.ply
+    #[arg(value_name = "DIR|elements.ply")]
+    pub(crate) from: PathBuf,
+    /// The file to write; its extension says the format
+    #[arg(long, value_name = "FILE", help = export_help())]
+    pub(crate) to: PathBuf,
+    /// Overwrite the file if it is there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+fn export_help() -> String {
+    let line = |f: &thallus::export::ElementFormat| format!("\n.{}: {}", f.extension, f.purpose);
+    let formats: String = thallus::export::FORMATS.iter().map(line).collect();
+    format!("The file to write; its extension says the format:{formats}")
+}
+
+/// Lengths (LEN) are a number in mesh units (0.02), in element radii (10r), or in percent of the
+/// bounding box's diagonal (0.5%).
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_GROW)]
+pub(crate) struct GrowArgs {
+    /// The mesh: OBJ, glTF (.gltf, .glb), STL or PLY. Not needed with a recipe that names it
+    #[arg(value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Folder to write to: elements.ply, recipe.toml, report.json and preview.png [default:
+    /// out/ and the mesh's name]
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+    #[command(flatten)]
+    pub(crate) walk: WalkArgs,
+    /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly. Flags
+    /// override it; it overrides the preset
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) recipe: Option<PathBuf>,
+    /// Threads to use; the result is the same for any number [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// No progress, notes or warnings: only errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Replace what an earlier run wrote to DIR
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+const AFTER_GROW: &str = "\
+Ctrl-C finishes the current element, writes what there is and exits with 130.
+Exit codes: 0 done, 1 failed, 2 asked for wrongly, 130 interrupted.
+To try: thallus grow rock.obj -o out/rock --preset foliose";
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Look")]
+pub(crate) struct LookArgs {
+    /// A named look to start from: see 'thallus preset list'
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    #[arg(long, value_name = "LEN", help = run::RADIUS.help(), allow_negative_numbers = true)]
+    radius: Option<Length>,
+    #[arg(long, value_name = "LEN", help = run::CURVATURE_RADIUS.help(), allow_negative_numbers = true)]
+    curvature_radius: Option<Length>,
+    #[arg(long, value_name = "B", help = run::BIAS.help(), allow_negative_numbers = true)]
+    bias: Option<f64>,
+    #[arg(long, value_name = "A", help = run::GAIN.help(), allow_negative_numbers = true)]
+    gain: Option<f64>,
+    #[arg(long, value_name = "P", help = run::MIN_STICK.help(), allow_negative_numbers = true)]
+    min_stick: Option<f64>,
+    /// Texture: 'pack' rolls each element into a notch between two others, for solid, even tissue;
+    /// 'touch' leaves it where it first touched, for loose, stringy growth [default: pack]
+    #[arg(long, value_parser = join(), hide_possible_values = true, value_name = "pack|touch")]
+    join: Option<Join>,
+    /// Another lichen of the same look: everything random comes from this number [range: 0 to
+    /// 18446744073709551615] [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Size (one of them)")]
+#[group(multiple = false)]
+pub(crate) struct StopArgs {
+    #[arg(long, value_name = "N", help = run::ELEMENTS.help())]
+    elements: Option<u64>,
+    #[arg(long, value_name = "LEN", help = run::REACH.help(), allow_negative_numbers = true)]
+    reach: Option<Length>,
+    #[arg(long, value_name = "FRACTION", help = run::COVER.help(), allow_negative_numbers = true)]
+    cover: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Place (one of them)")]
+#[group(multiple = false)]
+pub(crate) struct PlaceArgs {
+    /// Where the first element goes: the surface nearest to a point in mesh units; 'top', above the
+    /// middle of the largest piece; 'highest', its highest point; 'center', nearest to the bounding
+    /// box's centre; 'random', anywhere by area [default: top]
+    #[arg(
+        long,
+        value_name = "X,Y,Z|top|highest|center|random",
+        allow_hyphen_values = true
+    )]
+    at: Option<SeedPlace>,
+    /// The same by a triangle's number in the file, from 0, and the weights of its second and third
+    /// corner [default: its centroid]
+    #[arg(long, value_name = "T[,U,V]", value_parser = triangle, allow_hyphen_values = true)]
+    at_triangle: Option<SeedPlace>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Walk (changes accuracy and speed rather than look)")]
+pub(crate) struct WalkArgs {
+    #[arg(long, value_name = "K", help = run::LAUNCH.help(), allow_negative_numbers = true)]
+    launch: Option<f64>,
+    #[arg(long, value_name = "K", help = run::KILL.help(), allow_negative_numbers = true)]
+    kill: Option<f64>,
+    /// 'large' lets walkers leap where nothing can be missed; 'small' never does: the same look,
+    /// very slowly, for checking [default: large]
+    #[arg(long, value_parser = steps(), hide_possible_values = true, value_name = "large|small")]
+    steps: Option<Steps>,
+    /// Open edges of the mesh: 'reflect' lets lichen fill up to the edge; 'absorb' starves it there
+    /// [default: reflect]
+    #[arg(long, value_parser = boundary(), hide_possible_values = true, value_name = "reflect|absorb")]
+    boundary: Option<Boundary>,
+}
+
+fn triangle(text: &str) -> Result<SeedPlace, SeedTextError> {
+    SeedPlace::from_triangle_text(text)
+}
+
+fn join() -> impl TypedValueParser<Value = Join> {
+    choice([("pack", Join::Pack), ("touch", Join::Touch)])
+}
+
+fn steps() -> impl TypedValueParser<Value = Steps> {
+    choice([("large", Steps::Large), ("small", Steps::Small)])
+}
+
+fn boundary() -> impl TypedValueParser<Value = Boundary> {
+    choice([("reflect", Boundary::Reflect), ("absorb", Boundary::Absorb)])
+}
+
+/// One of two named values.
+fn choice<T: Copy + Send + Sync + 'static>(
+    values: [(&'static str, T); 2],
+) -> impl TypedValueParser<Value = T> {
+    let names = values.map(|(name, _)| PossibleValue::new(name));
+    let first = move |name: String| name == values[0].0;
+    PossibleValuesParser::new(names).map(move |name| match first(name) {
+        true => values[0].1,
+        false => values[1].1,
+    })
+}
+
+impl GrowArgs {
+    /// What the flags say.
+    pub(crate) fn settings(&self) -> Settings {
+        let Self {
+            look,
+            stop,
+            place,
+            walk,
+            ..
+        } = self;
+        Settings {
+            preset: look.preset.clone(),
+            radius: look.radius,
+            curvature_radius: look.curvature_radius,
+            bias: look.bias,
+            gain: look.gain,
+            min_stick: look.min_stick,
+            seed: look.seed,
+            at: place.at.clone().or_else(|| place.at_triangle.clone()),
+            launch: walk.launch,
+            kill: walk.kill,
+            join: look.join,
+            steps: walk.steps,
+            boundary: walk.boundary,
+            stop: stop.setting(),
+            ..Settings::default()
+        }
+    }
+}
+
+impl StopArgs {
+    fn setting(&self) -> Option<StopSetting> {
+        let elements = self.elements.map(StopSetting::Elements);
+        let reach = self.reach.map(StopSetting::Reach);
+        elements.or(reach).or(self.cover.map(StopSetting::Cover))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use thallus::run::ParameterInfo;
+
+    fn grow(flags: &str) -> Result<Settings, clap::Error> {
+        let words = ["thallus", "grow", "rock.obj"];
+        let cli = Cli::try_parse_from(words.into_iter().chain(flags.split_whitespace()))?;
+        match cli.command {
+            Command::Grow(args) => Ok(args.settings()),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_flags_are_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn no_flags_say_nothing() {
+        assert_eq!(grow("").unwrap(), Settings::default());
+    }
+
+    #[test]
+    fn every_flag_arrives() {
+        let flags = "--preset foliose --radius 0.5% --curvature-radius 12r --bias -0.25 --gain 2 \
+                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --launch 2 --kill 20 \
+                     --join touch --steps small --boundary absorb --reach 30r";
+        let expected = Settings {
+            preset: Some("foliose".to_owned()),
+            radius: Some(Length::Percent(0.5)),
+            curvature_radius: Some(Length::Radii(12.0)),
+            bias: Some(-0.25),
+            gain: Some(2.0),
+            min_stick: Some(0.1),
+            seed: Some(u64::MAX),
+            at: Some(SeedPlace::Point([-1.0, -2.0, 3.0])),
+            launch: Some(2.0),
+            kill: Some(20.0),
+            join: Some(Join::Touch),
+            steps: Some(Steps::Small),
+            boundary: Some(Boundary::Absorb),
+            stop: Some(StopSetting::Reach(Length::Radii(30.0))),
+            ..Settings::default()
+        };
+        assert_eq!(grow(flags).unwrap(), expected);
+    }
+
+    #[test]
+    fn sizes_and_places_exclude_one_another() {
+        assert!(grow("--elements 5 --cover 0.5").is_err());
+        assert!(grow("--reach 5 --cover 0.5").is_err());
+        assert!(grow("--at top --at-triangle 3").is_err());
+        assert!(grow("--at highest --cover 0.5").is_ok());
+    }
+
+    #[test]
+    fn help_says_every_parameter_by_its_look_and_range() {
+        let mut command = Cli::command();
+        let grow = command.find_subcommand_mut("grow").unwrap();
+        let help = grow.render_long_help().to_string();
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let help = words(&help);
+        for ParameterInfo { name, .. } in run::PARAMETERS {
+            assert!(help.contains(&format!("--{name} <")), "{name}");
+        }
+        for parameter in run::PARAMETERS {
+            assert!(
+                help.contains(&words(&parameter.help())),
+                "{}",
+                parameter.name
+            );
+        }
+    }
+}

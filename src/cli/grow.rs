@@ -1,0 +1,222 @@
+//! `thallus grow`: settings → mesh → recipe → growth → files.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use thallus::export::OutputDir;
+use thallus::run::{
+    Execution, GrowError, Growth, Recipe, RunReport, Settings, Stopped, Timings,
+    grow as grow_lichen,
+};
+use thallus::substrate::Substrate;
+
+use super::args::GrowArgs;
+use super::failure::Failure;
+use super::number::{count, duration, percent, short};
+use super::output::{FILES, Finished};
+use super::progress::Display;
+use super::{check, interrupt, terminal, warnings};
+
+pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
+    let voice = Voice { quiet: args.quiet };
+    let settings = settings(&args, voice)?;
+    settings.clone().complete()?;
+    let mesh = mesh_file(&args, &settings)?;
+    let folder = args.output.clone().unwrap_or_else(|| default_folder(&mesh));
+    let execution = execution(&args)?;
+    let output = OutputDir::create(&folder, args.force)?;
+    interrupt::listen(execution.cancel.clone());
+
+    let started = Instant::now();
+    let substrate = load(&mesh)?;
+    let load = started.elapsed().as_secs_f64();
+    let recipe = recipe(&args, settings, &substrate, &mesh, voice)?;
+    warnings::warnings(&substrate, recipe.radius)
+        .iter()
+        .for_each(|warning| voice.warn(warning));
+    if execution.is_cancelled() {
+        terminal::warn("interrupted before anything grew: nothing is written");
+        return Err(Failure::Interrupted);
+    }
+
+    let started = Instant::now();
+    let growth = run(&substrate, &recipe, &execution, args.quiet)?;
+    let seconds = Timings {
+        load,
+        grow: started.elapsed().as_secs_f64(),
+        ..Timings::default()
+    };
+    let finished = Finished {
+        substrate: &substrate,
+        recipe: &recipe,
+        growth: &growth,
+        execution: &execution,
+        seconds,
+    };
+    let report = finished.report();
+    finished.write(output)?;
+    conclude(&report, &growth, &folder, voice)
+}
+
+/// What is said beside errors and results.
+#[derive(Clone, Copy)]
+struct Voice {
+    quiet: bool,
+}
+
+impl Voice {
+    fn note(self, line: &str) {
+        if !self.quiet {
+            terminal::note(line);
+        }
+    }
+
+    fn warn(self, line: &str) {
+        if !self.quiet {
+            terminal::warn(line);
+        }
+    }
+}
+
+/// Flags over the recipe file.
+fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
+    let Some(path) = &args.recipe else {
+        return Ok(args.settings());
+    };
+    let recipe = Settings::read(path)?;
+    let this = env!("CARGO_PKG_VERSION");
+    if let Some(version) = recipe.version.as_deref().filter(|version| *version != this) {
+        voice.warn(&format!(
+            "{} was made by thallus {version}, this is {this}: the result may differ",
+            path.display()
+        ));
+    }
+    let settings = args.settings().over(recipe);
+    if let Some(idle) = idle_preset(&settings) {
+        voice.note(&format!(
+            "preset {idle} changes nothing: {} says everything that it would",
+            path.display()
+        ));
+    }
+    Ok(settings)
+}
+
+/// The preset's name, when every value of it is overridden.
+fn idle_preset(settings: &Settings) -> Option<&str> {
+    let without = Settings {
+        preset: None,
+        ..settings.clone()
+    };
+    let idle = settings.clone().complete() == without.complete();
+    settings.preset.as_deref().filter(|_| idle)
+}
+
+/// MESH, or the mesh that the recipe names: seen from here, else from the recipe's folder.
+fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
+    if let Some(mesh) = &args.mesh {
+        return Ok(mesh.clone());
+    }
+    let Some(recipe) = &args.recipe else {
+        return Err(Failure::usage(
+            "no mesh to grow on: thallus grow MESH -o DIR, or --recipe with one that names its mesh",
+        ));
+    };
+    let Some(named) = &settings.mesh else {
+        return Err(Failure::usage(format!(
+            "{} names no mesh: give one, as in thallus grow MESH --recipe {0}",
+            recipe.display()
+        )));
+    };
+    let here = PathBuf::from(named);
+    let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
+    match (here.exists(), beside.exists()) {
+        (true, _) => Ok(here),
+        (_, true) => Ok(beside),
+        _ => Err(Failure::Failed(anyhow::anyhow!(
+            "{}: the mesh that {} names is neither here nor beside the recipe; name it: \
+             thallus grow MESH --recipe {1}",
+            here.display(),
+            recipe.display()
+        ))),
+    }
+}
+
+fn default_folder(mesh: &Path) -> PathBuf {
+    Path::new("out").join(mesh.file_stem().unwrap_or("lichen".as_ref()))
+}
+
+fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
+    let default = Execution::default();
+    let threads = args.threads.map_or(default.threads, usize::from);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .context("starting threads")?;
+    Ok(Execution { threads, ..default })
+}
+
+fn load(mesh: &Path) -> Result<Substrate, Failure> {
+    Substrate::load(mesh)
+        .map_err(|e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e))))
+}
+
+/// The complete recipe, for the mesh that was loaded.
+fn recipe(
+    args: &GrowArgs,
+    settings: Settings,
+    substrate: &Substrate,
+    mesh: &Path,
+    voice: Voice,
+) -> Result<Recipe, Failure> {
+    let file = mesh.display().to_string();
+    match settings.check_mesh(&file, substrate.mesh_hash()) {
+        Err(other) if args.mesh.is_none() => return Err(Failure::Failed(other.into())),
+        Err(_) => voice.note(&format!(
+            "{file} is another mesh than the recipe was made for: lengths stay those of the recipe"
+        )),
+        Ok(()) => {}
+    }
+    Ok(settings.resolve(substrate, &file)?)
+}
+
+fn run(
+    substrate: &Substrate,
+    recipe: &Recipe,
+    execution: &Execution,
+    quiet: bool,
+) -> Result<Growth, Failure> {
+    let mut display = Display::new(recipe.stop, quiet);
+    let growth = grow_lichen(substrate, recipe, execution, &mut display);
+    display.finish();
+    growth.map_err(|e: GrowError| Failure::Usage(e.into()))
+}
+
+/// What came of it, and how the command ends.
+fn conclude(
+    report: &RunReport,
+    growth: &Growth,
+    folder: &Path,
+    voice: Voice,
+) -> Result<(), Failure> {
+    let interrupted = growth.stopped == Stopped::Cancelled;
+    let summary = format!(
+        "{}: {} elements, effective radius {}, covering {}, grown in {}; it ended because {}",
+        folder.display(),
+        count(report.elements as u64),
+        short(report.effective_radius),
+        percent(report.covered_share),
+        duration(report.seconds.grow),
+        report.stopped_because,
+    );
+    if interrupted {
+        terminal::warn(&format!(
+            "interrupted; what there is was written. {summary}"
+        ));
+        return Err(Failure::Interrupted);
+    }
+    if !voice.quiet {
+        terminal::say(&format!("{summary}\n  {}", FILES.join(", ")))?;
+    }
+    Ok(())
+}

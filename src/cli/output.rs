@@ -1,0 +1,66 @@
+//! The files of a run.
+
+use std::io::Write;
+use std::time::Instant;
+
+use thallus::export::{Elements, OutputDir, OutputError, format_of};
+use thallus::run::{Execution, Growth, Recipe, RunReport, Timings};
+use thallus::substrate::Substrate;
+
+pub(crate) const ELEMENTS: &str = "elements.ply";
+const RECIPE: &str = "recipe.toml";
+const REPORT: &str = "report.json";
+
+/// Every file of a run, in the order in which they are written.
+pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, REPORT];
+
+/// A finished run.
+pub(crate) struct Finished<'a> {
+    pub(crate) substrate: &'a Substrate,
+    pub(crate) recipe: &'a Recipe,
+    pub(crate) growth: &'a Growth,
+    pub(crate) execution: &'a Execution,
+    pub(crate) seconds: Timings,
+}
+
+impl Finished<'_> {
+    /// Writes every file; they appear together.
+    pub(crate) fn write(mut self, mut folder: OutputDir) -> Result<(), OutputError> {
+        let started = Instant::now();
+        self.write_elements(&mut folder)?;
+        let recipe = self.recipe.to_toml();
+        folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
+        self.seconds.write = started.elapsed().as_secs_f64();
+        let report = self.report().to_json();
+        folder.write(REPORT, |out| out.write_all(report.as_bytes()))?;
+        folder.commit()
+    }
+
+    fn write_elements(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+        let elements = Elements::of(self.substrate, &self.growth.cluster);
+        folder.write(ELEMENTS, |out: &mut dyn Write| {
+            let ply = format_of(ELEMENTS.as_ref()).map_err(std::io::Error::other)?;
+            ply.write(&elements, &age_color, out)
+        })
+    }
+
+    /// What it took and came to.
+    pub(crate) fn report(&self) -> RunReport {
+        let Self {
+            substrate,
+            recipe,
+            growth,
+            execution,
+            seconds,
+        } = self;
+        RunReport::new(substrate, recipe, growth, *seconds, execution)
+    }
+}
+
+/// Colour of an element by its age: 0 the oldest, moss green; 1 the youngest, pale straw.
+pub(crate) fn age_color(age: f32) -> [u8; 3] {
+    const OLD: [f32; 3] = [46.0, 92.0, 62.0];
+    const YOUNG: [f32; 3] = [214.0, 198.0, 132.0];
+    let mixed = |i: usize| OLD[i] + (YOUNG[i] - OLD[i]) * age.clamp(0.0, 1.0);
+    [0, 1, 2].map(|i| mixed(i).round() as u8)
+}

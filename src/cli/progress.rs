@@ -1,0 +1,217 @@
+//! How far a growth has come: a bar on a terminal, a line now and then elsewhere.
+
+use std::io::{IsTerminal, stderr};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use thallus::cluster::Element;
+use thallus::run::{Observer, Progress, StopRule};
+
+use super::number::{count, duration, percent, short};
+use super::terminal;
+
+/// Ticks of a full bar.
+const FULL: u64 = 1000;
+
+/// A cluster's effective radius grows with its elements about like this: DLA's dimension.
+const DIMENSION: f64 = 1.71;
+
+/// Watches a growth and shows it on stderr.
+pub(crate) struct Display {
+    goal: StopRule,
+    form: Form,
+    shown: Instant,
+    pace: Pace,
+}
+
+enum Form {
+    Nothing,
+    Bar(ProgressBar),
+    Lines,
+}
+
+impl Display {
+    pub(crate) fn new(goal: StopRule, quiet: bool) -> Self {
+        let form = match (quiet, stderr().is_terminal()) {
+            (true, _) => Form::Nothing,
+            (false, true) => Form::Bar(bar()),
+            (false, false) => Form::Lines,
+        };
+        let now = Instant::now();
+        Self {
+            goal,
+            form,
+            shown: now,
+            pace: Pace::new(now),
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(self) {
+        if let Form::Bar(bar) = self.form {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn show(&mut self, now: Instant, progress: &Progress) {
+        self.shown = now;
+        let share = share_done(&self.goal, progress);
+        self.pace.update(now, progress.elements, share);
+        let line = line(progress, &self.pace, share);
+        match &self.form {
+            Form::Nothing => {}
+            Form::Lines => terminal::plain(&line),
+            Form::Bar(bar) => {
+                bar.set_message(line);
+                bar.set_position((share * FULL as f64) as u64);
+            }
+        }
+    }
+}
+
+impl Observer for Display {
+    fn born(&mut self, _: &Element, progress: &Progress) -> ControlFlow<()> {
+        let every = match self.form {
+            Form::Nothing => return ControlFlow::Continue(()),
+            Form::Bar(_) => Duration::from_millis(100),
+            Form::Lines => Duration::from_secs(3),
+        };
+        let now = Instant::now();
+        if now - self.shown >= every {
+            self.show(now, progress);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(FULL), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{spinner} {bar:24} {percent:>3}%  {msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message("growing");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn line(progress: &Progress, pace: &Pace, share: f64) -> String {
+    format!(
+        "{} elements, effective radius {}, covering {}, {} elements/s, {} left",
+        count(progress.elements),
+        short(progress.effective_radius),
+        percent(progress.covered),
+        count(pace.elements_per_second as u64),
+        pace.seconds_left(share)
+            .map_or_else(|| "?".to_owned(), duration),
+    )
+}
+
+/// Share of the work that is done, 0 to 1, as far as one can tell.
+fn share_done(goal: &StopRule, progress: &Progress) -> f64 {
+    let share = match *goal {
+        StopRule::Elements(n) => progress.elements as f64 / n as f64,
+        StopRule::Reach(length) => (progress.effective_radius / length).powf(DIMENSION),
+        StopRule::Cover(share) => progress.covered / share,
+    };
+    share.clamp(0.0, 1.0)
+}
+
+/// Recent speed.
+struct Pace {
+    at: Instant,
+    elements: u64,
+    share: f64,
+    elements_per_second: f64,
+    share_per_second: f64,
+    /// Seconds that the averages look back on.
+    memory: f64,
+}
+
+impl Pace {
+    fn new(now: Instant) -> Self {
+        Self {
+            at: now,
+            elements: 0,
+            share: 0.0,
+            elements_per_second: 0.0,
+            share_per_second: 0.0,
+            memory: 0.0,
+        }
+    }
+
+    /// Averages over about the last ten seconds.
+    fn update(&mut self, now: Instant, elements: u64, share: f64) {
+        let seconds = (now - self.at).as_secs_f64().max(1e-6);
+        self.memory = (self.memory + seconds).min(10.0);
+        let weight = (seconds / self.memory).min(1.0);
+        let elements_now = elements.saturating_sub(self.elements) as f64 / seconds;
+        let share_now = (share - self.share).max(0.0) / seconds;
+        self.elements_per_second += weight * (elements_now - self.elements_per_second);
+        self.share_per_second += weight * (share_now - self.share_per_second);
+        (self.at, self.elements, self.share) = (now, elements, share);
+    }
+
+    fn seconds_left(&self, share: f64) -> Option<f64> {
+        (self.share_per_second > 0.0).then(|| (1.0 - share) / self.share_per_second)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn progress(elements: u64) -> Progress {
+        Progress {
+            elements,
+            effective_radius: 2.0,
+            covered: 0.25,
+            walkers: 0,
+        }
+    }
+
+    #[test]
+    fn shares_follow_the_goal() {
+        let p = progress(50);
+        assert_eq!(share_done(&StopRule::Elements(200), &p), 0.25);
+        assert_eq!(share_done(&StopRule::Cover(0.5), &p), 0.5);
+        assert_eq!(share_done(&StopRule::Reach(2.0), &p), 1.0);
+        assert!(share_done(&StopRule::Reach(4.0), &p) < 0.5);
+    }
+
+    #[test]
+    fn a_steady_pace_is_measured_and_extrapolated() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start);
+        for second in 1..=40u64 {
+            let now = start + Duration::from_secs(second);
+            pace.update(now, 100 * second, second as f64 / 100.0);
+        }
+        assert!((pace.elements_per_second - 100.0).abs() < 1e-6);
+        assert!((pace.seconds_left(0.4).unwrap() - 60.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_pace_that_changes_is_forgotten() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start);
+        let mut elements = 0;
+        for second in 1..=100u64 {
+            elements += if second <= 50 { 1000 } else { 10 };
+            pace.update(start + Duration::from_secs(second), elements, 0.0);
+        }
+        assert!((pace.elements_per_second - 10.0).abs() < 10.0);
+        assert_eq!(pace.seconds_left(0.0), None);
+    }
+
+    #[test]
+    fn the_line_says_it_all() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start);
+        pace.update(start + Duration::from_secs(2), 50, 0.25);
+        let line = line(&progress(50), &pace, 0.25);
+        assert_eq!(
+            line,
+            "50 elements, effective radius 2, covering 25 %, 25 elements/s, 6 s left"
+        );
+    }
+}

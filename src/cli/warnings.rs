@@ -1,0 +1,106 @@
+//! What a mesh's report means for lichen, in words.
+
+use thallus::substrate::{Substrate, SubstrateReport};
+
+use super::number::{percent, place, plural, short};
+
+/// Everything about a mesh that its owner should know before growing elements of this radius.
+pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
+    let report = substrate.report();
+    let diagonal = substrate.units().diagonal();
+    let found = [
+        pieces(report),
+        open_edges(report),
+        non_manifold_edges(report),
+        dense(report, radius),
+        lost(report),
+        far(substrate.units().offset(), diagonal, radius),
+        scale(diagonal),
+    ];
+    found.into_iter().flatten().collect()
+}
+
+fn pieces(report: &SubstrateReport) -> Option<String> {
+    let n = report.components.len();
+    let largest = report.components.first()?.area / report.area;
+    let share = percent(largest);
+    (n > 1).then(|| {
+        format!(
+            "{n} separate pieces: lichen cannot cross between them (the largest has {share} of the \
+             area; join them if they should be one)"
+        )
+    })
+}
+
+fn open_edges(report: &SubstrateReport) -> Option<String> {
+    let edges = plural(report.boundary_edges, "open edge", "open edges");
+    let places = places(&report.boundary_places);
+    (report.boundary_edges > 0).then(|| {
+        format!("{edges}: lichen stops there ({places}); fill holes that should not be there")
+    })
+}
+
+fn non_manifold_edges(report: &SubstrateReport) -> Option<String> {
+    let n = report.non_manifold_edges;
+    let edges = plural(n, "edge", "edges");
+    let places = places(&report.non_manifold_places);
+    (n > 0).then(|| {
+        format!(
+            "{edges} with more than two triangles ({places}): walkers cross there in a fixed way, \
+             if at all; separate the surfaces if it shows"
+        )
+    })
+}
+
+fn dense(report: &SubstrateReport, radius: f64) -> Option<String> {
+    let median = report.edge_length[1] / radius;
+    let edges = short(median);
+    (median < 0.1).then(|| {
+        format!(
+            "edges average {edges} r: consider simplifying; triangles so much smaller than an \
+             element (r = {}) cost time and change nothing",
+            short(radius)
+        )
+    })
+}
+
+fn lost(report: &SubstrateReport) -> Option<String> {
+    let dropped = report.degenerate_triangles + report.duplicate_triangles;
+    let share = dropped as f64 / report.triangles_read.max(1) as f64;
+    let percent = percent(share);
+    (share > 0.2).then(|| {
+        format!(
+            "{percent} of the triangles were dropped as degenerate or duplicate: if that is \
+             unexpected, coordinates may have been rounded at export; move the mesh to its origin \
+             and export it again"
+        )
+    })
+}
+
+/// Positions are written as 32-bit floats, which round at 2⁻²⁴ of their size.
+fn far(offset: f64, diagonal: f64, radius: f64) -> Option<String> {
+    let rounding = offset / f64::from(1 << 24);
+    let times = short(offset / diagonal);
+    let (distance, error) = (short(offset), short(rounding));
+    (rounding > 0.05 * radius).then(|| {
+        format!(
+            "it lies {distance} from its origin, {times} times its own size: growing is exact, but \
+             positions in 32-bit files round to about {error}; move it to its origin"
+        )
+    })
+}
+
+fn scale(diagonal: f64) -> Option<String> {
+    let size = short(diagonal);
+    (!(1e-4..1e5).contains(&diagonal)).then(|| {
+        format!(
+            "it is {size} units across: growing is exact at any scale, but check its units, and \
+             give lengths in percent (0.05%) rather than in mesh units"
+        )
+    })
+}
+
+fn places(places: &[[f64; 3]]) -> String {
+    let listed: Vec<_> = places.iter().copied().map(place).collect();
+    format!("near {}", listed.join(", "))
+}

@@ -1,0 +1,201 @@
+//! A file that appears complete or not at all: written beside its place under another name,
+//! flushed to the disk, then renamed.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Component, Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::OutputError;
+
+/// Writes one file through `fill`, so that it appears complete or not at all.
+///
+/// Missing parent folders are made. When anything fails, `fill` and a panic included, the
+/// temporary file is removed and what stood at `path` is untouched. The mode is what the umask
+/// says. Where `path` is a symbolic link, the link is replaced.
+///
+/// # Errors
+/// [`OutputError::FileExists`] without `force` when something is at `path`, before `fill` is
+/// called or when it appeared meanwhile; [`OutputError::NotAFile`] when that is a folder; the
+/// errors of `fill` and the system in [`OutputError::Io`].
+pub fn write_file_atomically(
+    path: &Path,
+    force: bool,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    check_free(path, force)?;
+    let folder = folder_of(path);
+    let made = NewFolders::make(folder)?;
+    let mut partial = Partial::create(folder, path)?;
+    partial.fill(path, fill)?;
+    partial.persist(path, force)?;
+    sync_folder(folder);
+    made.keep();
+    Ok(())
+}
+
+fn check_free(path: &Path, force: bool) -> Result<(), OutputError> {
+    if path.as_os_str().is_empty() {
+        return Err(OutputError::NoName);
+    }
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(OutputError::NotAFile(path.to_owned()));
+    }
+    // A dangling link exists too.
+    if !force && path.symlink_metadata().is_ok() {
+        return Err(OutputError::FileExists(path.to_owned()));
+    }
+    Ok(())
+}
+
+/// Folders that did not exist before: removed when dropped, as far as they are empty.
+#[derive(Debug)]
+pub(super) struct NewFolders(Vec<PathBuf>);
+
+impl NewFolders {
+    /// Makes a folder and its parents, as far as they are missing.
+    pub(super) fn make(folder: &Path) -> Result<Self, OutputError> {
+        let made = Self(missing(folder));
+        make_folder(folder)?;
+        Ok(made)
+    }
+
+    /// Leaves them in place, durably.
+    pub(super) fn keep(mut self) {
+        for folder in self.0.drain(..) {
+            sync_folder(folder_of(&folder));
+        }
+    }
+}
+
+impl Drop for NewFolders {
+    fn drop(&mut self) {
+        for folder in self.0.iter().rev() {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// The folder and its parents as far as they do not exist, outermost first.
+fn missing(folder: &Path) -> Vec<PathBuf> {
+    let named = |path: &&Path| matches!(path.components().next_back(), Some(Component::Normal(_)));
+    let absent = |path: &&Path| path.symlink_metadata().is_err();
+    let mut missing: Vec<_> = folder
+        .ancestors()
+        .filter(named)
+        .take_while(absent)
+        .map(Path::to_owned)
+        .collect();
+    missing.reverse();
+    missing
+}
+
+/// The folder that holds `path`.
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// Makes a folder and its parents.
+pub(super) fn make_folder(folder: &Path) -> Result<(), OutputError> {
+    match fs::create_dir_all(folder) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => Err(OutputError::not_a_folder(folder)),
+        result => result.map_err(OutputError::io(folder, "making the folder")),
+    }
+}
+
+/// Makes renames durable. Best effort: not every system can open or flush a folder, and the
+/// files' contents are on the disk already.
+pub(super) fn sync_folder(folder: &Path) {
+    if let Ok(opened) = File::open(folder) {
+        let _ = opened.sync_all();
+    }
+}
+
+/// Creates `path`, fills it, and flushes it to the disk. `path` must not exist.
+pub(super) fn write_new(
+    path: &Path,
+    shown: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    let file = file.map_err(OutputError::io(shown, "making the file"))?;
+    fill_file(&file, fill).map_err(OutputError::io(shown, "writing"))
+}
+
+fn fill_file(file: &File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::with_capacity(1 << 16, file);
+    let result = fill(&mut out).and_then(|()| out.flush());
+    // A writer that failed must not try again when it is dropped.
+    drop(out.into_parts());
+    result?;
+    file.sync_all()
+}
+
+/// A temporary file that is removed when dropped, unless it was persisted.
+struct Partial {
+    file: File,
+    path: PathBuf,
+    persisted: bool,
+}
+
+impl Partial {
+    /// Opened by hand and not by `tempfile`, which makes files that only their owner can read.
+    fn create(folder: &Path, shown: &Path) -> Result<Self, OutputError> {
+        static COUNTER: AtomicU64 = AtomicU64::new(0);
+        loop {
+            let count = COUNTER.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!(".thallus-{}-{count}.part", process::id()));
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    return Ok(Self {
+                        file,
+                        path,
+                        persisted: false,
+                    });
+                }
+                // A killed process that had the same number left it.
+                Err(e) if e.kind() == ErrorKind::AlreadyExists && count < 1 << 20 => {}
+                Err(e) => return Err(OutputError::io(shown, "making the file")(e)),
+            }
+        }
+    }
+
+    fn fill(
+        &mut self,
+        shown: &Path,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        fill_file(&self.file, fill).map_err(OutputError::io(shown, "writing"))
+    }
+
+    fn persist(mut self, path: &Path, force: bool) -> Result<(), OutputError> {
+        if force {
+            fs::rename(&self.path, path).map_err(OutputError::io(path, "writing"))?;
+            self.persisted = true;
+            return Ok(());
+        }
+        // A second name is refused when the first is taken, which a rename is not.
+        match fs::hard_link(&self.path, path) {
+            Ok(()) => Ok(()),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => {
+                Err(OutputError::FileExists(path.to_owned()))
+            }
+            // Not every file system has hard links.
+            Err(_) => {
+                check_free(path, false)?;
+                self.persist(path, true)
+            }
+        }
+    }
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        if !self.persisted {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}

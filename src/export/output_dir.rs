@@ -1,0 +1,240 @@
+//! A run's folder: each of its files appears complete when the run is done, or not at all.
+//!
+//! Files are written into a hidden folder `.thallus-run` inside the run's folder, and renamed from
+//! there by [`OutputDir::commit`]; being on the same disk even where the folder is a mount or a
+//! link, a rename cannot fail halfway through a file. A file in the hidden folder is locked while
+//! the run lives, and the system lets go of it however the process ends, so what a killed run left
+//! is recognized and cleared by the next.
+//!
+//! Not guaranteed: that a machine which loses power between two renames has all of the files.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use super::OutputError;
+use super::atomic::{NewFolders, make_folder, sync_folder, write_new};
+
+const STAGE: &str = ".thallus-run";
+const LOCK: &str = "lock";
+const FILES: &str = "files";
+
+/// A folder that is being written, and that no other run can write meanwhile.
+///
+/// Dropped without [`OutputDir::commit`] it leaves everything as it was, folders that it made
+/// included.
+#[derive(Debug)]
+pub struct OutputDir {
+    folder: PathBuf,
+    force: bool,
+    /// Names written so far, in order.
+    written: Vec<String>,
+    made: Option<NewFolders>,
+    /// Held locked; closed before the stage is removed.
+    lock: Option<File>,
+}
+
+impl OutputDir {
+    /// Makes the folder (and its parents), or takes over an empty one; with `force` also one that
+    /// has files.
+    ///
+    /// # Errors
+    /// [`OutputError::FolderExists`] without `force` when it has files; [`OutputError::NoName`];
+    /// [`OutputError::NotAFolder`] when it or a parent is a file; [`OutputError::Locked`] when
+    /// another run writes there; [`OutputError::Io`] when the system refuses, as in a folder that
+    /// cannot be written.
+    pub fn create(folder: &Path, force: bool) -> Result<Self, OutputError> {
+        if folder.as_os_str().is_empty() {
+            return Err(OutputError::NoName);
+        }
+        check_vacant(folder, force)?;
+        let made = Some(NewFolders::make(folder)?);
+        let folder = folder.to_owned();
+        let mut dir = Self {
+            folder,
+            force,
+            written: Vec::new(),
+            made,
+            lock: None,
+        };
+        dir.stage()?;
+        // Another run may have finished between the look and the lock.
+        check_vacant(&dir.folder, force)?;
+        Ok(dir)
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes a file of the folder through `fill`. It appears at [`OutputDir::commit`]; written
+    /// twice, the later one does.
+    ///
+    /// # Errors
+    /// The errors of `fill` and the system in [`OutputError::Io`], with the name under which the
+    /// file would have appeared. The file is then not part of the commit.
+    ///
+    /// # Panics
+    /// When `name` is not a plain file name.
+    pub fn write(
+        &mut self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let plain = Path::new(name).file_name() == Some(OsStr::new(name));
+        assert!(plain && name != STAGE, "'{name}' is not a plain file name");
+        let shown = self.folder.join(name);
+        if shown.is_dir() {
+            return Err(OutputError::NotAFile(shown));
+        }
+        let staged = self.staged(name);
+        self.written.retain(|written| written != name);
+        let _ = fs::remove_file(&staged);
+        if let Err(e) = write_new(&staged, &shown, fill) {
+            let _ = fs::remove_file(&staged);
+            return Err(e);
+        }
+        self.written.push(name.to_owned());
+        Ok(())
+    }
+
+    /// Puts every file in its place, in the order in which they were written. Files that were not
+    /// written are left alone.
+    ///
+    /// # Errors
+    /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, and
+    /// nothing is put in place then; [`OutputError::Io`] when the system refuses a rename.
+    pub fn commit(mut self) -> Result<(), OutputError> {
+        let taken = |name: &String| self.folder.join(name).symlink_metadata().is_ok();
+        if !self.force && self.written.iter().any(taken) {
+            return Err(OutputError::FolderExists(self.folder.clone()));
+        }
+        for name in &self.written {
+            let place = self.folder.join(name);
+            fs::rename(self.staged(name), &place).map_err(OutputError::io(&place, "writing"))?;
+        }
+        sync_folder(&self.folder);
+        if let Some(made) = self.made.take() {
+            made.keep();
+        }
+        Ok(())
+    }
+
+    fn staged(&self, name: &str) -> PathBuf {
+        self.folder.join(STAGE).join(FILES).join(name)
+    }
+
+    /// Makes the hidden folder, locks it, and clears what a killed run left there.
+    fn stage(&mut self) -> Result<(), OutputError> {
+        let stage = self.folder.join(STAGE);
+        self.lock = Some(lock_in(&stage, &self.folder)?);
+        let files = stage.join(FILES);
+        let doing = "making the folder";
+        match fs::remove_dir_all(&files) {
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(OutputError::io(&files, doing)(e)),
+            _ => make_folder(&files),
+        }
+    }
+}
+
+impl Drop for OutputDir {
+    fn drop(&mut self) {
+        // Without the lock the hidden folder is another run's.
+        if self.lock.is_some() {
+            let stage = self.folder.join(STAGE);
+            let _ = fs::remove_dir_all(stage.join(FILES));
+            let _ = fs::remove_file(stage.join(LOCK));
+            self.lock = None;
+        }
+        let _ = fs::remove_dir(self.folder.join(STAGE));
+    }
+}
+
+fn check_vacant(folder: &Path, force: bool) -> Result<(), OutputError> {
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(OutputError::io(folder, "opening the folder")(e)),
+    };
+    let foreign = |entry: io::Result<fs::DirEntry>| !entry.is_ok_and(|e| e.file_name() == STAGE);
+    if !force && entries.into_iter().any(foreign) {
+        return Err(OutputError::FolderExists(folder.to_owned()));
+    }
+    Ok(())
+}
+
+/// Makes the hidden folder and locks the file in it.
+fn lock_in(stage: &Path, folder: &Path) -> Result<File, OutputError> {
+    const TRIES: usize = 100;
+    for _ in 0..TRIES {
+        make_folder(stage)?;
+        if let Some(file) = lock(&stage.join(LOCK), folder)? {
+            return Ok(file);
+        }
+    }
+    Err(OutputError::Locked {
+        folder: folder.to_owned(),
+        process: None,
+    })
+}
+
+/// Locks the file, or `None` when its last holder removed it in this moment: try again then.
+fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
+    let doing = "locking the folder";
+    let opened = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path);
+    let mut file = match opened {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        result => result.map_err(OutputError::io(folder, doing))?,
+    };
+    match file.try_lock() {
+        Ok(()) => {}
+        // Some network file systems have no locks; a run is worth more than the precaution.
+        Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {}
+        Err(TryLockError::WouldBlock) => return Err(locked(path, folder)),
+        Err(TryLockError::Error(e)) => return Err(OutputError::io(folder, doing)(e)),
+    }
+    if !still_at(path, &file) {
+        return Ok(None);
+    }
+    let write = file
+        .set_len(0)
+        .and_then(|()| write!(file, "{}", process::id()));
+    write.map_err(OutputError::io(folder, doing))?;
+    Ok(Some(file))
+}
+
+fn locked(path: &Path, folder: &Path) -> OutputError {
+    let process = fs::read_to_string(path)
+        .ok()
+        .and_then(|text| text.trim().parse().ok());
+    OutputError::Locked {
+        folder: folder.to_owned(),
+        process,
+    }
+}
+
+/// Whether the locked file is still the one that others will find under its name.
+#[cfg(unix)]
+fn still_at(path: &Path, file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |m: fs::Metadata| (m.dev(), m.ino());
+    let (named, held) = (
+        fs::metadata(path).map(identity),
+        file.metadata().map(identity),
+    );
+    matches!((named, held), (Ok(named), Ok(held)) if named == held)
+}
+
+/// An open file cannot be removed here.
+#[cfg(not(unix))]
+fn still_at(_path: &Path, _file: &File) -> bool {
+    true
+}

@@ -1,0 +1,82 @@
+//! Why an output could not be written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why an output could not be written. Each message says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The name is empty, as from an unset variable.
+    #[error("the output has no name: say where it goes")]
+    NoName,
+    /// The file is there already.
+    #[error("{} exists already: add --force to overwrite it, or choose another name", .0.display())]
+    FileExists(PathBuf),
+    /// The folder is there already and is not empty.
+    #[error(
+        "{} exists already and is not empty: add --force to replace what an earlier run wrote \
+         there (other files are left alone), or choose another folder", .0.display()
+    )]
+    FolderExists(PathBuf),
+    /// A file stands where a folder is needed.
+    #[error("{} is a file, and a folder is needed there: choose another name", .0.display())]
+    NotAFolder(PathBuf),
+    /// A folder stands where a file is needed.
+    #[error("{} is a folder, and a file is needed there: choose another name", .0.display())]
+    NotAFile(PathBuf),
+    /// Another run writes into the folder now.
+    #[error(
+        "{} is being written by another run{}: wait for it, or choose another folder",
+        .folder.display(), number(.process)
+    )]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+        /// The other run's process number, as far as it is known.
+        process: Option<u32>,
+    },
+    /// The system refused.
+    #[error("{}: {doing} failed: {source}{}", .path.display(), cure(.source))]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was tried.
+        doing: &'static str,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+impl OutputError {
+    /// Wraps the system's reason; for `map_err`.
+    pub(super) fn io(path: &Path, doing: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |source| match source.kind() {
+            io::ErrorKind::NotADirectory => Self::not_a_folder(path),
+            _ => Self::Io {
+                path: path.to_owned(),
+                doing,
+                source,
+            },
+        }
+    }
+
+    /// Names the file among `path` and its parents that stands where a folder is needed.
+    pub(super) fn not_a_folder(path: &Path) -> Self {
+        let file = path.ancestors().find(|p| p.exists() && !p.is_dir());
+        Self::NotAFolder(file.unwrap_or(path).to_owned())
+    }
+}
+
+fn number(id: &Option<u32>) -> String {
+    id.map_or_else(String::new, |id| format!(" (process {id})"))
+}
+
+fn cure(reason: &io::Error) -> &'static str {
+    use io::ErrorKind as Kind;
+    match reason.kind() {
+        Kind::StorageFull | Kind::QuotaExceeded => "; make room or choose another disk",
+        Kind::PermissionDenied | Kind::ReadOnlyFilesystem => "; choose a place where you may write",
+        Kind::InvalidFilename => "; choose a shorter name",
+        _ => "",
+    }
+}

@@ -1,0 +1,103 @@
+//! `elements.ply`: binary little-endian, one vertex an element, in birth order.
+
+use std::io::{self, Write};
+
+use super::elements::Row;
+use super::{AgeColor, Elements};
+
+/// Which columns float32 is too narrow for.
+struct Wide {
+    positions: bool,
+    radius: bool,
+}
+
+impl Wide {
+    /// Positions are `double` when float32's spacing at the farthest coordinate exceeds a
+    /// hundredth of the radius (as UTM coordinates of a small rock do), or its range is too small.
+    fn of(elements: &Elements) -> Self {
+        const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+        let farthest = elements
+            .positions
+            .iter()
+            .flatten()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        let range = f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX);
+        let radius = !elements.is_empty() && !range.contains(&elements.radius);
+        let positions =
+            radius || farthest >= range.end || farthest * HALF_ULP > elements.radius / 100.0;
+        Self { positions, radius }
+    }
+}
+
+pub(super) fn write(
+    elements: &Elements,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let wide = Wide::of(elements);
+    out.write_all(header(elements.len(), &wide).as_bytes())?;
+    let mut record = Vec::with_capacity(96);
+    for (i, row) in elements.rows().enumerate() {
+        record.clear();
+        push_row(&mut record, &row, &wide);
+        record.extend_from_slice(&color(elements.age(i)));
+        out.write_all(&record)?;
+    }
+    Ok(())
+}
+
+fn header(count: usize, wide: &Wide) -> String {
+    let real = |wide| if wide { "double" } else { "float" };
+    let (position, radius) = (real(wide.positions), real(wide.radius));
+    let version = env!("CARGO_PKG_VERSION");
+    let note = if wide.positions {
+        "comment x y z are double: float would move elements by more than 1% of their radius\n"
+    } else {
+        ""
+    };
+    format!(
+        "ply\n\
+         format binary_little_endian 1.0\n\
+         comment thallus {version}: lichen elements in birth order\n\
+         {note}\
+         element vertex {count}\n\
+         property {position} x\n\
+         property {position} y\n\
+         property {position} z\n\
+         property float nx\n\
+         property float ny\n\
+         property float nz\n\
+         property {radius} radius\n\
+         property int birth\n\
+         property int parent\n\
+         property int colony\n\
+         property int triangle\n\
+         property float u\n\
+         property float v\n\
+         property float probability\n\
+         property uchar red\n\
+         property uchar green\n\
+         property uchar blue\n\
+         end_header\n"
+    )
+}
+
+fn push_row(record: &mut Vec<u8>, row: &Row, wide: &Wide) {
+    let real = |record: &mut Vec<u8>, x: f64, wide: bool| match wide {
+        true => record.extend_from_slice(&x.to_le_bytes()),
+        false => record.extend_from_slice(&(x as f32).to_le_bytes()),
+    };
+    row.position
+        .iter()
+        .for_each(|&x| real(record, x, wide.positions));
+    row.normal
+        .iter()
+        .for_each(|x| record.extend_from_slice(&x.to_le_bytes()));
+    real(record, row.radius, wide.radius);
+    for index in [row.birth, row.parent, row.colony, row.triangle] {
+        record.extend_from_slice(&index.to_le_bytes());
+    }
+    for x in [row.uv[0], row.uv[1], row.probability] {
+        record.extend_from_slice(&x.to_le_bytes());
+    }
+}

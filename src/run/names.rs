@@ -1,0 +1,54 @@
+//! The nearest name to a misspelt one.
+
+/// The known name that a misspelt one was probably meant to be.
+pub(super) fn nearest_name<'a>(
+    wrong: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let close = |name: &str| wrong.len() >= 3 && (name.contains(wrong) || wrong.contains(name));
+    let ranked = known.into_iter().map(|name| match close(name) {
+        true => (1, name),
+        false => (edits(wrong, name), name),
+    });
+    let (distance, name) = ranked.min_by_key(|(distance, _)| *distance)?;
+    (distance <= 1 + wrong.len() / 4).then_some(name)
+}
+
+/// Letters to insert, delete or replace to turn one word into the other.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut diagonal = i;
+        row[0] = i + 1;
+        for j in 0..b.len() {
+            let replaced = diagonal + usize::from(letter != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_levenshtein() {
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(edits("", "abc"), 3);
+        assert_eq!(edits("abc", ""), 3);
+        assert_eq!(edits("bias", "bias"), 0);
+    }
+
+    #[test]
+    fn only_near_names_are_suggested() {
+        let known = ["bias", "gain", "min-stick", "curvature-radius"];
+        assert_eq!(nearest_name("biass", known), Some("bias"));
+        assert_eq!(nearest_name("min-stik", known), Some("min-stick"));
+        assert_eq!(nearest_name("curvature", known), Some("curvature-radius"));
+        assert_eq!(nearest_name("colour", known), None);
+        assert_eq!(nearest_name("", known), None);
+    }
+}

@@ -1,0 +1,441 @@
+//! Recipes as TOML.
+//!
+//! Keys are spelled as the flags without their dashes (`curvature-radius`; `curvature_radius` is
+//! read too). Numbers are written in the shortest form that reads back to the same bits.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::Deserializer;
+
+use super::names::nearest_name;
+use super::parameter as info;
+use super::{Length, Recipe, Settings, StopRule, StopSetting};
+use crate::growth::{Boundary, Join, SeedPlace, Steps};
+
+/// Every key that a recipe may have.
+const KEYS: &[&str] = &[
+    "version",
+    "mesh",
+    "mesh-hash",
+    "preset",
+    "radius",
+    "curvature-radius",
+    "bias",
+    "gain",
+    "min-stick",
+    "seed",
+    "at",
+    "at-triangle",
+    "launch",
+    "kill",
+    "join",
+    "steps",
+    "boundary",
+    "elements",
+    "reach",
+    "cover",
+];
+
+/// A recipe is a page of text; what is longer than this is something else.
+const LONGEST: u64 = 1 << 20;
+
+/// A text that is no recipe.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecipeTextError {
+    /// Not TOML, or a value of the wrong type.
+    #[error("{0}")]
+    Toml(String),
+    /// A key that no recipe has.
+    #[error("line {line}: there is no setting '{key}'{suggestion}")]
+    UnknownKey {
+        /// The key.
+        key: String,
+        /// Where it is, from 1.
+        line: usize,
+        /// What may have been meant, or what there is.
+        suggestion: String,
+    },
+    /// Keys that exclude one another.
+    #[error("{0} exclude one another: keep one")]
+    Exclusive(String),
+}
+
+/// A recipe file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RecipeFileError {
+    /// It cannot be read.
+    #[error("{}: reading the recipe failed: {source}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// It is no recipe.
+    #[error("{}: {source}", .path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: RecipeTextError,
+    },
+}
+
+/// The keys as they stand.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "kebab-case", default)]
+struct Draft {
+    version: Option<String>,
+    mesh: Option<String>,
+    mesh_hash: Option<String>,
+    preset: Option<String>,
+    radius: Option<Length>,
+    curvature_radius: Option<Length>,
+    bias: Option<f64>,
+    gain: Option<f64>,
+    min_stick: Option<f64>,
+    #[serde(deserialize_with = "seed")]
+    seed: Option<u64>,
+    #[serde(deserialize_with = "place")]
+    at: Option<SeedPlace>,
+    #[serde(deserialize_with = "triangle")]
+    at_triangle: Option<SeedPlace>,
+    launch: Option<f64>,
+    kill: Option<f64>,
+    join: Option<Join>,
+    steps: Option<Steps>,
+    boundary: Option<Boundary>,
+    elements: Option<u64>,
+    reach: Option<Length>,
+    cover: Option<f64>,
+}
+
+impl Settings {
+    /// Reads a recipe file, complete or not.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no recipe.
+    pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
+        let fail = |source| RecipeFileError::Read {
+            path: path.to_owned(),
+            source,
+        };
+        let mut text = String::new();
+        let file = File::open(path).map_err(fail)?;
+        file.take(LONGEST).read_to_string(&mut text).map_err(fail)?;
+        Self::from_toml(&text).map_err(|source| RecipeFileError::Text {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Reads a recipe's text, complete or not.
+    ///
+    /// # Errors
+    /// When it is not TOML, or has a key or value that no recipe has.
+    pub fn from_toml(text: &str) -> Result<Self, RecipeTextError> {
+        let toml = |e: toml::de::Error| RecipeTextError::Toml(e.to_string().trim_end().to_owned());
+        let text = with_dashes(text)?;
+        toml::from_str::<Draft>(&text).map_err(toml)?.try_into()
+    }
+
+    /// As a recipe's text, with a comment on each line that needs one.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for (key, value, comment) in self.entries() {
+            let line = format!("{key} = {value}");
+            match comment {
+                "" => text += &line,
+                comment => text += &format!("{line:<34} # {comment}"),
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// What is said: key, value as TOML, comment.
+    fn entries(&self) -> Vec<(&'static str, String, &'static str)> {
+        const PLACE: &str = "where the seed element goes";
+        let mut entries = Vec::new();
+        let mut say = |key, value: Option<String>, comment| {
+            entries.extend(value.map(|value| (key, value, comment)));
+        };
+        let number = |value: Option<f64>| value.map(float);
+        say(
+            "version",
+            self.version.as_deref().map(quoted),
+            "of thallus, that made this",
+        );
+        say("mesh", self.mesh.as_deref().map(quoted), "");
+        say("mesh-hash", self.mesh_hash.as_deref().map(quoted), "");
+        say("preset", self.preset.as_deref().map(quoted), "");
+        say("radius", self.radius.map(length), "of an element");
+        say(
+            "curvature-radius",
+            self.curvature_radius.map(length),
+            "L: width of the branches",
+        );
+        say(
+            "bias",
+            number(self.bias),
+            "B: high is thin and open, low is thick and closed",
+        );
+        say(
+            "gain",
+            number(self.gain),
+            "A: how strongly tips are held back",
+        );
+        say(
+            "min-stick",
+            number(self.min_stick),
+            "lowest chance to stick",
+        );
+        say("seed", self.seed.map(whole), "of everything random");
+        let (key, place) = place_text(self.at.as_ref());
+        say(key, place, PLACE);
+        say("launch", number(self.launch), "in effective radii");
+        say("kill", number(self.kill), "in effective radii");
+        say("join", self.join.map(|join| name(&join)), "pack or touch");
+        say(
+            "steps",
+            self.steps.map(|steps| name(&steps)),
+            "large or small",
+        );
+        say(
+            "boundary",
+            self.boundary.map(|b| name(&b)),
+            "reflect or absorb, at open edges",
+        );
+        let (key, stop) = stop_text(self.stop.as_ref());
+        say(key, stop, "when it is done");
+        entries
+    }
+}
+
+impl From<&Recipe> for Settings {
+    fn from(recipe: &Recipe) -> Self {
+        let stop = match recipe.stop {
+            StopRule::Elements(n) => StopSetting::Elements(n),
+            StopRule::Reach(length) => StopSetting::Reach(Length::Units(length)),
+            StopRule::Cover(share) => StopSetting::Cover(share),
+        };
+        Self {
+            version: Some(recipe.version.clone()),
+            mesh: Some(recipe.mesh.file.clone()),
+            mesh_hash: Some(recipe.mesh.hash.clone()),
+            preset: None,
+            radius: Some(Length::Units(recipe.radius)),
+            curvature_radius: Some(Length::Units(recipe.curvature_radius)),
+            bias: Some(recipe.bias),
+            gain: Some(recipe.gain),
+            min_stick: Some(recipe.min_stick),
+            seed: Some(recipe.seed),
+            at: Some(recipe.at.clone()),
+            launch: Some(recipe.launch),
+            kill: Some(recipe.kill),
+            join: Some(recipe.join),
+            steps: Some(recipe.steps),
+            boundary: Some(recipe.boundary),
+            stop: Some(stop),
+        }
+    }
+}
+
+impl Recipe {
+    /// The whole recipe as the text of `recipe.toml`. Lengths are in mesh units.
+    pub fn to_toml(&self) -> String {
+        const HEAD: &str = "# How this lichen was grown. Lengths are in the mesh file's units.\n\
+                            # The same again: thallus grow --recipe recipe.toml\n\n";
+        HEAD.to_owned() + &Settings::from(self).to_toml()
+    }
+}
+
+impl TryFrom<Draft> for Settings {
+    type Error = RecipeTextError;
+
+    fn try_from(draft: Draft) -> Result<Self, RecipeTextError> {
+        let at = one_of([("at", draft.at), ("at-triangle", draft.at_triangle)])?;
+        let stop = one_of([
+            (
+                info::ELEMENTS.name,
+                draft.elements.map(StopSetting::Elements),
+            ),
+            (info::REACH.name, draft.reach.map(StopSetting::Reach)),
+            (info::COVER.name, draft.cover.map(StopSetting::Cover)),
+        ])?;
+        Ok(Self {
+            version: draft.version,
+            mesh: draft.mesh,
+            mesh_hash: draft.mesh_hash,
+            preset: draft.preset,
+            radius: draft.radius,
+            curvature_radius: draft.curvature_radius,
+            bias: draft.bias,
+            gain: draft.gain,
+            min_stick: draft.min_stick,
+            seed: draft.seed,
+            at,
+            launch: draft.launch,
+            kill: draft.kill,
+            join: draft.join,
+            steps: draft.steps,
+            boundary: draft.boundary,
+            stop,
+        })
+    }
+}
+
+/// The one that was given, of keys that exclude one another.
+fn one_of<T, const N: usize>(
+    keys: [(&'static str, Option<T>); N],
+) -> Result<Option<T>, RecipeTextError> {
+    let mut given: Vec<_> = keys
+        .into_iter()
+        .filter(|(_, value)| value.is_some())
+        .collect();
+    if given.len() > 1 {
+        let names: Vec<_> = given.iter().map(|(key, _)| *key).collect();
+        return Err(RecipeTextError::Exclusive(names.join(" and ")));
+    }
+    Ok(given.pop().and_then(|(_, value)| value))
+}
+
+/// The text with underscores in its keys made dashes, so that line numbers in errors stay true.
+/// Unknown keys are refused here, where the nearest known one can be named.
+fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
+    let toml = |e: toml::de::Error| RecipeTextError::Toml(e.to_string().trim_end().to_owned());
+    let table = toml::de::DeTable::parse(text).map_err(toml)?;
+    let mut dashed = text.to_owned();
+    for key in table.get_ref().keys() {
+        let known = key.get_ref().replace('_', "-");
+        if !KEYS.contains(&known.as_str()) {
+            let line = 1 + text[..key.span().start].matches('\n').count();
+            return Err(unknown_key(key.get_ref(), line));
+        }
+        if text[key.span()] == **key.get_ref() {
+            dashed.replace_range(key.span(), &known);
+        }
+    }
+    Ok(dashed)
+}
+
+fn unknown_key(key: &str, line: usize) -> RecipeTextError {
+    let near = nearest_name(&key.replace('_', "-"), KEYS.iter().copied());
+    RecipeTextError::UnknownKey {
+        key: key.to_owned(),
+        line,
+        suggestion: near.map_or_else(
+            || format!("; there are {}", KEYS.join(", ")),
+            |near| format!("; did you mean '{near}'?"),
+        ),
+    }
+}
+
+/// Shortest decimal that reads back to the same bits.
+fn float(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+fn length(length: Length) -> String {
+    match length {
+        Length::Units(units) => float(units),
+        other => quoted(&other.to_string()),
+    }
+}
+
+/// TOML's integers end at 2⁶³: larger seeds are written as text.
+fn whole(value: u64) -> String {
+    match i64::try_from(value) {
+        Ok(value) => value.to_string(),
+        Err(_) => quoted(&value.to_string()),
+    }
+}
+
+fn name(value: &impl serde::Serialize) -> String {
+    toml::Value::try_from(value).map_or_else(|_| String::new(), |name| name.to_string())
+}
+
+fn place_text(place: Option<&SeedPlace>) -> (&'static str, Option<String>) {
+    let list = |numbers: &[f64]| {
+        numbers
+            .iter()
+            .copied()
+            .map(float)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let named = |name| ("at", Some(quoted(name)));
+    match place {
+        None => ("at", None),
+        Some(SeedPlace::Top) => named("top"),
+        Some(SeedPlace::Highest) => named("highest"),
+        Some(SeedPlace::Center) => named("center"),
+        Some(SeedPlace::Random) => named("random"),
+        Some(SeedPlace::Point(p)) => ("at", Some(format!("[{}]", list(p)))),
+        Some(SeedPlace::Triangle { triangle, uv }) => {
+            let uv = uv.map_or_else(String::new, |uv| format!(", {}", list(&uv)));
+            ("at-triangle", Some(format!("[{triangle}{uv}]")))
+        }
+    }
+}
+
+fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
+    match stop {
+        None => (info::ELEMENTS.name, None),
+        Some(StopSetting::Elements(n)) => (info::ELEMENTS.name, Some(n.to_string())),
+        Some(StopSetting::Reach(reach)) => (info::REACH.name, Some(length(*reach))),
+        Some(StopSetting::Cover(share)) => (info::COVER.name, Some(float(*share))),
+    }
+}
+
+/// A value that may also be written as the flag's text, or as a list of its numbers.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Loose {
+    Text(String),
+    Whole(i64),
+    List(Vec<f64>),
+}
+
+impl Loose {
+    /// As the flag's text.
+    fn into_text(self) -> String {
+        match self {
+            Self::Text(text) => text,
+            Self::Whole(number) => number.to_string(),
+            Self::List(numbers) => {
+                let numbers: Vec<_> = numbers.iter().map(f64::to_string).collect();
+                numbers.join(",")
+            }
+        }
+    }
+}
+
+fn loose<'de, D, T, E>(from: D, read: impl Fn(&str) -> Result<T, E>) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    E: std::fmt::Display,
+{
+    let text = Loose::deserialize(from)?.into_text();
+    read(&text).map(Some).map_err(serde::de::Error::custom)
+}
+
+fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
+    let wrong = |_| "the seed must be a whole number from 0 to 18446744073709551615";
+    loose(from, |text| text.parse::<u64>().map_err(wrong))
+}
+
+fn place<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Error> {
+    loose(from, str::parse::<SeedPlace>)
+}
+
+fn triangle<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Error> {
+    loose(from, SeedPlace::from_triangle_text)
+}

@@ -1,0 +1,178 @@
+//! `report.json`: what a run took and came to.
+//!
+//! Its timings are different every time, so it is the one file of a run that is not promised to
+//! be the same bytes again.
+
+use serde::Serialize;
+
+use super::{Execution, Growth, Recipe, StopRule, Stopped};
+use crate::growth::Counts;
+use crate::substrate::Substrate;
+
+/// What a run took and came to. Lengths and areas are in the mesh file's units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// What the reader must know.
+    pub note: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// The mesh.
+    pub mesh: MeshSummary,
+    /// Elements born, the seed included.
+    pub elements: usize,
+    /// Effective radius R_e.
+    pub effective_radius: f64,
+    /// Area of the elements' discs.
+    pub covered_area: f64,
+    /// The same as a share of the piece that the lichen is on.
+    pub covered_share: f64,
+    /// Why it ended: `elements`, `reach`, `cover`, `full`, `cancelled` or `observer`.
+    pub stopped: &'static str,
+    /// The same in words.
+    pub stopped_because: String,
+    /// What growth took.
+    pub counts: Counts,
+    /// Steps, for each walker launched.
+    pub steps_per_walker: f64,
+    /// Contacts, for each walker launched.
+    pub contacts_per_walker: f64,
+    /// Walkers launched, for each element that was born of one.
+    pub walkers_per_element: f64,
+    /// Seconds of each phase.
+    pub seconds: Timings,
+    /// Threads that were used.
+    pub threads: usize,
+}
+
+/// Which mesh it was, in short.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeshSummary {
+    /// The file as the user gave it.
+    pub file: String,
+    /// Hash of its content.
+    pub hash: String,
+    /// Triangles kept.
+    pub triangles: usize,
+    /// Vertices after welding.
+    pub vertices: usize,
+    /// Connected pieces.
+    pub components: usize,
+    /// Area.
+    pub area: f64,
+    /// Lower and upper corner of the bounding box.
+    pub bounding_box: [[f64; 3]; 2],
+}
+
+/// Wall-clock seconds of the phases of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Timings {
+    /// Reading the file.
+    pub load: f64,
+    /// Welding, adjacency and everything else that is prepared once a mesh.
+    pub precompute: f64,
+    /// Growing.
+    pub grow: f64,
+    /// Writing every other file.
+    pub write: f64,
+}
+
+const NOTE: &str = "Timings differ from run to run: of a run's files this one alone is not promised \
+                    to be the same bytes again. Lengths and areas are in mesh units.";
+
+impl RunReport {
+    /// The report of a finished run.
+    pub fn new(
+        substrate: &Substrate,
+        recipe: &Recipe,
+        growth: &Growth,
+        seconds: Timings,
+        execution: &Execution,
+    ) -> Self {
+        let cluster = &growth.cluster;
+        let units = substrate.units();
+        let counts = &growth.counts;
+        Self {
+            note: NOTE,
+            version: env!("CARGO_PKG_VERSION"),
+            mesh: MeshSummary::new(substrate, recipe),
+            elements: cluster.len(),
+            effective_radius: units.length_to_file(cluster.extent().effective_radius()),
+            covered_area: units.area_to_file(cluster.covered_area()),
+            covered_share: covered_share(substrate, growth),
+            stopped: growth.stopped.name(),
+            stopped_because: growth.stopped.words(&recipe.stop),
+            counts: counts.clone(),
+            steps_per_walker: per(counts.steps, counts.walkers),
+            contacts_per_walker: per(counts.contacts, counts.walkers),
+            walkers_per_element: per(counts.walkers, cluster.len().saturating_sub(1) as u64),
+            seconds,
+            threads: execution.threads,
+        }
+    }
+
+    /// As indented JSON with a line end.
+    pub fn to_json(&self) -> String {
+        let json = serde_json::to_string_pretty(self);
+        json.unwrap_or_else(|e| format!("{{\"error\": {:?}}}", e.to_string())) + "\n"
+    }
+}
+
+impl MeshSummary {
+    fn new(substrate: &Substrate, recipe: &Recipe) -> Self {
+        let report = substrate.report();
+        Self {
+            file: recipe.mesh.file.clone(),
+            hash: recipe.mesh.hash.clone(),
+            triangles: report.triangles,
+            vertices: report.vertices,
+            components: report.components.len(),
+            area: report.area,
+            bounding_box: report.bounding_box,
+        }
+    }
+}
+
+impl Stopped {
+    /// One word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "elements",
+            Self::Reach => "reach",
+            Self::Cover => "cover",
+            Self::Full => "full",
+            Self::Cancelled => "cancelled",
+            Self::Observer => "observer",
+        }
+    }
+
+    /// Why the run ended, as the end of a sentence.
+    pub fn words(self, rule: &StopRule) -> String {
+        match (self, rule) {
+            (Self::Elements, StopRule::Elements(n)) => format!("it has the {n} elements asked for"),
+            (Self::Reach, StopRule::Reach(length)) => {
+                format!("its effective radius reached the {length:?} asked for")
+            }
+            (Self::Cover, StopRule::Cover(share)) => {
+                format!("it covers the share of {share:?} asked for")
+            }
+            (Self::Elements | Self::Reach | Self::Cover, _) => {
+                "it has the size asked for".to_owned()
+            }
+            (Self::Full, _) => "no free surface is left on its piece of the mesh".to_owned(),
+            (Self::Cancelled, _) => "it was interrupted".to_owned(),
+            (Self::Observer, _) => "its observer ended it".to_owned(),
+        }
+    }
+}
+
+/// Share of the lichen's component that its discs cover.
+fn covered_share(substrate: &Substrate, growth: &Growth) -> f64 {
+    let component = |t| substrate.component_of(t).area;
+    let seed = growth.cluster.elements().first();
+    let area = seed.map_or(f64::INFINITY, |seed| component(seed.at.triangle));
+    (growth.cluster.covered_area() / area).min(1.0)
+}
+
+fn per(count: u64, of: u64) -> f64 {
+    count as f64 / of.max(1) as f64
+}

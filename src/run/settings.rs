@@ -1,0 +1,369 @@
+//! A recipe in the making: what the user said, layer over layer, until it is complete.
+//!
+//! Flags lie over a recipe file, which lies over a preset, which lies over the defaults.
+
+use super::parameter::{self as info, ParameterInfo};
+use super::preset::{self, UnknownPreset};
+use super::{Length, MeshId, Recipe, StopRule};
+use crate::growth::{Boundary, Join, PlaceError, SeedPlace, Steps};
+use crate::substrate::Substrate;
+
+/// What decides the result, as far as it has been said. Lengths are not resolved yet.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Version of the program that resolved them, when they were read from a complete recipe.
+    pub version: Option<String>,
+    /// Path of the mesh file.
+    pub mesh: Option<String>,
+    /// Hash of the mesh that they were resolved for.
+    pub mesh_hash: Option<String>,
+    /// Name of a preset that lies under them.
+    pub preset: Option<String>,
+    /// Element radius r.
+    pub radius: Option<Length>,
+    /// Curvature radius L.
+    pub curvature_radius: Option<Length>,
+    /// Sticking bias B.
+    pub bias: Option<f64>,
+    /// Curvature gain A.
+    pub gain: Option<f64>,
+    /// Lowest sticking probability.
+    pub min_stick: Option<f64>,
+    /// Seed of every random stream.
+    pub seed: Option<u64>,
+    /// Where the seed element goes.
+    pub at: Option<SeedPlace>,
+    /// Launch radius over the effective radius.
+    pub launch: Option<f64>,
+    /// Kill radius over the effective radius.
+    pub kill: Option<f64>,
+    /// How walkers are joined.
+    pub join: Option<Join>,
+    /// How long steps may be.
+    pub steps: Option<Steps>,
+    /// What open edges do to a walker.
+    pub boundary: Option<Boundary>,
+    /// When growth is done.
+    pub stop: Option<StopSetting>,
+}
+
+/// When growth is done, its length not resolved yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StopSetting {
+    /// At this many elements.
+    Elements(u64),
+    /// When the effective radius reaches this length.
+    Reach(Length),
+    /// When this share of the lichen's component is covered.
+    Cover(f64),
+}
+
+/// What cannot be grown, with the flag, the value, its range and what it does.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A number outside its range.
+    #[error("--{name} {value} is out of range ({range}). {looks}.")]
+    OutOfRange {
+        /// The flag without dashes.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// Its range in words.
+        range: &'static str,
+        /// What it does.
+        looks: &'static str,
+    },
+    /// A notation that this length cannot have.
+    #[error("--{name} {value}: {problem}")]
+    Notation {
+        /// The flag without dashes.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// Why not, and what instead.
+        problem: &'static str,
+    },
+    /// Elements that do not fit on the mesh.
+    #[error(
+        "--radius {radius:?} (in mesh units) is larger than the mesh: an element would be {times:.1} \
+         times the bounding box's diagonal of {diagonal:?}; try --radius auto, which is {auto:?} here"
+    )]
+    RadiusLargerThanMesh {
+        /// Radius, file units.
+        radius: f64,
+        /// Diameter over the diagonal.
+        times: f64,
+        /// Diagonal, file units.
+        diagonal: f64,
+        /// What auto would be.
+        auto: f64,
+    },
+    /// Walkers would be dropped where they start.
+    #[error(
+        "--kill {kill:?} must be larger than --launch {launch:?}: walkers start at the launch radius \
+         and are given up at the kill radius"
+    )]
+    KillInsideLaunch {
+        /// Launch radius.
+        launch: f64,
+        /// Kill radius.
+        kill: f64,
+    },
+    /// No such preset.
+    #[error(transparent)]
+    Preset(#[from] UnknownPreset),
+    /// The seed element has no place.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// The mesh is not the one that the recipe was made for.
+    #[error(
+        "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's \
+         {expected}; name the right file, or name this one as MESH to grow on it all the same"
+    )]
+    OtherMesh {
+        /// The file that was loaded.
+        file: String,
+        /// Its hash.
+        found: String,
+        /// The recipe's.
+        expected: String,
+    },
+}
+
+impl Settings {
+    /// These settings where they say something, `base` where they don't.
+    pub fn over(self, base: Self) -> Self {
+        Self {
+            version: self.version.or(base.version),
+            mesh: self.mesh.or(base.mesh),
+            mesh_hash: self.mesh_hash.or(base.mesh_hash),
+            preset: self.preset.or(base.preset),
+            radius: self.radius.or(base.radius),
+            curvature_radius: self.curvature_radius.or(base.curvature_radius),
+            bias: self.bias.or(base.bias),
+            gain: self.gain.or(base.gain),
+            min_stick: self.min_stick.or(base.min_stick),
+            seed: self.seed.or(base.seed),
+            at: self.at.or(base.at),
+            launch: self.launch.or(base.launch),
+            kill: self.kill.or(base.kill),
+            join: self.join.or(base.join),
+            steps: self.steps.or(base.steps),
+            boundary: self.boundary.or(base.boundary),
+            stop: self.stop.or(base.stop),
+        }
+    }
+
+    /// Nothing left unsaid: laid over their preset and the defaults. Then checked, as far as that
+    /// takes no mesh.
+    ///
+    /// # Errors
+    /// When there is no such preset, or a value is out of range whatever the mesh.
+    pub fn complete(self) -> Result<Complete, SettingsError> {
+        let preset = match &self.preset {
+            Some(name) => preset::find(name)?.settings(),
+            None => Self::default(),
+        };
+        let complete = Complete::from(self.over(preset));
+        complete.check()?;
+        Ok(complete)
+    }
+
+    /// Resolves them for a mesh, `file` being its path as the user gave it.
+    ///
+    /// # Errors
+    /// As [`Settings::complete`]; when a length does not suit the mesh, or the seed element has no
+    /// place on it.
+    pub fn resolve(self, substrate: &Substrate, file: &str) -> Result<Recipe, SettingsError> {
+        let mesh = MeshId {
+            file: file.to_owned(),
+            hash: substrate.mesh_hash().to_owned(),
+        };
+        let recipe = self
+            .complete()?
+            .measured(substrate.units().diagonal(), mesh)?;
+        recipe.at.locate(substrate, recipe.seed, 0)?;
+        Ok(recipe)
+    }
+
+    /// Checks that a mesh is the one that these settings were resolved for, if they were.
+    ///
+    /// # Errors
+    /// [`SettingsError::OtherMesh`].
+    pub fn check_mesh(&self, file: &str, hash: &str) -> Result<(), SettingsError> {
+        match &self.mesh_hash {
+            Some(expected) if expected != hash => Err(SettingsError::OtherMesh {
+                file: file.to_owned(),
+                found: hash.to_owned(),
+                expected: expected.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Settings with nothing left unsaid, still without a mesh to measure their lengths by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Complete {
+    radius: Length,
+    curvature_radius: Length,
+    bias: f64,
+    gain: f64,
+    min_stick: f64,
+    seed: u64,
+    at: SeedPlace,
+    launch: f64,
+    kill: f64,
+    join: Join,
+    steps: Steps,
+    boundary: Boundary,
+    stop: StopSetting,
+}
+
+impl From<Settings> for Complete {
+    /// What is unsaid becomes the default.
+    fn from(settings: Settings) -> Self {
+        Self {
+            radius: settings.radius.unwrap_or(Length::Auto),
+            curvature_radius: settings.curvature_radius.unwrap_or(Length::Radii(10.0)),
+            bias: settings.bias.unwrap_or(0.5),
+            gain: settings.gain.unwrap_or(1.0),
+            min_stick: settings.min_stick.unwrap_or(0.01),
+            seed: settings.seed.unwrap_or(1),
+            at: settings.at.unwrap_or(SeedPlace::Top),
+            launch: settings.launch.unwrap_or(1.5),
+            kill: settings.kill.unwrap_or(10.0),
+            join: settings.join.unwrap_or(Join::Pack),
+            steps: settings.steps.unwrap_or(Steps::Large),
+            boundary: settings.boundary.unwrap_or(Boundary::Reflect),
+            stop: settings.stop.unwrap_or(StopSetting::Elements(20_000)),
+        }
+    }
+}
+
+impl Complete {
+    /// Checks everything that takes no mesh.
+    fn check(&self) -> Result<(), SettingsError> {
+        in_range(&info::BIAS, self.bias)?;
+        in_range(&info::GAIN, self.gain)?;
+        in_range(&info::MIN_STICK, self.min_stick)?;
+        in_range(&info::LAUNCH, self.launch)?;
+        in_range(&info::KILL, self.kill)?;
+        if self.kill <= self.launch {
+            return Err(SettingsError::KillInsideLaunch {
+                launch: self.launch,
+                kill: self.kill,
+            });
+        }
+        self.check_notations()?;
+        match self.stop {
+            StopSetting::Elements(n) => in_range(&info::ELEMENTS, n as f64),
+            StopSetting::Cover(share) => in_range(&info::COVER, share),
+            StopSetting::Reach(_) => Ok(()),
+        }
+    }
+
+    fn check_notations(&self) -> Result<(), SettingsError> {
+        const OWN: &str = "the radius cannot be measured by itself; write mesh units (0.02), percent \
+                           of the bounding box's diagonal (0.5%) or auto";
+        const AUTO: &str = "only the radius can be auto; write mesh units, radii (10r) or percent";
+        if matches!(self.radius, Length::Radii(_)) {
+            return Err(notation(&info::RADIUS, self.radius, OWN));
+        }
+        if self.curvature_radius == Length::Auto {
+            return Err(notation(&info::CURVATURE_RADIUS, Length::Auto, AUTO));
+        }
+        match self.stop {
+            StopSetting::Reach(Length::Auto) => Err(notation(&info::REACH, Length::Auto, AUTO)),
+            _ => Ok(()),
+        }
+    }
+
+    /// The recipe for a mesh with this bounding box's diagonal.
+    ///
+    /// # Errors
+    /// When a length does not suit the mesh.
+    pub fn measured(self, diagonal: f64, mesh: MeshId) -> Result<Recipe, SettingsError> {
+        let radius = self.radius.in_units(diagonal, 0.0);
+        check_radius(self.radius, radius, diagonal)?;
+        let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
+        if !within_rounding(&info::CURVATURE_RADIUS, curvature_radius / radius) {
+            return Err(out_of_range(&info::CURVATURE_RADIUS, self.curvature_radius));
+        }
+        Ok(Recipe {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            mesh,
+            radius,
+            curvature_radius,
+            bias: self.bias,
+            gain: self.gain,
+            min_stick: self.min_stick,
+            seed: self.seed,
+            at: self.at,
+            launch: self.launch,
+            kill: self.kill,
+            join: self.join,
+            steps: self.steps,
+            boundary: self.boundary,
+            stop: stop_rule(self.stop, diagonal, radius)?,
+        })
+    }
+}
+
+fn stop_rule(stop: StopSetting, diagonal: f64, radius: f64) -> Result<StopRule, SettingsError> {
+    match stop {
+        StopSetting::Elements(n) => Ok(StopRule::Elements(n)),
+        StopSetting::Cover(share) => Ok(StopRule::Cover(share)),
+        StopSetting::Reach(length) => {
+            let reach = length.in_units(diagonal, radius);
+            if reach > 0.0 && reach.is_finite() {
+                return Ok(StopRule::Reach(reach));
+            }
+            Err(out_of_range(&info::REACH, length))
+        }
+    }
+}
+
+fn check_radius(given: Length, radius: f64, diagonal: f64) -> Result<(), SettingsError> {
+    if radius > info::RADIUS.high * diagonal {
+        return Err(SettingsError::RadiusLargerThanMesh {
+            radius,
+            times: 2.0 * radius / diagonal,
+            diagonal,
+            auto: Length::Auto.in_units(diagonal, 0.0),
+        });
+    }
+    match radius >= info::RADIUS.low * diagonal * (1.0 - 1e-12) && radius > 0.0 {
+        true => Ok(()),
+        false => Err(out_of_range(&info::RADIUS, given)),
+    }
+}
+
+/// In range but for what resolving to mesh units and dividing back may round away.
+fn within_rounding(info: &ParameterInfo, value: f64) -> bool {
+    info.allows(value * (1.0 + 1e-12)) || info.allows(value * (1.0 - 1e-12))
+}
+
+fn in_range(info: &ParameterInfo, value: f64) -> Result<(), SettingsError> {
+    match info.allows(value) {
+        true => Ok(()),
+        false => Err(out_of_range(info, value)),
+    }
+}
+
+fn out_of_range(info: &ParameterInfo, value: impl ToString) -> SettingsError {
+    SettingsError::OutOfRange {
+        name: info.name,
+        value: value.to_string(),
+        range: info.range,
+        looks: info.looks,
+    }
+}
+
+fn notation(info: &ParameterInfo, value: Length, problem: &'static str) -> SettingsError {
+    SettingsError::Notation {
+        name: info.name,
+        value: value.to_string(),
+        problem,
+    }
+}

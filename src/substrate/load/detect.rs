@@ -1,0 +1,122 @@
+//! Which format a file is in: its content says, its extension only suggests.
+
+use std::path::Path;
+
+use super::error::{LoadFault, Parsed};
+use super::{Format, HEAD, obj, stl};
+
+/// The format that the file's name claims.
+pub(super) fn by_extension(path: &Path) -> Option<Format> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    match extension.as_str() {
+        "obj" => Some(Format::Obj),
+        "gltf" => Some(Format::Gltf),
+        "glb" => Some(Format::Glb),
+        "stl" => Some(Format::Stl),
+        "ply" => Some(Format::Ply),
+        _ => None,
+    }
+}
+
+/// Whether the file should be streamed as ASCII STL.
+pub(super) fn is_ascii_stl(head: &[u8], length: u64, named: Option<Format>) -> bool {
+    let ascii = stl::encoding(head, length) == stl::Encoding::Ascii;
+    // A text that begins with the word 'solid' may be anything; without the name of an STL file it
+    // must also go on like one.
+    let goes_on = || {
+        let text = head.to_ascii_lowercase();
+        contains(&text, b"facet") || contains(&text, b"endsolid")
+    };
+    ascii && (named == Some(Format::Stl) || goes_on())
+}
+
+/// The format to read the bytes as.
+///
+/// # Errors
+/// When neither the content nor the name fits a format.
+pub(super) fn decide(bytes: &[u8], named: Option<Format>) -> Parsed<Format> {
+    if bytes.trim_ascii().is_empty() {
+        let found = if bytes.is_empty() {
+            "the file is empty"
+        } else {
+            "the file is blank"
+        };
+        return unknown(found, "export or copy it again");
+    }
+    if let Some(format) = by_content(bytes) {
+        return Ok(format);
+    }
+    if bytes.starts_with(b"version https://git-lfs") {
+        return unknown(
+            "a git-LFS pointer, the mesh was not fetched",
+            "run `git lfs pull`",
+        );
+    }
+    if named != Some(Format::Obj) && obj::looks_like(bytes) {
+        return Ok(Format::Obj);
+    }
+    let cure = "give it an OBJ, glTF, GLB, STL or PLY file, or export the model as one";
+    match (recognised(bytes), named) {
+        (Some(other), _) => unknown(other, cure),
+        (None, Some(format)) => Ok(format),
+        (None, None) => unknown("neither its name nor its content is known", cure),
+    }
+}
+
+/// The format that the content proves.
+fn by_content(bytes: &[u8]) -> Option<Format> {
+    let head = &bytes[..bytes.len().min(HEAD)];
+    if head.starts_with(b"glTF") {
+        return Some(Format::Glb);
+    }
+    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+        return Some(Format::Ply);
+    }
+    if stl::is_exact_binary(head, bytes.len() as u64) {
+        return Some(Format::Stl);
+    }
+    let text = bytes
+        .strip_prefix(b"\xEF\xBB\xBF")
+        .unwrap_or(bytes)
+        .trim_ascii_start();
+    (text.starts_with(b"{") && contains(text, b"\"asset\"")).then_some(Format::Gltf)
+}
+
+/// A note where the name and the content disagree.
+pub(super) fn misnamed(path: &Path, named: Option<Format>, format: Format) -> Option<String> {
+    let named = named.filter(|named| *named != format)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Some(format!(
+        "{name} is named as {named} but holds {format}: read as {format}"
+    ))
+}
+
+fn unknown<T>(found: &str, cure: &'static str) -> Parsed<T> {
+    Err(LoadFault::UnknownFormat {
+        found: found.into(),
+        cure,
+    })
+}
+
+/// A file of another kind that people try to load.
+fn recognised(bytes: &[u8]) -> Option<&'static str> {
+    let known: [(&[u8], &str); 9] = [
+        (b"Kaydara FBX", "this is FBX"),
+        (b"; FBX", "this is FBX"),
+        (b"BLENDER", "this is a Blender file"),
+        (b"PXR-USDC", "this is USD"),
+        (b"#usda", "this is USD"),
+        (b"PK\x03\x04", "this is a ZIP archive"),
+        (b"\x1f\x8b", "this is compressed with gzip"),
+        (b"OFF", "this is OFF"),
+        (b"<", "this is XML or HTML"),
+    ];
+    known
+        .iter()
+        .find(|(magic, _)| bytes.starts_with(magic))
+        .map(|(_, what)| *what)
+}
+
+fn contains(text: &[u8], word: &[u8]) -> bool {
+    text.windows(word.len()).any(|window| window == word)
+}

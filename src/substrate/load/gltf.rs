@@ -1,0 +1,496 @@
+//! glTF 2.0: the scene's nodes, their transforms, and the GLB container.
+//!
+//! Read is what the default scene shows (without one, the first; without any, all root nodes).
+//! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
+//! which several instances share stay equal to the bit. Far from the origin they are rounded
+//! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned and
+//! morphed meshes are read at rest. Materials, textures, cameras and animations are not looked at,
+//! nor are extensions that concern only them.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use crate::substrate::Soup;
+
+use super::error::{LoadFault, Parsed};
+use super::gltf_accessor::Accessors;
+use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
+use super::gltf_primitive::{Collector, SharedPositions, Tally};
+use super::gltf_schema::{Asset, Instancing, Node, OnlyAsset, Root};
+use super::text::quoted;
+use super::{Format, counted, no_triangles};
+
+/// Extensions that change the geometry and are understood (or refused where they are used).
+const UNDERSTOOD: [&str; 5] = [
+    "KHR_mesh_quantization",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+    "KHR_draco_mesh_compression",
+];
+
+/// How far from the origin, in sizes of the scene, before rounding is relative to its middle.
+const FAR: f64 = 8.0;
+
+const GLB_HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
+const JSON_CHUNK: &[u8] = b"JSON";
+const BIN_CHUNK: &[u8] = b"BIN\0";
+
+/// Reads the JSON form.
+pub(super) fn parse_gltf(
+    json: &[u8],
+    base: Option<&Path>,
+    hasher: &mut blake3::Hasher,
+) -> Parsed<Soup> {
+    parse_document(json, None, Format::Gltf, base, hasher)
+}
+
+/// Reads the binary container.
+pub(super) fn parse_glb(
+    bytes: &[u8],
+    base: Option<&Path>,
+    hasher: &mut blake3::Hasher,
+) -> Parsed<Soup> {
+    let (json, chunk) = open_container(bytes)?;
+    parse_document(json, chunk, Format::Glb, base, hasher)
+}
+
+/// The JSON and the binary chunk of a GLB file.
+fn open_container(bytes: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
+    let fault = |at: usize, problem: String, cure: &str| {
+        Err(LoadFault::malformed(
+            Format::Glb,
+            format!("byte {at}"),
+            problem,
+            cure,
+        ))
+    };
+    if !bytes.starts_with(b"glTF") {
+        return fault(0, "it does not begin with 'glTF'".into(), EXPORT_AGAIN);
+    }
+    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+        return fault(
+            bytes.len(),
+            "the file ends within its header".into(),
+            EXPORT_AGAIN,
+        );
+    };
+    if version != 2 {
+        let cure = "export it as glTF 2.0";
+        return fault(4, format!("GLB container version {version}, not 2"), cure);
+    }
+    if length > bytes.len() {
+        let problem = format!("{length} bytes are promised, {} are there", bytes.len());
+        return fault(8, problem, "it was cut short: export or copy it again");
+    }
+    let mut chunks = Chunks {
+        bytes: &bytes[..length.max(GLB_HEADER)],
+        at: GLB_HEADER,
+    };
+    let Some((kind, json)) = chunks.next().transpose()? else {
+        return fault(GLB_HEADER, "there is no JSON chunk".into(), EXPORT_AGAIN);
+    };
+    if kind != JSON_CHUNK {
+        let problem = format!("the first chunk is {}, not JSON", quoted(kind));
+        return fault(GLB_HEADER, problem, EXPORT_AGAIN);
+    }
+    for chunk in chunks {
+        if let (BIN_CHUNK, data) = chunk? {
+            return Ok((json, Some(data)));
+        }
+    }
+    Ok((json, None))
+}
+
+/// The chunks of a GLB file: kind and data.
+struct Chunks<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Iterator for Chunks<'a> {
+    type Item = Parsed<(&'a [u8], &'a [u8])>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let start = self.at;
+        if start >= self.bytes.len() {
+            return None;
+        }
+        let data_at = start + CHUNK_HEADER;
+        let end = word(self.bytes, start)
+            .and_then(|length| data_at.checked_add(length))
+            .filter(|&end| end <= self.bytes.len());
+        let Some(end) = end else {
+            self.at = self.bytes.len();
+            return Some(Err(LoadFault::malformed(
+                Format::Glb,
+                format!("byte {start}"),
+                "a chunk reaches beyond the end of the file",
+                "it was cut short: export or copy it again",
+            )));
+        };
+        self.at = end;
+        Some(Ok((
+            &self.bytes[start + 4..data_at],
+            &self.bytes[data_at..end],
+        )))
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<usize> {
+    let raw = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
+    usize::try_from(u32::from_le_bytes(raw)).ok()
+}
+
+fn parse_document(
+    json: &[u8],
+    chunk: Option<&[u8]>,
+    format: Format,
+    base: Option<&Path>,
+    hasher: &mut blake3::Hasher,
+) -> Parsed<Soup> {
+    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+    let root = read_json(json, format)?;
+    let buffers = Buffers::new(&root, format, chunk, base);
+    let accessors = Accessors {
+        root: &root,
+        buffers,
+        format,
+    };
+    let mut scene = SceneWalk {
+        root: &root,
+        collector: Collector::new(accessors),
+    };
+    scene.walk()?;
+    scene.collector.accessors.buffers.hash_external(hasher);
+    finish(scene)
+}
+
+fn read_json(json: &[u8], format: Format) -> Parsed<Root<'_>> {
+    match serde_json::from_slice::<Root>(json) {
+        Ok(root) => check_version(&root.asset, format).map(|()| root),
+        Err(error) => {
+            if let Ok(only) = serde_json::from_slice::<OnlyAsset>(json) {
+                check_version(&only.asset, format)?;
+            }
+            let place = format!("JSON line {}, column {}", error.line(), error.column());
+            let text = error.to_string();
+            let problem = text.split(" at line ").next().unwrap_or_default();
+            let cure = "correct it or export the file again";
+            Err(LoadFault::malformed(format, place, problem, cure))
+        }
+    }
+}
+
+fn check_version(asset: &Asset, format: Format) -> Parsed<()> {
+    if asset.version.starts_with("2.") {
+        return Ok(());
+    }
+    let problem = format!("glTF version {}, not 2", quoted(asset.version.as_bytes()));
+    Err(LoadFault::malformed(
+        format,
+        "asset",
+        problem,
+        "export it as glTF 2.0",
+    ))
+}
+
+fn finish(scene: SceneWalk) -> Parsed<Soup> {
+    let unseen = scene.root.meshes.len();
+    let Collector {
+        mut soup,
+        passed_over,
+        ..
+    } = scene.collector;
+    let mut ignored = passed_over.ignored();
+    if soup.triangles.is_empty() {
+        if ignored.is_empty() && soup.positions.is_empty() && unseen > 0 {
+            ignored.push(counted(
+                unseen,
+                "mesh that no node shows",
+                "meshes that no node shows",
+            ));
+        }
+        return Err(no_triangles(soup.positions.len(), &ignored));
+    }
+    soup.notes = ignored
+        .into_iter()
+        .map(|what| format!("{what} ignored"))
+        .collect();
+    soup.notes.extend(passed_over.at_rest());
+    soup.notes
+        .extend(scene.root.extensions_required.iter().filter_map(|name| {
+            let only_looks = ["KHR_materials_", "KHR_texture_", "EXT_texture_"];
+            let known = UNDERSTOOD.contains(&name.as_str())
+                || only_looks.iter().any(|family| name.starts_with(family));
+            let shown = quoted(name.as_bytes());
+            (!known)
+                .then(|| format!("the file requires the extension {shown}, which was not applied"))
+        }));
+    if scene.root.scenes.len() > 1 {
+        soup.notes
+            .push(format!("one of {} scenes read", scene.root.scenes.len()));
+    }
+    round_to_single(&mut soup.positions);
+    Ok(soup)
+}
+
+impl Tally {
+    fn ignored(&self) -> Vec<String> {
+        met([
+            (self.points, "point primitive", "point primitives"),
+            (self.lines, "line primitive", "line primitives"),
+            (
+                self.without_positions,
+                "primitive without positions",
+                "primitives without positions",
+            ),
+            (
+                self.leftover_indices,
+                "index beyond the triangles",
+                "indices beyond the triangles",
+            ),
+        ])
+    }
+
+    fn at_rest(&self) -> Vec<String> {
+        let at_rest = met([
+            (self.skinned, "skinned mesh", "skinned meshes"),
+            (self.morphed, "morphed primitive", "morphed primitives"),
+        ]);
+        at_rest
+            .into_iter()
+            .map(|what| what + " read at rest")
+            .collect()
+    }
+}
+
+/// The counts that are not zero, with their nouns.
+fn met<const N: usize>(counts: [(usize, &str, &str); N]) -> Vec<String> {
+    let met = counts.into_iter().filter(|(count, ..)| *count > 0);
+    met.map(|(count, one, many)| counted(count, one, many))
+        .collect()
+}
+
+/// Rounds to `f32`, relative to the origin or, when that is far away, to the scene's middle.
+fn round_to_single(positions: &mut [[f64; 3]]) {
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for position in positions.iter() {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(position[axis]);
+            high[axis] = high[axis].max(position[axis]);
+        }
+    }
+    let size = (0..3)
+        .map(|axis| high[axis] - low[axis])
+        .fold(0.0, f64::max);
+    let middle: [f64; 3] = std::array::from_fn(|axis| {
+        let middle = 0.5 * low[axis] + 0.5 * high[axis];
+        if middle.abs() > FAR * size {
+            f64::from(middle as f32)
+        } else {
+            0.0
+        }
+    });
+    for position in positions {
+        for axis in 0..3 {
+            position[axis] = f64::from((position[axis] - middle[axis]) as f32) + middle[axis];
+        }
+    }
+}
+
+/// The walk down the node hierarchy.
+struct SceneWalk<'a> {
+    root: &'a Root<'a>,
+    collector: Collector<'a>,
+}
+
+impl<'a> SceneWalk<'a> {
+    fn walk(&mut self) -> Parsed<()> {
+        let mut met = vec![false; self.root.nodes.len()];
+        let roots = self.root_nodes()?.into_iter().rev();
+        let mut pending: Vec<_> = roots.map(|node| (node, DAffine3::IDENTITY)).collect();
+        while let Some((index, parent)) = pending.pop() {
+            let Some(node) = self.root.nodes.get(index) else {
+                let problem = format!("there is no such node, the file has {}", met.len());
+                return Err(self.fault(format!("node {index}"), problem));
+            };
+            if std::mem::replace(&mut met[index], true) {
+                let problem = "it is its own ancestor, or the child of two nodes";
+                return Err(self.fault(format!("node {index}"), problem.into()));
+            }
+            let world = parent * self.local_transform(index, node)?;
+            self.node(index, node, world)?;
+            pending.extend(node.children.iter().rev().map(|&child| (child, world)));
+        }
+        Ok(())
+    }
+
+    fn root_nodes(&self) -> Parsed<Vec<usize>> {
+        let root = self.root;
+        if let Some(index) = root
+            .scene
+            .or_else(|| (!root.scenes.is_empty()).then_some(0))
+        {
+            let scene = root.scenes.get(index).ok_or_else(|| {
+                let problem = format!("there is no such scene, the file has {}", root.scenes.len());
+                self.fault(format!("scene {index}"), problem)
+            })?;
+            return Ok(scene.nodes.clone());
+        }
+        let mut is_child = vec![false; root.nodes.len()];
+        for &child in root.nodes.iter().flat_map(|node| &node.children) {
+            if let Some(mark) = is_child.get_mut(child) {
+                *mark = true;
+            }
+        }
+        let roots: Vec<usize> = (0..root.nodes.len())
+            .filter(|&node| !is_child[node])
+            .collect();
+        if roots.is_empty() && !root.nodes.is_empty() {
+            return Err(self.fault("nodes".into(), "they form a cycle".into()));
+        }
+        Ok(roots)
+    }
+
+    fn node(&mut self, index: usize, node: &Node, world: DAffine3) -> Parsed<()> {
+        let Some(mesh_index) = node.mesh else {
+            return Ok(());
+        };
+        let Some(mesh) = self.root.meshes.get(mesh_index) else {
+            return Err(self.fault(
+                format!("node {index}"),
+                format!("there is no mesh {mesh_index}"),
+            ));
+        };
+        self.collector.passed_over.skinned += usize::from(node.skin.is_some());
+        let transforms = match &node.extensions.instancing {
+            None => vec![world],
+            Some(instancing) => self.instances(index, instancing, world)?,
+        };
+        if transforms.is_empty() {
+            return Ok(());
+        }
+        let mut shared = SharedPositions::default();
+        for (number, primitive) in mesh.primitives.iter().enumerate() {
+            let place = format!("node {index}, mesh {mesh_index}, primitive {number}");
+            self.collector
+                .primitive(primitive, &place, &transforms, &mut shared)?;
+        }
+        Ok(())
+    }
+
+    /// The world transforms of a node's `EXT_mesh_gpu_instancing` copies.
+    fn instances(
+        &self,
+        index: usize,
+        instancing: &Instancing,
+        world: DAffine3,
+    ) -> Parsed<Vec<DAffine3>> {
+        let place = format!("node {index}, EXT_mesh_gpu_instancing");
+        let translations = self.instance_vectors::<3>(instancing, "TRANSLATION", &place)?;
+        let rotations = self.instance_vectors::<4>(instancing, "ROTATION", &place)?;
+        let scales = self.instance_vectors::<3>(instancing, "SCALE", &place)?;
+        let counts = [
+            translations.as_ref().map(Vec::len),
+            rotations.as_ref().map(Vec::len),
+            scales.as_ref().map(Vec::len),
+        ];
+        let count = counts.into_iter().flatten().next().unwrap_or(0);
+        if count == 0 || counts.into_iter().flatten().any(|other| other != count) {
+            let problem = "its attributes are missing or differ in count";
+            return Err(self.fault(place, problem.into()));
+        }
+        (0..count)
+            .map(|i| {
+                let local = compose(
+                    translations.as_ref().map(|all| all[i]),
+                    rotations.as_ref().map(|all| all[i]),
+                    scales.as_ref().map(|all| all[i]),
+                );
+                let place = || format!("{place}, instance {i}");
+                self.usable(local.map(|local| world * local), place)
+            })
+            .collect()
+    }
+
+    fn instance_vectors<const N: usize>(
+        &self,
+        instancing: &Instancing,
+        name: &str,
+        place: &str,
+    ) -> Parsed<Option<Vec<[f64; N]>>> {
+        let Some(&accessor) = instancing.attributes.get(name) else {
+            return Ok(None);
+        };
+        let mut vectors = Vec::new();
+        self.collector
+            .accessors
+            .append_vectors(accessor, place, &mut vectors)?;
+        Ok(Some(vectors))
+    }
+
+    fn local_transform(&self, index: usize, node: &Node) -> Parsed<DAffine3> {
+        let local = match &node.matrix {
+            Some(matrix) => affine(matrix),
+            None => compose(node.translation, node.rotation, node.scale),
+        };
+        self.usable(local, || format!("node {index}"))
+    }
+
+    fn usable(&self, transform: Option<DAffine3>, place: impl Fn() -> String) -> Parsed<DAffine3> {
+        transform
+            .filter(DAffine3::is_finite)
+            .ok_or_else(|| self.fault(place(), "its transform is not finite, or not affine".into()))
+    }
+
+    fn fault(&self, place: String, problem: String) -> LoadFault {
+        LoadFault::malformed(
+            self.collector.accessors.format,
+            place,
+            problem,
+            EXPORT_AGAIN,
+        )
+    }
+}
+
+/// A column-major matrix, if it keeps parallels parallel.
+fn affine(matrix: &[f64; 16]) -> Option<DAffine3> {
+    let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z, w] = *matrix;
+    ([d, h, l, w] == [0.0, 0.0, 0.0, 1.0]).then(|| DAffine3 {
+        matrix3: DMat3::from_cols(
+            DVec3::new(a, b, c),
+            DVec3::new(e, f, g),
+            DVec3::new(i, j, k),
+        ),
+        translation: DVec3::new(x, y, z),
+    })
+}
+
+/// Translation × rotation × scale. Quaternions are normalized, as exporters round them; a zero one
+/// has no meaning.
+fn compose(
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+) -> Option<DAffine3> {
+    let turn = match rotation {
+        None => DMat3::IDENTITY,
+        Some(q) => {
+            let length_sq = q.iter().map(|x| x * x).sum::<f64>();
+            if !(length_sq > 0.0 && length_sq.is_finite()) {
+                return None;
+            }
+            DMat3::from_quat(DQuat::from_array(q.map(|x| x / length_sq.sqrt())))
+        }
+    };
+    let [sx, sy, sz] = scale.unwrap_or([1.0; 3]);
+    let matrix3 = DMat3::from_cols(turn.x_axis * sx, turn.y_axis * sy, turn.z_axis * sz);
+    Some(DAffine3 {
+        matrix3,
+        translation: DVec3::from_array(translation.unwrap_or([0.0; 3])),
+    })
+}

@@ -1,0 +1,280 @@
+//! One glTF mesh primitive, placed in the world once or many times.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec3};
+
+use crate::substrate::Soup;
+
+use super::error::{LoadFault, Parsed};
+use super::exclusive_index;
+use super::gltf_accessor::Accessors;
+use super::gltf_buffers::EXPORT_AGAIN;
+use super::gltf_schema::Primitive;
+
+/// Vertices and triangles that a document may have beyond what its bytes could hold: instances
+/// multiply a mesh, and a few kilobytes must not fill the memory.
+const MOST_REPEATED: usize = 1 << 25;
+
+/// Collects the triangles of a document.
+pub(super) struct Collector<'a> {
+    pub(super) accessors: Accessors<'a>,
+    pub(super) soup: Soup,
+    pub(super) passed_over: Tally,
+    used: usize,
+}
+
+/// What was met and not used, by count.
+#[derive(Default)]
+pub(super) struct Tally {
+    pub(super) points: usize,
+    pub(super) lines: usize,
+    pub(super) without_positions: usize,
+    pub(super) leftover_indices: usize,
+    pub(super) morphed: usize,
+    pub(super) skinned: usize,
+}
+
+/// Where the vertices of a position accessor went: `count` for each transform, from `start`.
+#[derive(Clone, Copy)]
+struct Placed {
+    start: usize,
+    count: usize,
+}
+
+/// The position accessors that the primitives of one node's mesh share.
+#[derive(Default)]
+pub(super) struct SharedPositions(HashMap<usize, Placed>);
+
+/// The order in which a primitive's corners are visited.
+enum Corners {
+    InOrder(usize),
+    Indexed(Vec<u32>),
+}
+
+impl Corners {
+    fn len(&self) -> usize {
+        match self {
+            Self::InOrder(count) => *count,
+            Self::Indexed(indices) => indices.len(),
+        }
+    }
+
+    fn get(&self, i: usize) -> u32 {
+        match self {
+            Self::InOrder(_) => i as u32,
+            Self::Indexed(indices) => indices[i],
+        }
+    }
+}
+
+impl<'a> Collector<'a> {
+    pub(super) fn new(accessors: Accessors<'a>) -> Self {
+        Self {
+            accessors,
+            soup: Soup::default(),
+            passed_over: Tally::default(),
+            used: 0,
+        }
+    }
+
+    /// Adds the primitive's triangles once for each transform.
+    pub(super) fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        place: &str,
+        transforms: &[DAffine3],
+        shared: &mut SharedPositions,
+    ) -> Parsed<()> {
+        if !self.has_triangles(primitive, place)? {
+            return Ok(());
+        }
+        let Some(&position) = primitive.attributes.get("POSITION") else {
+            self.passed_over.without_positions += 1;
+            return Ok(());
+        };
+        self.refuse_draco(primitive, position, place)?;
+        self.passed_over.morphed += usize::from(!primitive.targets.is_empty());
+        let placed = match shared.0.get(&position) {
+            Some(placed) => *placed,
+            None => self.place_vertices(position, place, transforms)?,
+        };
+        shared.0.insert(position, placed);
+        let corners = self.corners(primitive, placed, place)?;
+        self.charge(corners.len().saturating_mul(transforms.len()), place)?;
+        for (copy, transform) in transforms.iter().enumerate() {
+            let base = (placed.start + copy * placed.count) as u32;
+            let mirrored = transform.matrix3.determinant() < 0.0;
+            assemble(
+                primitive.mode,
+                &corners,
+                &mut self.soup.triangles,
+                |[a, b, c]| {
+                    let [b, c] = if mirrored { [c, b] } else { [b, c] };
+                    [a + base, b + base, c + base]
+                },
+            );
+        }
+        self.passed_over.leftover_indices += match primitive.mode {
+            4 => corners.len() % 3,
+            _ => 0,
+        };
+        Ok(())
+    }
+
+    fn has_triangles(&mut self, primitive: &Primitive, place: &str) -> Parsed<bool> {
+        match primitive.mode {
+            0 => self.passed_over.points += 1,
+            1..=3 => self.passed_over.lines += 1,
+            4..=6 => return Ok(true),
+            mode => return Err(self.fault(place, format!("primitive mode {mode} is unknown"))),
+        }
+        Ok(false)
+    }
+
+    /// Draco data has no uncompressed accessor behind it, unless the exporter kept one.
+    fn refuse_draco(&self, primitive: &Primitive, position: usize, place: &str) -> Parsed<()> {
+        if primitive.extensions.draco.is_none() {
+            return Ok(());
+        }
+        let needed = [Some(position), primitive.indices];
+        for index in needed.into_iter().flatten() {
+            if self.accessors.get(index, place)?.buffer_view.is_none() {
+                return Err(LoadFault::Unsupported {
+                    format: self.accessors.format,
+                    place: place.into(),
+                    feature: "KHR_draco_mesh_compression".into(),
+                    cure: "export again without Draco compression (in Blender: untick \
+                           Compression; with glTF-Transform: `gltf-transform copy IN OUT`)"
+                        .into(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends the vertices, as often as there are transforms.
+    fn place_vertices(
+        &mut self,
+        accessor: usize,
+        place: &str,
+        transforms: &[DAffine3],
+    ) -> Parsed<Placed> {
+        let count = self.accessors.get(accessor, place)?.count;
+        let start = self.soup.positions.len();
+        self.accessors
+            .append_vectors(accessor, place, &mut self.soup.positions)?;
+        self.charge(count.saturating_mul(transforms.len()), place)?;
+        let positions = &mut self.soup.positions;
+        // Indices beyond u32 would wrap in `assemble`.
+        let total = count.saturating_mul(transforms.len()).saturating_add(start);
+        exclusive_index(total, self.accessors.format)?;
+        positions.reserve(total - positions.len());
+        for transform in &transforms[1..] {
+            for vertex in start..start + count {
+                let moved = moved(transform, positions[vertex]);
+                positions.push(moved);
+            }
+        }
+        for position in &mut positions[start..start + count] {
+            *position = moved(&transforms[0], *position);
+        }
+        match positions[start..].iter().position(|p| !is_place(*p)) {
+            None => Ok(Placed { start, count }),
+            Some(at) => {
+                let place = format!("{place}, accessor {accessor}, vertex {}", at % count);
+                let position = positions[start + at];
+                Err(self.not_a_place(position, place))
+            }
+        }
+    }
+
+    fn not_a_place(&self, [x, y, z]: [f64; 3], place: String) -> LoadFault {
+        LoadFault::malformed(
+            self.accessors.format,
+            place,
+            format!("the position ({x}, {y}, {z}) is not finite"),
+            "remove or repair that vertex in the program that made the file",
+        )
+    }
+
+    fn corners(&self, primitive: &Primitive, placed: Placed, place: &str) -> Parsed<Corners> {
+        let Some(accessor) = primitive.indices else {
+            return Ok(Corners::InOrder(placed.count));
+        };
+        let indices = self.accessors.indices(accessor, place)?;
+        match indices.iter().position(|&i| i as usize >= placed.count) {
+            None => Ok(Corners::Indexed(indices)),
+            Some(at) => Err(LoadFault::malformed(
+                self.accessors.format,
+                format!("{place}, accessor {accessor}, index {at}"),
+                format!(
+                    "vertex {} is named, but there are {}",
+                    indices[at], placed.count
+                ),
+                EXPORT_AGAIN,
+            )),
+        }
+    }
+
+    fn charge(&mut self, elements: usize, place: &str) -> Parsed<()> {
+        self.used = self.used.saturating_add(elements);
+        if self.used > MOST_REPEATED
+            && self.used - MOST_REPEATED > self.accessors.buffers.bytes_in_memory()
+        {
+            let problem = "the instances of this file's meshes unfold to more than 33 million \
+                           vertices and corners";
+            return Err(LoadFault::malformed(
+                self.accessors.format,
+                place,
+                problem,
+                "export only the object to grow on",
+            ));
+        }
+        Ok(())
+    }
+
+    fn fault(&self, place: &str, problem: String) -> LoadFault {
+        LoadFault::malformed(self.accessors.format, place, problem, EXPORT_AGAIN)
+    }
+}
+
+fn moved(transform: &DAffine3, position: [f64; 3]) -> [f64; 3] {
+    transform
+        .transform_point3(DVec3::from_array(position))
+        .to_array()
+}
+
+/// Whether the position survives the rounding to single precision.
+fn is_place(position: [f64; 3]) -> bool {
+    position.iter().all(|x| x.abs() <= f64::from(f32::MAX))
+}
+
+/// Appends the triangles of a list (4), strip (5) or fan (6), wound as section 3.7.2.1 of the
+/// specification says.
+fn assemble(
+    mode: u32,
+    corners: &Corners,
+    out: &mut Vec<[u32; 3]>,
+    place: impl Fn([u32; 3]) -> [u32; 3],
+) {
+    let corner = |i: usize| corners.get(i);
+    let triangles = corners.len().saturating_sub(2);
+    match mode {
+        5 => out.extend((0..triangles).map(|i| {
+            let odd = i % 2;
+            place([corner(i), corner(i + 1 + odd), corner(i + 2 - odd)])
+        })),
+        6 => {
+            out.extend((0..triangles).map(|i| place([corner(0), corner(i + 1), corner(i + 2)])));
+        }
+        _ => {
+            let triangles = corners.len() / 3;
+            out.reserve(triangles);
+            out.extend(
+                (0..triangles)
+                    .map(|t| place([corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)])),
+            );
+        }
+    }
+}

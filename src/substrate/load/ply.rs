@@ -1,0 +1,442 @@
+//! PLY (Turk 1994): ASCII and binary of either byte order, properties of any name and type.
+//!
+//! We read it ourselves and not with `serde-ply`, which wants every element's properties declared
+//! as a type. Faces may be polygons; `tristrips` (with −1 to restart) are unrolled. Other elements
+//! and properties are passed over, in any order; faces may stand before their vertices. Positions
+//! declared `float` are read as such, even in ASCII, so that they are what their writer had.
+
+use crate::substrate::Soup;
+
+use super::Format::Ply;
+use super::error::{LoadFault, Parsed};
+use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
+use super::polygon::{Triangulator, check_corners};
+use super::text::{finite, integer, line_of, number, quoted, single};
+use super::{counted, exclusive_index, no_triangles};
+
+/// Reads a PLY file's bytes.
+pub(super) fn parse(bytes: &[u8]) -> Parsed<Soup> {
+    let header = ply_header::read(bytes)?;
+    match header.encoding {
+        Encoding::Ascii => Reader::new(
+            &header,
+            Ascii {
+                bytes,
+                at: header.body,
+            },
+        )
+        .read(),
+        Encoding::LittleEndian => Reader::new(
+            &header,
+            Binary::<false> {
+                bytes,
+                at: header.body,
+            },
+        )
+        .read(),
+        Encoding::BigEndian => Reader::new(
+            &header,
+            Binary::<true> {
+                bytes,
+                at: header.body,
+            },
+        )
+        .read(),
+    }
+}
+
+/// The numbers of a body, one after the other.
+trait Body: Clone {
+    /// The next number; `None` when it is missing or malformed.
+    fn real(&mut self, scalar: Scalar) -> Option<f64>;
+    /// The next integer; `None` when it is missing or malformed.
+    fn integer(&mut self, scalar: Scalar) -> Option<i64>;
+    /// Passes over `count` numbers.
+    fn skip(&mut self, scalar: Scalar, count: usize) -> Option<()>;
+    /// Bytes that are left.
+    fn left(&self) -> usize;
+    /// The most numbers of this type that can be left.
+    fn most(&self, scalar: Scalar) -> usize;
+    /// Words for where we are.
+    fn place(&self) -> String;
+}
+
+#[derive(Clone)]
+struct Binary<'a, const BIG: bool> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<const BIG: bool> Binary<'_, BIG> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let mut raw: [u8; N] = self.bytes.get(self.at..)?.get(..N)?.try_into().ok()?;
+        self.at += N;
+        if BIG {
+            raw.reverse();
+        }
+        Some(raw)
+    }
+}
+
+impl<const BIG: bool> Body for Binary<'_, BIG> {
+    fn real(&mut self, scalar: Scalar) -> Option<f64> {
+        match scalar {
+            Scalar::F32 => self.take().map(f32::from_le_bytes).map(f64::from),
+            Scalar::F64 => self.take().map(f64::from_le_bytes),
+            _ => self.integer(scalar).map(|value| value as f64),
+        }
+    }
+
+    fn integer(&mut self, scalar: Scalar) -> Option<i64> {
+        match scalar {
+            Scalar::I8 => self.take().map(i8::from_le_bytes).map(i64::from),
+            Scalar::U8 => self.take().map(u8::from_le_bytes).map(i64::from),
+            Scalar::I16 => self.take().map(i16::from_le_bytes).map(i64::from),
+            Scalar::U16 => self.take().map(u16::from_le_bytes).map(i64::from),
+            Scalar::I32 => self.take().map(i32::from_le_bytes).map(i64::from),
+            Scalar::U32 => self.take().map(u32::from_le_bytes).map(i64::from),
+            Scalar::I64 => self.take().map(i64::from_le_bytes),
+            Scalar::U64 => i64::try_from(u64::from_le_bytes(self.take()?)).ok(),
+            Scalar::F32 | Scalar::F64 => None,
+        }
+    }
+
+    fn skip(&mut self, scalar: Scalar, count: usize) -> Option<()> {
+        let length = scalar
+            .size()
+            .checked_mul(count)
+            .filter(|&length| length <= self.left())?;
+        self.at += length;
+        Some(())
+    }
+
+    fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    fn most(&self, scalar: Scalar) -> usize {
+        self.left() / scalar.size()
+    }
+
+    fn place(&self) -> String {
+        format!("byte {}", self.at)
+    }
+}
+
+#[derive(Clone)]
+struct Ascii<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Ascii<'a> {
+    fn token(&mut self) -> Option<&'a [u8]> {
+        let rest = &self.bytes[self.at..];
+        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let rest = &rest[start..];
+        let length = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.at += start + length;
+        Some(&rest[..length])
+    }
+}
+
+impl Body for Ascii<'_> {
+    fn real(&mut self, scalar: Scalar) -> Option<f64> {
+        let token = self.token()?;
+        if scalar == Scalar::F32 {
+            single(token)
+        } else {
+            number(token)
+        }
+    }
+
+    fn integer(&mut self, _: Scalar) -> Option<i64> {
+        let token = self.token()?;
+        // Some writers print integers as reals.
+        integer(token).or_else(|| {
+            let real = number(token)?;
+            (real.trunc() == real && real.abs() < 1e15).then_some(real as i64)
+        })
+    }
+
+    fn skip(&mut self, _: Scalar, count: usize) -> Option<()> {
+        for _ in 0..count {
+            self.token()?;
+        }
+        Some(())
+    }
+
+    fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    fn most(&self, _: Scalar) -> usize {
+        self.left().div_ceil(2)
+    }
+
+    fn place(&self) -> String {
+        format!("line {}", line_of(self.bytes, self.at))
+    }
+}
+
+struct Reader<'a, B> {
+    header: &'a Header,
+    body: B,
+    soup: Soup,
+    triangulator: Triangulator,
+    /// Lists of fewer than three corners.
+    too_short: usize,
+    /// Elements that hold points or edges, for the message when there is nothing else.
+    others: Vec<String>,
+}
+
+/// One row's list of vertex indices; −1 is kept for strips.
+type Corners = Vec<i64>;
+
+impl<'a, B: Body> Reader<'a, B> {
+    fn new(header: &'a Header, body: B) -> Self {
+        let soup = Soup::default();
+        let triangulator = Triangulator::new();
+        Self {
+            header,
+            body,
+            soup,
+            triangulator,
+            too_short: 0,
+            others: Vec::new(),
+        }
+    }
+
+    fn read(mut self) -> Parsed<Soup> {
+        let mut before_vertices = Vec::new();
+        let mut have_vertices = false;
+        for element in &self.header.elements {
+            self.check_room(element)?;
+            match (element.name.as_slice(), have_vertices) {
+                (b"vertex", true) => {
+                    return Err(self.fault("there are two vertex elements".into()));
+                }
+                (b"vertex", false) => {
+                    self.vertices(element)?;
+                    have_vertices = true;
+                }
+                (b"face" | b"tristrips", true) => self.faces(element)?,
+                (b"face" | b"tristrips", false) => {
+                    before_vertices.push((element, self.body.clone()));
+                    self.pass_over(element)?;
+                }
+                _ => self.pass_over(element)?,
+            }
+        }
+        let end = self.body.clone();
+        for (element, body) in before_vertices {
+            self.body = body;
+            self.faces(element)?;
+        }
+        self.finish(end.left())
+    }
+
+    /// Holds the header's count against the bytes that are there.
+    fn check_room(&self, element: &Element) -> Parsed<()> {
+        let least = element.least_bytes(self.header.encoding);
+        // The last ASCII number needs no separator.
+        let room = (self.body.left() + 1)
+            .checked_div(least)
+            .unwrap_or(usize::MAX);
+        if element.count <= room {
+            return Ok(());
+        }
+        let (name, count) = (quoted(&element.name), element.count);
+        let problem = format!("the header promises {count} rows of {name}, at most {room} follow");
+        Err(LoadFault::malformed(
+            Ply,
+            self.body.place(),
+            problem,
+            "it was cut short: export or copy it again",
+        ))
+    }
+
+    fn vertices(&mut self, element: &Element) -> Parsed<()> {
+        exclusive_index(element.count, Ply)?;
+        let mut axes = [0; 3];
+        for (axis, name) in axes.iter_mut().zip([b"x", b"y", b"z"]) {
+            *axis = element.position(name).ok_or_else(|| {
+                self.fault(format!("the vertices have no property {}", quoted(name)))
+            })?;
+        }
+        self.soup.positions.reserve_exact(element.count);
+        for vertex in 0..element.count {
+            let mut position = [0.0; 3];
+            for (at, property) in element.properties.iter().enumerate() {
+                let value = match property.kind {
+                    Kind::One(scalar) if axes.contains(&at) => self.body.real(scalar),
+                    kind => self.skip(kind).map(|()| 0.0),
+                };
+                let value = value.ok_or_else(|| self.broken("vertex", vertex))?;
+                if let Some(axis) = axes.iter().position(|&axis| axis == at) {
+                    position[axis] = value;
+                }
+            }
+            let body = &self.body;
+            let place = || format!("vertex {vertex} ({})", body.place());
+            self.soup.positions.push(finite(position, Ply, place)?);
+        }
+        Ok(())
+    }
+
+    fn faces(&mut self, element: &Element) -> Parsed<()> {
+        let list = element.index_list().ok_or_else(|| {
+            let name = quoted(&element.name);
+            self.fault(format!("element {name} has no list vertex_indices"))
+        })?;
+        let strips = element.name == b"tristrips";
+        if !strips {
+            self.soup.triangles.reserve_exact(element.count);
+        }
+        let mut raw = Corners::new();
+        let mut corners = Vec::new();
+        for row in 0..element.count {
+            for (at, property) in element.properties.iter().enumerate() {
+                let read = match property.kind {
+                    Kind::List { count, item } if at == list => {
+                        self.index_list(count, item, &mut raw)
+                    }
+                    kind => self.skip(kind),
+                };
+                read.ok_or_else(|| self.broken("face", row))?;
+            }
+            if strips {
+                self.strips(&raw, row, &mut corners)?;
+            } else {
+                self.polygon(&raw, row, &mut corners)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn index_list(&mut self, count: Scalar, item: Scalar, out: &mut Corners) -> Option<()> {
+        out.clear();
+        let length = usize::try_from(self.body.integer(count)?).ok()?;
+        if length > self.body.most(item) {
+            return None;
+        }
+        for _ in 0..length {
+            out.push(self.body.integer(item)?);
+        }
+        Some(())
+    }
+
+    fn polygon(&mut self, raw: &Corners, row: usize, corners: &mut Vec<u32>) -> Parsed<()> {
+        corners.clear();
+        for &index in raw {
+            corners.push(self.checked(index, row)?);
+        }
+        let body = &self.body;
+        check_corners(corners.len(), Ply, || {
+            format!("face {row} ({})", body.place())
+        })?;
+        self.too_short += usize::from(corners.len() < 3);
+        self.triangulator
+            .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
+        Ok(())
+    }
+
+    /// Unrolls strips; stitching triangles (two equal corners) are left out.
+    fn strips(&mut self, raw: &Corners, row: usize, corners: &mut Vec<u32>) -> Parsed<()> {
+        for strip in raw.split(|&index| index == -1) {
+            corners.clear();
+            for &index in strip {
+                corners.push(self.checked(index, row)?);
+            }
+            for (i, window) in corners.windows(3).enumerate() {
+                let [a, b, c] = [window[0], window[1], window[2]];
+                if a != b && b != c && c != a {
+                    self.soup
+                        .triangles
+                        .push(if i % 2 == 0 { [a, b, c] } else { [a, c, b] });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn checked(&self, index: i64, row: usize) -> Parsed<u32> {
+        let count = self.soup.positions.len();
+        match u32::try_from(index) {
+            Ok(vertex) if (vertex as usize) < count => Ok(vertex),
+            _ => Err(LoadFault::malformed(
+                Ply,
+                format!("face {row} ({})", self.body.place()),
+                format!("vertex {index} is named, but there are {count} (counted from 0)"),
+                "remove the face or export the file again",
+            )),
+        }
+    }
+
+    fn pass_over(&mut self, element: &Element) -> Parsed<()> {
+        if element.count > 0 && !matches!(element.name.as_slice(), b"face" | b"tristrips") {
+            let rows = counted(element.count, "row", "rows");
+            self.others
+                .push(format!("{rows} of {}", quoted(&element.name)));
+        }
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        for row in 0..element.count {
+            for property in &element.properties {
+                self.skip(property.kind)
+                    .ok_or_else(|| self.broken("row", row))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn skip(&mut self, kind: Kind) -> Option<()> {
+        match kind {
+            Kind::One(scalar) => self.body.skip(scalar, 1),
+            Kind::List { count, item } => {
+                let length = usize::try_from(self.body.integer(count)?).ok()?;
+                self.body.skip(item, length)
+            }
+        }
+    }
+
+    fn broken(&self, what: &str, row: usize) -> LoadFault {
+        self.fault(format!(
+            "{what} {row} ends early or holds something that is not its number"
+        ))
+    }
+
+    fn fault(&self, problem: String) -> LoadFault {
+        LoadFault::malformed(
+            Ply,
+            self.body.place(),
+            problem,
+            "export or copy the file again",
+        )
+    }
+
+    fn finish(self, trailing: usize) -> Parsed<Soup> {
+        let mut soup = self.soup;
+        let mut ignored = self.others;
+        if self.too_short > 0 {
+            let (one, many) = ("face without three corners", "faces without three corners");
+            ignored.push(counted(self.too_short, one, many));
+        }
+        if soup.triangles.is_empty() {
+            return Err(no_triangles(soup.positions.len(), &ignored));
+        }
+        if trailing > 0 && self.header.encoding != Encoding::Ascii {
+            ignored.push(format!("{trailing} bytes after the last element"));
+        }
+        soup.notes = ignored
+            .into_iter()
+            .map(|what| format!("{what} ignored"))
+            .collect();
+        soup.notes.extend(self.triangulator.notes());
+        Ok(soup)
+    }
+}

@@ -1,0 +1,254 @@
+//! Polygons to triangles.
+//!
+//! A quad is cut along a diagonal that lies inside it; larger polygons go to `earcut` in the
+//! coordinate plane that their Newell normal (Newell 1972) faces most. `earcut` may drop a corner
+//! that lies on the line between its neighbours; in a mesh that corner belongs to the neighbour
+//! face too, and dropping it would open a crack. Such corners are put back, so that every polygon
+//! of n corners becomes n − 2 triangles whose outline is the polygon's own.
+
+use earcut::Earcut;
+
+use super::error::{LoadFault, Parsed};
+use super::{Format, counted};
+
+/// Most corners of a polygon: cutting one that crosses itself takes a time that grows with their
+/// square, a second for this many.
+const MOST_CORNERS: usize = 1 << 14;
+
+/// Refuses a polygon that would take too long to cut.
+pub(super) fn check_corners(
+    count: usize,
+    format: Format,
+    place: impl FnOnce() -> String,
+) -> Parsed<()> {
+    if count <= MOST_CORNERS {
+        return Ok(());
+    }
+    let problem = format!("a face with {count} corners, more than {MOST_CORNERS}");
+    let cure = "triangulate it in the program that made the file";
+    Err(LoadFault::malformed(format, place(), problem, cure))
+}
+
+/// Cuts polygons, keeping its buffers between them.
+pub(super) struct Triangulator {
+    earcut: Earcut<f64>,
+    flat: Vec<[f64; 2]>,
+    cut: Vec<u32>,
+    edges: Vec<(u32, u32)>,
+    pending: Vec<Piece>,
+    /// Polygons with more than three corners seen so far.
+    pub(super) polygons: usize,
+    /// Those that have no inside (crossing themselves, or without area) and were fanned.
+    pub(super) fanned: usize,
+}
+
+/// A triangle of the polygon's corners, and which of its edges (from each corner to the next)
+/// pass over dropped corners.
+struct Piece {
+    corners: [u32; 3],
+    open: [bool; 3],
+}
+
+impl Triangulator {
+    pub(super) fn new() -> Self {
+        Self {
+            earcut: Earcut::new(),
+            flat: Vec::new(),
+            cut: Vec::new(),
+            edges: Vec::new(),
+            pending: Vec::new(),
+            polygons: 0,
+            fanned: 0,
+        }
+    }
+
+    /// Appends the triangles of one polygon to `out`.
+    ///
+    /// # Panics
+    /// When a corner is not an index into `positions`.
+    pub(super) fn polygon(
+        &mut self,
+        positions: &[[f64; 3]],
+        corners: &[u32],
+        out: &mut Vec<[u32; 3]>,
+    ) {
+        match *corners {
+            [] | [_] | [_, _] => {}
+            [a, b, c] => out.push([a, b, c]),
+            [a, b, c, d] => self.quad(positions, [a, b, c, d], out),
+            _ => self.larger(positions, corners, out),
+        }
+    }
+
+    /// Words for what was done, for [`Soup::notes`](crate::substrate::Soup::notes).
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.polygons > 0 {
+            notes.push(counted(self.polygons, "polygon", "polygons") + " triangulated");
+        }
+        if self.fanned > 0 {
+            let one = "polygon that crosses itself or has no area cut as a fan";
+            let many = "polygons that cross themselves or have no area cut as fans";
+            notes.push(counted(self.fanned, one, many));
+        }
+        notes
+    }
+
+    fn quad(&mut self, positions: &[[f64; 3]], quad: [u32; 4], out: &mut Vec<[u32; 3]>) {
+        self.polygons += 1;
+        let [a, b, c, d] = quad;
+        let [p, q, r, s] = quad.map(|i| positions[i as usize]);
+        let normal = cross(sub(r, p), sub(s, q));
+        let facing = |t: [[f64; 3]; 3]| dot(cross(sub(t[1], t[0]), sub(t[2], t[0])), normal);
+        let along_ac = facing([p, q, r]).min(facing([p, r, s]));
+        let along_bd = facing([q, r, s]).min(facing([q, s, p]));
+        self.fanned += usize::from(!(along_ac >= 0.0 || along_bd >= 0.0));
+        // The first diagonal unless only the other leaves two triangles that face the same way.
+        if along_bd > 0.0 && along_ac <= 0.0 {
+            out.extend([[b, c, d], [b, d, a]]);
+        } else {
+            out.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+
+    fn larger(&mut self, positions: &[[f64; 3]], corners: &[u32], out: &mut Vec<[u32; 3]>) {
+        self.polygons += 1;
+        let start = out.len();
+        if self.cut_flat(positions, corners) && self.mend(corners.len() as u32, out) {
+            for triangle in &mut out[start..] {
+                *triangle = triangle.map(|i| corners[i as usize]);
+            }
+            return;
+        }
+        out.truncate(start);
+        self.fanned += 1;
+        out.extend((1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+    }
+
+    /// Runs earcut on the projected polygon; `self.cut` then holds corner numbers, each triangle
+    /// in ascending order: that is the polygon's own winding. False when it has no inside.
+    fn cut_flat(&mut self, positions: &[[f64; 3]], corners: &[u32]) -> bool {
+        let Some((u, v)) = facing_plane(positions, corners) else {
+            return false;
+        };
+        // Relative to one corner, so that a far-away origin costs no precision.
+        let base = positions[corners[0] as usize];
+        self.flat.clear();
+        self.flat.extend(corners.iter().map(|&i| {
+            let p = sub(positions[i as usize], base);
+            [p[u], p[v]]
+        }));
+        self.earcut
+            .earcut_slice::<u32>(&self.flat, &[], &mut self.cut);
+        for triangle in self.cut.chunks_exact_mut(3) {
+            triangle.sort_unstable();
+        }
+        !self.cut.is_empty()
+    }
+
+    /// Appends the triangles of `self.cut` with dropped corners put back. False when the result is
+    /// not a disc with exactly the polygon's outline.
+    fn mend(&mut self, n: u32, out: &mut Vec<[u32; 3]>) -> bool {
+        self.edges.clear();
+        for t in self.cut.chunks_exact(3) {
+            self.edges
+                .extend([(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]);
+        }
+        self.edges.sort_unstable();
+        if self.edges.windows(2).any(|pair| pair[0] == pair[1]) {
+            return false;
+        }
+        let start = out.len();
+        for t in self.cut.chunks_exact(3) {
+            let corners = [t[0], t[1], t[2]];
+            let open = |from: u32, to: u32| {
+                to != (from + 1) % n && self.edges.binary_search(&(to, from)).is_err()
+            };
+            let open = [
+                open(corners[0], corners[1]),
+                open(corners[1], corners[2]),
+                open(corners[2], corners[0]),
+            ];
+            self.pending.push(Piece { corners, open });
+            split_open_edges(&mut self.pending, n, out);
+            if out.len() - start > n as usize {
+                self.pending.clear();
+                return false;
+            }
+        }
+        out.len() - start == n as usize - 2
+    }
+}
+
+/// Splits each pending piece at the corners that its open edges pass over.
+fn split_open_edges(pending: &mut Vec<Piece>, n: u32, out: &mut Vec<[u32; 3]>) {
+    while let Some(Piece {
+        corners: [a, b, c],
+        open: [ab, bc, ca],
+    }) = pending.pop()
+    {
+        let next = (a + 1) % n;
+        if ab && next != b {
+            pending.push(Piece {
+                corners: [a, next, c],
+                open: [false, false, ca],
+            });
+            pending.push(Piece {
+                corners: [next, b, c],
+                open: [true, bc, false],
+            });
+        } else if bc || ca {
+            pending.push(Piece {
+                corners: [b, c, a],
+                open: [bc, ca, false],
+            });
+        } else {
+            out.push([a, b, c]);
+        }
+    }
+}
+
+/// The two axes that span the coordinate plane nearest to the polygon's own.
+fn facing_plane(positions: &[[f64; 3]], corners: &[u32]) -> Option<(usize, usize)> {
+    let base = positions[corners[0] as usize];
+    let mut normal = [0.0_f64; 3];
+    let mut before = sub(positions[corners[corners.len() - 1] as usize], base);
+    for &corner in corners {
+        let here = sub(positions[corner as usize], base);
+        let turn = cross(before, here);
+        normal = [
+            normal[0] + turn[0],
+            normal[1] + turn[1],
+            normal[2] + turn[2],
+        ];
+        before = here;
+    }
+    let [x, y, z] = normal.map(f64::abs);
+    let largest = x.max(y).max(z);
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    Some(if z == largest {
+        (0, 1)
+    } else if x == largest {
+        (1, 2)
+    } else {
+        (2, 0)
+    })
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}

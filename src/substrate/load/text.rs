@@ -1,0 +1,76 @@
+//! What the text formats share: tokens, numbers, and line numbers for messages.
+
+use super::Format;
+use super::error::{LoadFault, Parsed};
+
+/// Longest excerpt of a file that a message quotes, in bytes.
+const QUOTE: usize = 40;
+
+/// The 1-based number of the line that holds byte `offset`.
+pub(super) fn line_of(bytes: &[u8], offset: usize) -> usize {
+    let end = offset.min(bytes.len());
+    1 + bytes[..end].iter().filter(|&&b| b == b'\n').count()
+}
+
+/// A token made fit for a message: printable and short.
+pub(super) fn quoted(token: &[u8]) -> String {
+    let shown = String::from_utf8_lossy(&token[..token.len().min(QUOTE)]);
+    let clean: String = shown
+        .chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    let dots = if token.len() > QUOTE { "..." } else { "" };
+    format!("'{clean}{dots}'")
+}
+
+/// Reads a decimal number; `None` when it is not one. `nan` and `inf` are numbers here.
+pub(super) fn number(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// Reads a decimal number as the nearest `f32`, widened: what its writer had.
+pub(super) fn single(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token)
+        .ok()?
+        .parse::<f32>()
+        .ok()
+        .map(f64::from)
+}
+
+/// Reads an optionally signed decimal integer.
+pub(super) fn integer(token: &[u8]) -> Option<i64> {
+    let (negative, digits) = match token {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, token),
+    };
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value = 0_i64;
+    for &digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(digit - b'0');
+    }
+    Some(if negative { -value } else { value })
+}
+
+/// Refuses a position that is not a place in space.
+pub(super) fn finite(
+    position: [f64; 3],
+    format: Format,
+    place: impl FnOnce() -> String,
+) -> Parsed<[f64; 3]> {
+    if position.iter().all(|x| x.is_finite()) {
+        return Ok(position);
+    }
+    let [x, y, z] = position;
+    Err(LoadFault::malformed(
+        format,
+        place(),
+        format!("the position ({x}, {y}, {z}) is not finite"),
+        "remove or repair that vertex in the program that made the file",
+    ))
+}
