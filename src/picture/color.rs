@@ -3,8 +3,8 @@
 use glam::Vec3A;
 
 /// Oklab of the oldest and the youngest element.
-const OLD: [f32; 3] = [0.40, -0.052, 0.022];
-const YOUNG: [f32; 3] = [0.91, -0.035, 0.115];
+const OLD: [f32; 3] = [0.39, -0.044, 0.030];
+const YOUNG: [f32; 3] = [0.92, -0.034, 0.088];
 
 /// The colour of an element by its age, 0 the oldest to 1 the youngest: dark sage green to a pale
 /// gold-green rim, a straight line in Oklab (Ottosson 2020), so that equal steps look equal.

@@ -6,12 +6,12 @@ use super::sample::{Sampler, cone_about, cosine_about};
 use super::trace::{Hit, World};
 use super::{Camera, stone};
 
-const KEY: Vec3A = Vec3A::new(1.02, 0.985, 0.93);
-const ROOM: Vec3A = Vec3A::new(0.56, 0.575, 0.60);
+const KEY: Vec3A = Vec3A::new(1.20, 1.15, 1.07);
+const ROOM: Vec3A = Vec3A::new(0.46, 0.475, 0.50);
 const FILL: Vec3A = Vec3A::new(0.11, 0.115, 0.125);
 
 /// Tangent of half the angle that the key light fills: a large soft box.
-const SOFT: f32 = 0.20;
+const SOFT: f32 = 0.16;
 
 /// The floor's middle and rim, linear light.
 const BACKDROP: [Vec3A; 2] = [
@@ -37,7 +37,7 @@ impl<'a> Studio<'a> {
     /// Lights placed about the camera: the key to its upper left, a weak fill to its right.
     pub(super) fn new(world: &'a World, camera: &Camera) -> Self {
         let back = -(camera.forward - world.up * camera.forward.dot(world.up)).normalize_or_zero();
-        let key = world.up * 1.0 + camera.above * 0.25 - camera.right * 0.85 + back * 0.35;
+        let key = world.up * 0.85 + camera.above * 0.25 - camera.right * 0.95 + back * 0.25;
         let fill = camera.right * 0.8 + world.up * 0.2 + back * 0.6;
         let middle = 0.5 * (world.bounds[0] + world.bounds[1]);
         let floor = world
@@ -109,7 +109,7 @@ impl<'a> Studio<'a> {
             return 1.0;
         }
         let start = p + up * (1e-4 * self.world.size);
-        let key = if self.is_lit(start, s, i) { 0.0 } else { 0.40 };
+        let key = if self.is_lit(start, s, i) { 0.0 } else { 0.38 };
         let out = cosine_about(up, s.point(i, TO_ROOM));
         let room = if self.world.is_blocked(start, out) {
             0.42

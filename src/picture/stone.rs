@@ -5,18 +5,15 @@ use glam::Vec3A;
 use super::sample::{hash, unit};
 
 /// Linear light that the stone gives back, before the grain.
-const GREY: Vec3A = Vec3A::new(0.285, 0.268, 0.245);
+const GREY: Vec3A = Vec3A::new(0.225, 0.208, 0.188);
 
 /// The albedo at a place, in units of the size of the scene.
 pub(super) fn albedo(p: Vec3A) -> Vec3A {
-    let mut frequency = 6.0;
-    let mut sum = 0.0;
-    for weight in [0.30, 0.24, 0.22, 0.20, 0.14] {
-        sum += weight * (noise(p * frequency) - 0.5);
-        frequency *= 2.7;
-    }
+    let octaves = [(7.0, 0.24), (31.0, 0.20), (117.0, 0.26), (390.0, 0.30)];
+    let octave = |(frequency, weight)| weight * (noise(p * frequency) - 0.5);
+    let grain: f32 = octaves.map(octave).iter().sum();
     let warm = noise(p * 4.0 + Vec3A::splat(31.0)) - 0.5;
-    GREY * (1.0 + 0.75 * sum) * Vec3A::new(1.0 + 0.06 * warm, 1.0, 1.0 - 0.06 * warm)
+    GREY * (1.0 + grain) * Vec3A::new(1.0 + 0.06 * warm, 1.0, 1.0 - 0.06 * warm)
 }
 
 /// Smooth noise, 0 to 1, on the lattice of whole numbers.

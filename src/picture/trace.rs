@@ -123,12 +123,12 @@ impl World {
 
     /// Whether anything is in the way of a ray.
     pub(super) fn is_blocked(&self, origin: Vec3A, direction: Vec3A) -> bool {
-        let ray = Ray::new_inf(origin, direction);
-        let free = |tree: &Bvh2, hit: &dyn Fn(&Ray, usize) -> f32| {
-            tree.ray_traverse_miss(ray, |ray, i| hit(ray, i))
-        };
-        !free(&self.dome_tree, &|ray, i| self.domes[i].hit(ray))
-            || self.is_behind(origin, direction)
+        self.is_behind(origin, direction)
+            || !self
+                .dome_tree
+                .ray_traverse_miss(Ray::new_inf(origin, direction), |ray, i| {
+                    self.domes[i].hit(ray)
+                })
     }
 
     /// Whether the substrate is in the way of a ray.
