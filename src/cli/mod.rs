@@ -12,6 +12,7 @@ mod interrupt;
 mod number;
 mod output;
 mod preset;
+mod preview;
 mod progress;
 mod terminal;
 mod warnings;
