@@ -36,6 +36,9 @@ pub fn write_file_atomically(
 }
 
 fn check_free(path: &Path, force: bool) -> Result<(), OutputError> {
+    if path.as_os_str().is_empty() {
+        return Err(OutputError::NoName);
+    }
     if path.is_dir() || path.file_name().is_none() {
         return Err(OutputError::NotAFile(path.to_owned()));
     }

@@ -1,10 +1,12 @@
-//! A run's folder: its files appear together when the run is done, or not at all.
+//! A run's folder: each of its files appears complete when the run is done, or not at all.
 //!
 //! Files are written into a hidden folder `.thallus-run` inside the run's folder, and renamed from
 //! there by [`OutputDir::commit`]; being on the same disk even where the folder is a mount or a
 //! link, a rename cannot fail halfway through a file. A file in the hidden folder is locked while
 //! the run lives, and the system lets go of it however the process ends, so what a killed run left
 //! is recognized and cleared by the next.
+//!
+//! Not guaranteed: that a machine which loses power between two renames has all of the files.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -39,11 +41,14 @@ impl OutputDir {
     /// has files.
     ///
     /// # Errors
-    /// [`OutputError::FolderExists`] without `force` when it has files;
+    /// [`OutputError::FolderExists`] without `force` when it has files; [`OutputError::NoName`];
     /// [`OutputError::NotAFolder`] when it or a parent is a file; [`OutputError::Locked`] when
     /// another run writes there; [`OutputError::Io`] when the system refuses, as in a folder that
     /// cannot be written.
     pub fn create(folder: &Path, force: bool) -> Result<Self, OutputError> {
+        if folder.as_os_str().is_empty() {
+            return Err(OutputError::NoName);
+        }
         check_vacant(folder, force)?;
         let made = Some(NewFolders::make(folder)?);
         let folder = folder.to_owned();

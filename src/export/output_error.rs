@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 /// Why an output could not be written. Each message says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
+    /// The name is empty, as from an unset variable.
+    #[error("the output has no name: say where it goes")]
+    NoName,
     /// The file is there already.
     #[error("{} exists already: add --force to overwrite it, or choose another name", .0.display())]
     FileExists(PathBuf),

@@ -283,13 +283,19 @@ fn ascii_row(text: &str, plan: &Plan) -> Result<Values, String> {
             values[name] = value;
         }
     }
-    match words.next() {
-        None => Ok(values),
-        Some(_) => Err(format!(
-            "more than the {} values that the header declares",
-            plan.steps.len()
-        )),
+    if words.next().is_some() {
+        let declared = plan.steps.len();
+        return Err(format!(
+            "more than the {declared} values that the header declares"
+        ));
     }
+    // A number without its last digits is still a number.
+    if !text.ends_with('\n') {
+        let problem = "the line has no end, so the file may be cut off; copy it again, \
+                       or end its last line if it is whole";
+        return Err(problem.to_owned());
+    }
+    Ok(values)
 }
 
 /// The table as it fills up, in the file's order.
@@ -392,14 +398,15 @@ impl Table {
 fn whole(value: f64, name: usize, scalar: Option<Scalar>) -> Result<u32, String> {
     const FLOAT_EXACT: f64 = (1 << 24) as f64;
     let name = NAMES[name];
+    if scalar == Some(Scalar::F32) && value >= FLOAT_EXACT {
+        return Err(format!(
+            "{name} is {value}, of type float, which confuses whole numbers from 16777216 on; \
+             write it as int"
+        ));
+    }
     if value.fract() != 0.0 || !(0.0..=f64::from(i32::MAX)).contains(&value) {
         return Err(format!(
             "{name} is {value}, which is not a whole number from 0 to 2147483647"
-        ));
-    }
-    if scalar == Some(Scalar::F32) && value > FLOAT_EXACT {
-        return Err(format!(
-            "{name} is {value}, but of type float, which is exact to 16777216 only"
         ));
     }
     Ok(value as u32)

@@ -29,13 +29,13 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// The resting place of a walker whose step from `from` ended in contact.
     pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
         let path = Path::follow(self.substrate, from, step);
-        let (at, touched) = self.first_touch(scratch, &path);
+        let (at, touched, at_distance) = self.first_touch(scratch, &path);
         let first = Joined {
             at,
             touched,
             packed: false,
         };
-        if self.parameters.join == Join::Touch {
+        if self.parameters.join == Join::Touch || !at_distance {
             return first;
         }
         let packed = Orbit::new(self, touched).second_touch(scratch, &at);
@@ -57,15 +57,19 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// The first place on a path that is at contact distance from an element of its sheet.
     ///
     /// Only the last r of a path can be in contact, so the element is within 3r of the path's end.
-    fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32) {
+    /// False comes with a place that is nearer than that: see
+    /// [`last_place_clear`](Self::last_place_clear).
+    fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32, bool) {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
         let mut nearby: Vec<(u32, DVec3)> = Vec::new();
         self.index
             .within(path.end(), reach, &mut |id, q| nearby.push((id, q)));
-        path.legs
+        let touch = path
+            .legs
             .iter()
-            .find_map(|leg| self.first_touch_on(scratch, leg, &nearby))
-            .unwrap_or_else(|| self.last_place_clear(scratch, path))
+            .find_map(|leg| self.first_touch_on(scratch, leg, &nearby));
+        let (at, id) = touch.unwrap_or_else(|| self.last_place_clear(scratch, path));
+        (at, id, touch.is_some())
     }
 
     fn first_touch_on(

@@ -23,6 +23,8 @@ const ROUND_OFF: f64 = 1e-9;
 /// A rotation about one element.
 pub(super) struct Orbit<'a, I> {
     around: &'a Surroundings<'a, I>,
+    /// The element's triangle and centre.
+    about: u32,
     centre: DVec3,
     reach: f64,
     /// The other elements that the rotation can meet.
@@ -56,7 +58,8 @@ struct Exit {
 
 impl<'a, I: ElementIndex> Orbit<'a, I> {
     pub(super) fn new(around: &'a Surroundings<'a, I>, about: u32) -> Self {
-        let centre = around.cluster.elements()[about as usize].position;
+        let element = &around.cluster.elements()[about as usize];
+        let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
         let mut others = Vec::new();
         around.index.within(centre, 2.0 * reach, &mut |id, q| {
@@ -67,6 +70,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         others.sort_unstable_by_key(|o| o.0);
         Self {
             around,
+            about: triangle,
             centre,
             reach,
             others,
@@ -97,10 +101,11 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             let exit = here.exit();
             let end = exit.as_ref().map_or(TAU, |e| e.angle);
             if let Some((angle, at)) = self.first_met(scratch, &here, end) {
-                return Some(Met {
+                let met = Met {
                     at,
                     length: length + angle * here.radius,
-                });
+                };
+                return self.stays_with(scratch, &met.at).then_some(met);
             }
             let exit = exit?;
             if arcs > 0 && here.triangle == from.triangle && here.passes(start, exit.angle) {
@@ -110,6 +115,14 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             here = self.cross(&here, &exit)?;
         }
         None
+    }
+
+    /// Whether a place is still on the sheet of the element that it turned about: near a rim the
+    /// curve can run on to where only the plate's thickness lies between them.
+    fn stays_with(&self, scratch: &mut Connectivity, at: &SurfacePoint) -> bool {
+        let here = (at.triangle, self.around.substrate.position(at));
+        self.around
+            .same_sheet(scratch, here, (self.about, self.centre))
     }
 
     fn begin(&self, from: &SurfacePoint, sense: f64) -> Option<Here> {

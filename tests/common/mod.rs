@@ -1,12 +1,14 @@
 //! Meshes and recipes that tests share.
 #![allow(dead_code)] // each test crate uses its own part of this
 
+use std::path::{Path, PathBuf};
+
 use thallus::growth::{Boundary, Join, SeedPlace, Steps};
 use thallus::run::{MeshId, Recipe, StopRule};
 use thallus::substrate::{Soup, Substrate};
 
 /// A recipe with radius `r`, everything else by default.
-pub fn recipe(r: f64, elements: u64) -> Recipe {
+pub(crate) fn recipe(r: f64, elements: u64) -> Recipe {
     Recipe {
         version: "test".into(),
         mesh: MeshId {
@@ -29,7 +31,7 @@ pub fn recipe(r: f64, elements: u64) -> Recipe {
     }
 }
 
-pub fn substrate(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Substrate {
+pub(crate) fn substrate(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Substrate {
     Substrate::from_soup(Soup {
         positions,
         triangles,
@@ -39,20 +41,20 @@ pub fn substrate(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Substrat
 }
 
 /// A square of this side in the plane y = 0, of two triangles.
-pub fn plane(side: f64) -> Substrate {
+pub(crate) fn plane(side: f64) -> Substrate {
     let h = side / 2.0;
     let corners = vec![[-h, 0.0, -h], [h, 0.0, -h], [h, 0.0, h], [-h, 0.0, h]];
     substrate(corners, vec![[0, 2, 1], [0, 3, 2]])
 }
 
 /// A sphere of radius 1: an octahedron with edges cut into n, pushed out.
-pub fn sphere(n: u32) -> Substrate {
+pub(crate) fn sphere(n: u32) -> Substrate {
     let (positions, triangles) = octahedron(n, |d| d.map(|x| x / norm(d)));
     substrate(positions, triangles)
 }
 
 /// A rough, bumpy rock of 8·n² triangles.
-pub fn rock(n: u32) -> Substrate {
+pub(crate) fn rock(n: u32) -> Substrate {
     let bumps = |[x, y, z]: [f64; 3]| {
         0.15 * (3.0 * x + 1.0).sin() * (2.5 * y).cos()
             + 0.1 * (5.0 * z + 2.0 * x).sin()
@@ -67,12 +69,75 @@ pub fn rock(n: u32) -> Substrate {
     substrate(positions, triangles)
 }
 
+/// A plate about the origin, `side` in x and z and `thick` in y, each face of cells² squares.
+pub(crate) fn slab(cells: u32, side: f64, thick: f64) -> Substrate {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let mut quad = |corners: [[f64; 3]; 4]| {
+        let first = positions.len() as u32;
+        positions.extend(corners);
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    };
+    let (h, y) = (side / 2.0, thick / 2.0);
+    let at = |i: u32| side * f64::from(i) / f64::from(cells) - h;
+    for i in 0..cells {
+        let (a, b) = (at(i), at(i + 1));
+        for j in 0..cells {
+            let (c, d) = (at(j), at(j + 1));
+            quad([[a, y, c], [a, y, d], [b, y, d], [b, y, c]]);
+            quad([[a, -y, c], [b, -y, c], [b, -y, d], [a, -y, d]]);
+        }
+        quad([[a, y, h], [a, -y, h], [b, -y, h], [b, y, h]]);
+        quad([[a, y, -h], [b, y, -h], [b, -y, -h], [a, -y, -h]]);
+        quad([[h, y, a], [h, y, b], [h, -y, b], [h, -y, a]]);
+        quad([[-h, y, a], [-h, -y, a], [-h, -y, b], [-h, y, b]]);
+    }
+    substrate(positions, triangles)
+}
+
+/// Every mesh file of the folder of shared meshes; none where that is absent.
+pub(crate) fn shared_meshes() -> Vec<PathBuf> {
+    let Some(root) = shared_folder() else {
+        return Vec::new();
+    };
+    let mut folders = vec![root];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+            if path.is_dir() {
+                folders.push(path);
+            } else if ["obj", "gltf", "glb", "stl", "ply"].contains(&extension) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// The folder of meshes that others made, kept beside the repository; says so where it is absent.
+pub(crate) fn shared_folder() -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes");
+    let folder = std::env::var_os("THALLUS_SHARED_MESHES").map_or_else(beside, PathBuf::from);
+    if !folder.is_dir() {
+        eprintln!(
+            "skipped: no folder of shared meshes at {}",
+            folder.display()
+        );
+    }
+    folder.is_dir().then_some(folder)
+}
+
 fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The octahedron's faces in n² triangles each, with split vertices: welding joins them.
-pub fn octahedron(n: u32, shape: impl Fn([f64; 3]) -> [f64; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+pub(crate) fn octahedron(
+    n: u32,
+    shape: impl Fn([f64; 3]) -> [f64; 3],
+) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for signs in 0..8u32 {
         let s = [0, 1, 2].map(|k| if signs >> k & 1 == 0 { 1.0 } else { -1.0 });

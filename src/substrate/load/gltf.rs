@@ -17,9 +17,9 @@ use super::error::{LoadFault, Parsed};
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
 use super::gltf_primitive::{Collector, SharedPositions, Tally};
-use super::gltf_schema::{Instancing, Node, Root};
+use super::gltf_schema::{Asset, Instancing, Node, OnlyAsset, Root};
 use super::text::quoted;
-use super::{Format, no_triangles};
+use super::{Format, counted, no_triangles};
 
 /// Extensions that change the geometry and are understood (or refused where they are used).
 const UNDERSTOOD: [&str; 5] = [
@@ -169,31 +169,30 @@ fn parse_document(
 }
 
 fn read_json(json: &[u8], format: Format) -> Parsed<Root<'_>> {
-    let root: Root = serde_json::from_slice(json).map_err(|error| {
-        let place = format!("JSON line {}, column {}", error.line(), error.column());
-        let text = error.to_string();
-        let problem = text
-            .split(" at line ")
-            .next()
-            .unwrap_or_default()
-            .to_string();
-        LoadFault::malformed(
-            format,
-            place,
-            problem,
-            "correct it or export the file again",
-        )
-    })?;
-    if root.asset.version.starts_with("2.") {
-        return Ok(root);
+    match serde_json::from_slice::<Root>(json) {
+        Ok(root) => check_version(&root.asset, format).map(|()| root),
+        Err(error) => {
+            if let Ok(only) = serde_json::from_slice::<OnlyAsset>(json) {
+                check_version(&only.asset, format)?;
+            }
+            let place = format!("JSON line {}, column {}", error.line(), error.column());
+            let text = error.to_string();
+            let problem = text.split(" at line ").next().unwrap_or_default();
+            let cure = "correct it or export the file again";
+            Err(LoadFault::malformed(format, place, problem, cure))
+        }
     }
+}
+
+fn check_version(asset: &Asset, format: Format) -> Parsed<()> {
+    if asset.version.starts_with("2.") {
+        return Ok(());
+    }
+    let problem = format!("glTF version {}, not 2", quoted(asset.version.as_bytes()));
     Err(LoadFault::malformed(
         format,
         "asset",
-        format!(
-            "glTF version {}, not 2",
-            quoted(root.asset.version.as_bytes())
-        ),
+        problem,
         "export it as glTF 2.0",
     ))
 }
@@ -208,7 +207,11 @@ fn finish(scene: SceneWalk) -> Parsed<Soup> {
     let mut ignored = passed_over.ignored();
     if soup.triangles.is_empty() {
         if ignored.is_empty() && soup.positions.is_empty() && unseen > 0 {
-            ignored.push(format!("{unseen} meshes that no node of its scene shows"));
+            ignored.push(counted(
+                unseen,
+                "mesh that no node shows",
+                "meshes that no node shows",
+            ));
         }
         return Err(no_triangles(soup.positions.len(), &ignored));
     }
@@ -236,28 +239,39 @@ fn finish(scene: SceneWalk) -> Parsed<Soup> {
 
 impl Tally {
     fn ignored(&self) -> Vec<String> {
-        let counts = [
-            (self.points, "point primitives"),
-            (self.lines, "line primitives"),
-            (self.without_positions, "primitives without positions"),
+        met([
+            (self.points, "point primitive", "point primitives"),
+            (self.lines, "line primitive", "line primitives"),
+            (
+                self.without_positions,
+                "primitive without positions",
+                "primitives without positions",
+            ),
             (
                 self.leftover_indices,
-                "indices beyond the last whole triangle",
+                "index beyond the triangles",
+                "indices beyond the triangles",
             ),
-        ];
-        let met = counts.iter().filter(|(count, _)| *count > 0);
-        met.map(|(count, what)| format!("{count} {what}")).collect()
+        ])
     }
 
     fn at_rest(&self) -> Vec<String> {
-        let counts = [
-            (self.skinned, "skinned meshes"),
-            (self.morphed, "morphed primitives"),
-        ];
-        let met = counts.iter().filter(|(count, _)| *count > 0);
-        met.map(|(count, what)| format!("{count} {what} read at rest"))
+        let at_rest = met([
+            (self.skinned, "skinned mesh", "skinned meshes"),
+            (self.morphed, "morphed primitive", "morphed primitives"),
+        ]);
+        at_rest
+            .into_iter()
+            .map(|what| what + " read at rest")
             .collect()
     }
+}
+
+/// The counts that are not zero, with their nouns.
+fn met<const N: usize>(counts: [(usize, &str, &str); N]) -> Vec<String> {
+    let met = counts.into_iter().filter(|(count, ..)| *count > 0);
+    met.map(|(count, one, many)| counted(count, one, many))
+        .collect()
 }
 
 /// Rounds to `f32`, relative to the origin or, when that is far away, to the scene's middle.

@@ -51,7 +51,7 @@ impl<'a> Buffers<'a> {
     /// Feeds the external files that were read to the hash, in the document's order.
     pub(super) fn hash_external(&self, hasher: &mut blake3::Hasher) {
         for (buffer, bytes) in self.root.buffers.iter().zip(&self.fetched) {
-            let external = buffer.uri.as_ref().is_some_and(|uri| !is_data(uri));
+            let external = buffer.uri.as_ref().is_some_and(|uri| !is_data(&uri.0));
             if let Some(bytes) = bytes.get().filter(|_| external) {
                 hasher.update(bytes);
             }
@@ -150,7 +150,7 @@ impl<'a> Buffers<'a> {
             (Some(uri), _) => match self.fetched[index].get() {
                 Some(bytes) => bytes,
                 None => {
-                    let bytes = self.fetch(index, buffer, uri)?;
+                    let bytes = self.fetch(index, buffer, &uri.0)?;
                     self.fetched[index].get_or_init(|| bytes)
                 }
             },

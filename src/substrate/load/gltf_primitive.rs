@@ -161,14 +161,15 @@ impl<'a> Collector<'a> {
         transforms: &[DAffine3],
     ) -> Parsed<Placed> {
         let count = self.accessors.get(accessor, place)?.count;
+        let start = self.soup.positions.len();
+        self.accessors
+            .append_vectors(accessor, place, &mut self.soup.positions)?;
         self.charge(count.saturating_mul(transforms.len()), place)?;
         let positions = &mut self.soup.positions;
-        let start = positions.len();
-        self.accessors.append_vectors(accessor, place, positions)?;
         // Indices beyond u32 would wrap in `assemble`.
         let total = count.saturating_mul(transforms.len()).saturating_add(start);
         exclusive_index(total, self.accessors.format)?;
-        positions.reserve_exact(total - positions.len());
+        positions.reserve(total - positions.len());
         for transform in &transforms[1..] {
             for vertex in start..start + count {
                 let moved = moved(transform, positions[vertex]);
@@ -178,18 +179,23 @@ impl<'a> Collector<'a> {
         for position in &mut positions[start..start + count] {
             *position = moved(&transforms[0], *position);
         }
-        let bad = positions[start..].iter().position(|p| !is_place(*p));
-        if let Some(vertex) = bad {
-            let [x, y, z] = positions[start + vertex];
-            let vertex = vertex % count;
-            return Err(LoadFault::malformed(
-                self.accessors.format,
-                format!("{place}, accessor {accessor}, vertex {vertex}"),
-                format!("the position ({x}, {y}, {z}) is not finite"),
-                "remove or repair that vertex in the program that made the file",
-            ));
+        match positions[start..].iter().position(|p| !is_place(*p)) {
+            None => Ok(Placed { start, count }),
+            Some(at) => {
+                let place = format!("{place}, accessor {accessor}, vertex {}", at % count);
+                let position = positions[start + at];
+                Err(self.not_a_place(position, place))
+            }
         }
-        Ok(Placed { start, count })
+    }
+
+    fn not_a_place(&self, [x, y, z]: [f64; 3], place: String) -> LoadFault {
+        LoadFault::malformed(
+            self.accessors.format,
+            place,
+            format!("the position ({x}, {y}, {z}) is not finite"),
+            "remove or repair that vertex in the program that made the file",
+        )
     }
 
     fn corners(&self, primitive: &Primitive, placed: Placed, place: &str) -> Parsed<Corners> {
@@ -264,7 +270,7 @@ fn assemble(
         }
         _ => {
             let triangles = corners.len() / 3;
-            out.reserve_exact(triangles);
+            out.reserve(triangles);
             out.extend(
                 (0..triangles)
                     .map(|t| place([corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)])),

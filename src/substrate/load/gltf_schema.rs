@@ -32,8 +32,14 @@ pub(super) struct Root<'a> {
     pub(super) extensions_required: Vec<String>,
 }
 
+/// Read alone when the whole document cannot be: another version has another schema.
 #[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
+pub(super) struct OnlyAsset<'a> {
+    #[serde(borrow)]
+    pub(super) asset: Asset<'a>,
+}
+
+#[derive(Deserialize)]
 pub(super) struct Asset<'a> {
     #[serde(borrow)]
     pub(super) version: Cow<'a, str>,
@@ -82,9 +88,13 @@ pub(super) struct SparseValues {
 #[serde(rename_all = "camelCase")]
 pub(super) struct Buffer<'a> {
     #[serde(borrow)]
-    pub(super) uri: Option<Cow<'a, str>>,
+    pub(super) uri: Option<Uri<'a>>,
     pub(super) byte_length: usize,
 }
+
+/// A URI that stays where it is: serde would copy an `Option<Cow>`, and data URIs are large.
+#[derive(Deserialize)]
+pub(super) struct Uri<'a>(#[serde(borrow)] pub(super) Cow<'a, str>);
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]

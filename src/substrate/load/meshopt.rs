@@ -26,7 +26,7 @@ const WIDEST: usize = 256;
 /// In words, when the description is impossible or the data malformed.
 pub(super) fn decode(view: &Compressed, data: &[u8]) -> Result<Vec<u8>, String> {
     let (count, stride) = (view.count, view.byte_stride);
-    let size = count.checked_mul(stride).unwrap_or(usize::MAX);
+    let size = count.saturating_mul(stride);
     if size > data.len().saturating_mul(BEST_RATIO).saturating_add(SLACK) {
         return Err(format!(
             "{} bytes cannot hold {count} elements of {stride} bytes",
@@ -98,8 +98,8 @@ fn vertices<const N: usize>(data: &[u8], count: usize, filter: &str) -> Result<V
     match (filter, N) {
         ("NONE", _) => {}
         ("EXPONENTIAL", _) => decode_filter_exp(&mut words),
-        ("QUATERNION", 2) => filter_shorts(&mut words, |shorts| decode_filter_quat(shorts)),
-        ("OCTAHEDRAL", 2) => filter_shorts(&mut words, |shorts| decode_filter_oct(shorts)),
+        ("QUATERNION", 2) => filter_shorts(&mut words, decode_filter_quat),
+        ("OCTAHEDRAL", 2) => filter_shorts(&mut words, decode_filter_oct),
         ("OCTAHEDRAL", 1) => filter_bytes(&mut words),
         _ => {
             return Err(format!(

@@ -68,6 +68,8 @@ pub struct Loaded {
     /// that its triangles are read from, in the order of glTF's `buffers`. Equal hashes mean equal
     /// meshes, wherever they lie.
     pub hash: String,
+    /// What its content turned out to be.
+    pub format: Format,
 }
 
 /// Reads a mesh file of any supported format.
@@ -143,6 +145,7 @@ fn load(path: &Path) -> Parsed<Loaded> {
     Ok(Loaded {
         soup,
         hash: hasher.finalize().to_hex().to_string(),
+        format,
     })
 }
 
@@ -174,14 +177,19 @@ impl<R: Read> Read for HashingReader<'_, R> {
 /// The error for a file without triangles, saying what it holds instead.
 fn no_triangles(points: usize, passed_over: &[String]) -> LoadFault {
     let mut held = passed_over.to_vec();
-    if points > 0 {
-        held.push(format!("{points} points"));
+    if points > 0 && held.is_empty() {
+        held.push(counted(points, "point", "points"));
     }
     let held = match held.len() {
         0 => "the file holds neither vertices nor faces".into(),
         _ => format!("the file holds only {}", held.join(", ")),
     };
     LoadFault::NoTriangles { held }
+}
+
+/// A number with its noun.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// Refuses more vertices than a `u32` can count.

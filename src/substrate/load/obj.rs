@@ -1,29 +1,30 @@
 //! Wavefront OBJ: `v`, `f` (and its old form `fo`); every other statement is passed over.
 //!
 //! We read it ourselves and not with `tobj`, which cuts concave polygons wrongly, accepts `nan`,
-//! refuses files in which only some vertices have colours, gives no line numbers, and takes two to
-//! three times the memory. Two passes: positions first, so that a face may come before its
-//! vertices, then faces. Tolerated: negative indices, `\` at a line's end, CRLF or lone CR, tabs,
-//! comments anywhere, rational weights and vertex colours after the position, missing materials.
+//! refuses files in which only some vertices have colours, gives no line numbers, and takes 2.6 µs
+//! and 264 bytes a triangle where this takes 1.0 µs and 126 (`tests/load_cost.rs`). Passes over the
+//! text: positions first, so that a face may come before its vertices, then faces. Tolerated:
+//! negative indices, `\` at a line's end, CRLF or lone CR, tabs, comments anywhere, rational
+//! weights and vertex colours after the position, missing materials.
 //! Free-form curves and surfaces are not evaluated.
 
 use crate::substrate::Soup;
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
-use super::polygon::Triangulator;
+use super::polygon::{Triangulator, check_corners};
 use super::text::{finite, integer, line_of, number, quoted};
-use super::{exclusive_index, no_triangles};
+use super::{counted, exclusive_index, no_triangles};
 
 /// Statements that make something other than flat faces, and what to call it.
-const OTHER_GEOMETRY: [(&[u8], &str); 7] = [
-    (b"l", "line elements"),
-    (b"p", "point elements"),
-    (b"curv", "free-form curves"),
-    (b"surf", "free-form surfaces"),
-    (b"bzp", "free-form surfaces"),
-    (b"bsp", "free-form surfaces"),
-    (b"cdp", "free-form surfaces"),
+const OTHER_GEOMETRY: [(&[u8], &str, &str); 7] = [
+    (b"l", "line", "lines"),
+    (b"p", "point element", "point elements"),
+    (b"curv", "free-form curve", "free-form curves"),
+    (b"surf", "free-form surface", "free-form surfaces"),
+    (b"bzp", "Bezier patch", "Bezier patches"),
+    (b"bsp", "B-spline patch", "B-spline patches"),
+    (b"cdp", "Cardinal patch", "Cardinal patches"),
 ];
 
 /// Reads an OBJ file's bytes.
@@ -208,7 +209,9 @@ impl<'a> FaceReader<'a> {
         let word = statement.bytes.trim_ascii_start();
         if word.first().is_some_and(|first| b"lpcsb".contains(first))
             && let Some(keyword) = statement.tokens().next()
-            && let Some(kind) = OTHER_GEOMETRY.iter().position(|(word, _)| *word == keyword)
+            && let Some(kind) = OTHER_GEOMETRY
+                .iter()
+                .position(|(word, ..)| *word == keyword)
         {
             self.others[kind] += 1;
         }
@@ -221,9 +224,8 @@ impl<'a> FaceReader<'a> {
         for token in statement.tokens().skip(1) {
             corners.push(self.corner(statement, token)?);
         }
-        if corners.len() < 3 {
-            self.two_cornered += 1;
-        }
+        check_corners(corners.len(), Obj, || self.place(statement))?;
+        self.two_cornered += usize::from(corners.len() < 3);
         self.triangulator
             .polygon(&self.soup.positions, &corners, &mut self.soup.triangles);
         self.corners = corners;
@@ -246,11 +248,15 @@ impl<'a> FaceReader<'a> {
         }
     }
 
+    fn place(&self, statement: &Statement) -> String {
+        format!("line {}", line_of(self.text, statement.start))
+    }
+
     #[cold]
     fn no_such_vertex(&self, statement: &Statement, token: &[u8]) -> LoadFault {
         LoadFault::malformed(
             Obj,
-            format!("line {}", line_of(self.text, statement.start)),
+            self.place(statement),
             format!(
                 "a face refers to vertex {}; there are {} (counted from 1)",
                 quoted(token),
@@ -263,16 +269,14 @@ impl<'a> FaceReader<'a> {
     fn finish(self) -> Parsed<Soup> {
         let mut soup = self.soup;
         let mut passed_over = Vec::new();
-        for (count, (_, name)) in self.others.iter().zip(OTHER_GEOMETRY) {
-            if *count > 0 {
-                passed_over.push(format!("{count} {name}"));
+        for (&count, (_, one, many)) in self.others.iter().zip(OTHER_GEOMETRY) {
+            if count > 0 {
+                passed_over.push(counted(count, one, many));
             }
         }
         if self.two_cornered > 0 {
-            passed_over.push(format!(
-                "{} faces with fewer than three corners",
-                self.two_cornered
-            ));
+            let (one, many) = ("face without three corners", "faces without three corners");
+            passed_over.push(counted(self.two_cornered, one, many));
         }
         if soup.triangles.is_empty() {
             return Err(no_triangles(soup.positions.len(), &passed_over));

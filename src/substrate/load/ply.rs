@@ -10,9 +10,9 @@ use crate::substrate::Soup;
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
-use super::polygon::Triangulator;
+use super::polygon::{Triangulator, check_corners};
 use super::text::{finite, integer, line_of, number, quoted, single};
-use super::{exclusive_index, no_triangles};
+use super::{counted, exclusive_index, no_triangles};
 
 /// Reads a PLY file's bytes.
 pub(super) fn parse(bytes: &[u8]) -> Parsed<Soup> {
@@ -334,6 +334,10 @@ impl<'a, B: Body> Reader<'a, B> {
         for &index in raw {
             corners.push(self.checked(index, row)?);
         }
+        let body = &self.body;
+        check_corners(corners.len(), Ply, || {
+            format!("face {row} ({})", body.place())
+        })?;
         self.too_short += usize::from(corners.len() < 3);
         self.triangulator
             .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
@@ -374,11 +378,9 @@ impl<'a, B: Body> Reader<'a, B> {
 
     fn pass_over(&mut self, element: &Element) -> Parsed<()> {
         if element.count > 0 && !matches!(element.name.as_slice(), b"face" | b"tristrips") {
-            self.others.push(format!(
-                "{} rows of {}",
-                element.count,
-                quoted(&element.name)
-            ));
+            let rows = counted(element.count, "row", "rows");
+            self.others
+                .push(format!("{rows} of {}", quoted(&element.name)));
         }
         if element.properties.is_empty() {
             return Ok(());
@@ -421,10 +423,8 @@ impl<'a, B: Body> Reader<'a, B> {
         let mut soup = self.soup;
         let mut ignored = self.others;
         if self.too_short > 0 {
-            ignored.push(format!(
-                "{} faces with fewer than three corners",
-                self.too_short
-            ));
+            let (one, many) = ("face without three corners", "faces without three corners");
+            ignored.push(counted(self.too_short, one, many));
         }
         if soup.triangles.is_empty() {
             return Err(no_triangles(soup.positions.len(), &ignored));

@@ -8,6 +8,27 @@
 
 use earcut::Earcut;
 
+use super::error::{LoadFault, Parsed};
+use super::{Format, counted};
+
+/// Most corners of a polygon: cutting one that crosses itself takes a time that grows with their
+/// square, a second for this many.
+const MOST_CORNERS: usize = 1 << 14;
+
+/// Refuses a polygon that would take too long to cut.
+pub(super) fn check_corners(
+    count: usize,
+    format: Format,
+    place: impl FnOnce() -> String,
+) -> Parsed<()> {
+    if count <= MOST_CORNERS {
+        return Ok(());
+    }
+    let problem = format!("a face with {count} corners, more than {MOST_CORNERS}");
+    let cure = "triangulate it in the program that made the file";
+    Err(LoadFault::malformed(format, place(), problem, cure))
+}
+
 /// Cuts polygons, keeping its buffers between them.
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
@@ -63,13 +84,12 @@ impl Triangulator {
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.polygons > 0 {
-            notes.push(format!("{} polygons triangulated", self.polygons));
+            notes.push(counted(self.polygons, "polygon", "polygons") + " triangulated");
         }
         if self.fanned > 0 {
-            notes.push(format!(
-                "{} polygons cross themselves or have no area: cut as fans",
-                self.fanned
-            ));
+            let one = "polygon that crosses itself or has no area cut as a fan";
+            let many = "polygons that cross themselves or have no area cut as fans";
+            notes.push(counted(self.fanned, one, many));
         }
         notes
     }

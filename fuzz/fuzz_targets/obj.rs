@@ -1,0 +1,14 @@
+//! Any bytes given as OBJ end in triangles that are sound, or in an error.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use thallus::substrate::{Format, parse_soup};
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(soup) = parse_soup(bytes, Format::Obj, None) {
+        let count = soup.positions.len() as u32;
+        assert!(!soup.triangles.is_empty());
+        assert!(soup.triangles.iter().flatten().all(|&corner| corner < count));
+        assert!(soup.positions.iter().flatten().all(|x| x.is_finite()));
+    }
+});

@@ -1,0 +1,125 @@
+//! Holds the dependency table of `docs/architecture.md` against the source.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+type Table = BTreeMap<String, BTreeSet<String>>;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Names in backticks.
+fn quoted(text: &str) -> BTreeSet<String> {
+    text.split('`')
+        .skip(1)
+        .step_by(2)
+        .map(str::to_owned)
+        .collect()
+}
+
+fn allowed() -> Table {
+    let page = std::fs::read_to_string(root().join("docs/architecture.md")).expect("the page");
+    let section = page
+        .split("## Who may use whom")
+        .nth(1)
+        .expect("the section");
+    let section = section.split("\n## ").next().expect("its text");
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split('|').collect();
+        let module = quoted(cells.get(1)?).into_iter().next()?;
+        Some((module, quoted(cells.get(2)?)))
+    };
+    section
+        .lines()
+        .filter(|l| l.starts_with('|'))
+        .filter_map(row)
+        .collect()
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            files.extend(sources(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+    files
+}
+
+/// The modules that a file names by `crate::`, tests and comments aside.
+fn used(path: &Path) -> BTreeSet<String> {
+    let text = std::fs::read_to_string(path).expect("a source file");
+    let code = text.split("#[cfg(test)]").next().unwrap_or("");
+    let lines = code.lines().filter(|l| !l.trim_start().starts_with("//"));
+    let names = lines.flat_map(|l| {
+        l.split("crate::")
+            .skip(1)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    });
+    let word = |s: String| {
+        s.chars()
+            .take_while(|c| c.is_alphanumeric() || *c == '_')
+            .collect::<String>()
+    };
+    names.map(word).filter(|w| !w.is_empty()).collect()
+}
+
+#[test]
+fn modules_use_only_what_the_table_allows() {
+    let allowed = allowed();
+    let src = root().join("src");
+    let mut seen = BTreeSet::new();
+    for file in sources(&src) {
+        let inside = file.strip_prefix(&src).expect("inside src");
+        let first = inside
+            .components()
+            .next()
+            .expect("a name")
+            .as_os_str()
+            .to_string_lossy();
+        let module = first.trim_end_matches(".rs").to_owned();
+        if ["lib", "main", "cli"].contains(&module.as_str()) {
+            continue;
+        }
+        let may = allowed
+            .get(&module)
+            .unwrap_or_else(|| panic!("{module} is not in the table"));
+        for name in used(&file) {
+            assert!(
+                name == module || may.contains(&name),
+                "{}: uses crate::{name}",
+                inside.display()
+            );
+            seen.insert((module.clone(), name));
+        }
+    }
+    assert!(
+        seen.len() > 8,
+        "the test sees too few uses to mean anything: {seen:?}"
+    );
+    for (module, may) in &allowed {
+        for name in may {
+            assert!(
+                seen.contains(&(module.clone(), name.clone())),
+                "{module} no longer uses {name}: shorten its row"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_binary_sees_the_library_from_outside() {
+    for file in sources(&root().join("src/cli")) {
+        let stray: Vec<String> = used(&file).into_iter().filter(|n| n != "cli").collect();
+        assert!(
+            stray.is_empty(),
+            "{}: uses crate::{stray:?}",
+            file.display()
+        );
+    }
+}

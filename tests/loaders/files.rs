@@ -1,0 +1,113 @@
+//! Files: names, contents, hashes.
+
+use super::*;
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+const STL: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                   vertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+
+fn written(name: &str, bytes: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
+fn refusal(path: &Path) -> String {
+    let message = load_soup(path).unwrap_err().to_string();
+    assert!(
+        message.starts_with(&path.display().to_string()),
+        "{message}"
+    );
+    message
+}
+
+#[test]
+fn the_content_decides_where_the_name_lies() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
+    for (content, format) in [(OBJ, "OBJ"), (STL, "STL"), (ply, "PLY")] {
+        for name in ["a.obj", "a.STL", "a.ply", "a.glb", "a.gltf", "a.txt", "a"] {
+            let (_folder, path) = written(name, content);
+            let loaded = load_soup(&path).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(loaded.soup.triangles, [[0, 1, 2]], "{format} in {name}");
+            let honest = name.to_lowercase().ends_with(&format.to_lowercase());
+            let nameless = name == "a" || name == "a.txt";
+            let notes = loaded.soup.notes;
+            assert_eq!(
+                notes.is_empty(),
+                honest || nameless,
+                "{format} in {name}: {notes:?}"
+            );
+            if !notes.is_empty() {
+                assert_says(&notes[0], &["is named as", &format!("read as {format}")]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hash_is_that_of_the_bytes_streamed_or_not() {
+    for (name, content) in [("a.obj", OBJ), ("a.stl", STL)] {
+        let (_folder, path) = written(name, content);
+        let expected = blake3::hash(content.as_bytes()).to_hex().to_string();
+        assert_eq!(load_soup(&path).unwrap().hash, expected);
+    }
+}
+
+#[test]
+fn what_is_no_mesh_is_refused_with_a_cure() {
+    let cases = [
+        ("a.obj", &b""[..], "the file is empty"),
+        ("a.stl", b" \n\n", "the file is blank"),
+        (
+            "a.glb",
+            b"version https://git-lfs.github.com/spec/v1\n",
+            "git lfs pull",
+        ),
+        ("a.obj", b"<!DOCTYPE html>", "XML or HTML"),
+        ("a.fbx", b"Kaydara FBX Binary  \0", "this is FBX"),
+        ("a.bin", b"\x01\x02\x03", "neither its name nor its content"),
+        ("a.gltf", b"{\"scene\": 0}", "missing field `asset`"),
+        ("a.ply", b"OK\n", "not 'ply'"),
+        ("a.glb", b"short", "does not begin with 'glTF'"),
+    ];
+    for (name, content, part) in cases {
+        let (_folder, path) = written(name, content);
+        assert_says(&refusal(&path), &[part]);
+    }
+}
+
+#[test]
+fn missing_files_and_folders_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_says(
+        &refusal(&folder.path().join("gone.obj")),
+        &["cannot be read", "check the path"],
+    );
+    assert_says(&refusal(folder.path()), &["not a regular file"]);
+    let error = load_soup(&folder.path().join("gone.obj")).unwrap_err();
+    assert!(matches!(error.fault, LoadFault::Unreadable { .. }));
+    assert!(std::error::Error::source(&error).is_some());
+}
+
+#[test]
+fn a_line_without_end_is_not_kept() {
+    let mut text = STL.to_string();
+    text.insert_str("solid s".len(), &"x".repeat(1 << 20));
+    let (_folder, path) = written("a.stl", text);
+    assert_eq!(load_soup(&path).unwrap().soup.triangles.len(), 1);
+}
+
+#[test]
+fn sizes_and_outsides_survive() {
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let (_folder, path) = written("cube.obj", cube);
+    let soup = load_soup(&path).unwrap().soup;
+    assert_eq!(soup.triangles.len(), 12);
+    assert_eq!(volume(&soup), 6.0);
+    assert_eq!(total_area(&soup), 6.0);
+    assert_eq!(bounds(&soup), ([0.0; 3], [1.0; 3]));
+}

@@ -1,0 +1,113 @@
+//! OBJ.
+
+use super::*;
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+fn with(faces: &str) -> String {
+    format!("{TRIANGLE}{faces}")
+}
+
+#[test]
+fn every_way_to_write_a_corner_names_the_same_vertex() {
+    let forms = [
+        "f 1 2 3",
+        "f 1/1 2/2 3/3",
+        "f 1//1 2//2 3//3",
+        "f 1/1/1 2/2/2 3/3/3",
+    ];
+    let odd = [
+        "f -3 -2 -1",
+        "fo 1 2 3",
+        "f\t1 2  3 # why",
+        "  f 1 2 3",
+        "f 1 \\\n2 3",
+        "f +1 2 3",
+    ];
+    for face in forms.into_iter().chain(odd) {
+        for text in [with(face), with(face).replace('\n', "\r\n")] {
+            let soup = parsed(&text, Format::Obj);
+            assert_eq!(soup.triangles, [[0, 1, 2]], "{text:?}");
+            assert_eq!(soup.notes, Vec::<String>::new(), "{text:?}");
+        }
+    }
+}
+
+#[test]
+fn lone_carriage_returns_end_lines_too() {
+    assert_eq!(
+        parsed(with("f 1 2 3").replace('\n', "\r"), Format::Obj)
+            .triangles
+            .len(),
+        1
+    );
+}
+
+#[test]
+fn negative_indices_count_from_the_face_and_not_from_the_end() {
+    let soup = parsed(with("f -3 -2 -1\nv 5 5 5\nf -4 -3 -1\n"), Format::Obj);
+    assert_eq!(soup.triangles, [[0, 1, 2], [0, 1, 3]]);
+}
+
+#[test]
+fn a_face_may_stand_before_its_vertices() {
+    assert_eq!(
+        parsed(format!("f 1 2 3\n{TRIANGLE}"), Format::Obj).triangles,
+        [[0, 1, 2]]
+    );
+}
+
+#[test]
+fn positions_keep_double_precision_weights_and_colours_are_passed_over() {
+    let text = "v 500000.123456789 1e-3 -2E2\nv 1 0 0 0.5\nv 0 1 0 0.1 0.2 0.3\nf 1 2 3\n";
+    let soup = parsed(text, Format::Obj);
+    assert_eq!(soup.positions[0], [500000.123456789, 1e-3, -200.0]);
+    assert_eq!(soup.positions[1..], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+}
+
+#[test]
+fn lines_and_points_are_ignored_with_a_note_and_materials_may_be_missing() {
+    let text = with("mtllib nowhere.mtl\nusemtl stone\ng a b\ns 1\nl 1 2\nl 2 3\np 1\nf 1 2 3\n");
+    let soup = parsed(text, Format::Obj);
+    assert_eq!(soup.triangles.len(), 1);
+    assert_eq!(soup.notes, ["2 lines ignored", "1 point element ignored"]);
+}
+
+#[test]
+fn errors_name_the_line_and_the_cure() {
+    let cases: [(&str, &[&str]); 8] = [
+        (
+            "f 1 2 4\n",
+            &["line 4", "'4'", "there are 3", "export the file again"],
+        ),
+        ("f 1 2 0\n", &["line 4", "'0'", "counted from 1"]),
+        ("\n# a\nf 1 2 -4\n", &["line 6", "'-4'"]),
+        ("f 1 2 x\n", &["line 4", "'x'"]),
+        ("f 1 2 99999999999999999999\n", &["line 4"]),
+        ("v 1 2\nf 1 2 3\n", &["line 4", "three numbers"]),
+        (
+            "v 1 2 nan\nf 1 2 3\n",
+            &["line 4", "(1, 2, NaN) is not finite", "repair"],
+        ),
+        ("v 1 -inf 2\nf 1 2 3\n", &["line 4", "-inf"]),
+    ];
+    for (rest, parts) in cases {
+        assert_says(&refused(with(rest), Format::Obj), parts);
+    }
+}
+
+#[test]
+fn without_faces_there_is_nothing_to_grow_on() {
+    assert_says(
+        &refused(with("l 1 2\n"), Format::Obj),
+        &["no triangles to grow on", "1 line"],
+    );
+    assert_says(
+        &refused(TRIANGLE, Format::Obj),
+        &["no triangles to grow on", "3 points"],
+    );
+    assert_says(
+        &refused(with("f 1 2\n"), Format::Obj),
+        &["1 face without three corners"],
+    );
+}

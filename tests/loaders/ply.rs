@@ -1,0 +1,191 @@
+//! PLY.
+
+use super::*;
+
+const BODY: &str = "element vertex 4\nproperty float nx\nproperty double x\nproperty double y\n\
+    property double z\nproperty list uchar float junk\nelement material 1\nproperty int a\n\
+    element face 2\nproperty uchar flag\nproperty list uchar int vertex_indices\nend_header\n";
+
+fn header(encoding: &str) -> String {
+    format!("ply\nformat {encoding} 1.0\ncomment made by a test\n{BODY}")
+}
+
+const POSITIONS: [[f64; 3]; 4] = [
+    [0.1, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [0.0, 1.0, 0.0],
+];
+
+fn ascii() -> String {
+    let mut text = header("ascii");
+    for [x, y, z] in POSITIONS {
+        text += &format!("9 {x} {y} {z} 2 7.5 8\n");
+    }
+    text + "42\n1 4 0 1 2 3\n0 3 0 2 3\n"
+}
+
+fn binary(big: bool) -> Vec<u8> {
+    let order = |mut raw: Vec<u8>| {
+        if big {
+            raw.reverse();
+        }
+        raw
+    };
+    let name = if big {
+        "binary_big_endian"
+    } else {
+        "binary_little_endian"
+    };
+    let mut bytes = header(name).into_bytes();
+    for position in POSITIONS {
+        bytes.extend(order(9_f32.to_le_bytes().to_vec()));
+        bytes.extend(
+            position
+                .iter()
+                .flat_map(|x| order(x.to_le_bytes().to_vec())),
+        );
+        bytes.push(2);
+        bytes.extend(
+            [7.5_f32, 8.0]
+                .iter()
+                .flat_map(|x| order(x.to_le_bytes().to_vec())),
+        );
+    }
+    bytes.extend(order(42_i32.to_le_bytes().to_vec()));
+    for face in [&[0_i32, 1, 2, 3][..], &[0, 2, 3]] {
+        bytes.extend([1, face.len() as u8]);
+        bytes.extend(face.iter().flat_map(|i| order(i.to_le_bytes().to_vec())));
+    }
+    bytes
+}
+
+#[test]
+fn all_three_encodings_give_the_same_soup() {
+    let soup = parsed(ascii(), Format::Ply);
+    assert_eq!(soup.positions, POSITIONS);
+    assert_eq!(soup.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 3]]);
+    assert_eq!(
+        soup.notes,
+        ["1 row of 'material' ignored", "1 polygon triangulated"]
+    );
+    assert_eq!(parsed(binary(false), Format::Ply), soup);
+    assert_eq!(parsed(binary(true), Format::Ply), soup);
+    assert_eq!(parsed(ascii().replace('\n', "\r\n"), Format::Ply), soup);
+    assert_eq!(parsed(ascii().replace('\n', "\r"), Format::Ply), soup);
+}
+
+fn small(vertex: &str, list: &str, rows: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty {vertex} x\nproperty {vertex} y\n\
+         property {vertex} z\nelement face 1\nproperty list {list}\nend_header\n{rows}"
+    )
+}
+
+const ROWS: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+#[test]
+fn any_integer_type_may_hold_indices_and_lengths() {
+    for count in ["char", "uchar", "int8", "ushort", "int32", "uint"] {
+        for item in ["char", "uint8", "short", "uint16", "int", "uint32", "int64"] {
+            for name in ["vertex_indices", "vertex_index", "whatever"] {
+                let text = small("float", &format!("{count} {item} {name}"), ROWS);
+                assert_eq!(parsed(text, Format::Ply).triangles, [[0, 1, 2]]);
+            }
+        }
+    }
+}
+
+#[test]
+fn floats_are_read_as_their_writer_had_them_doubles_in_full() {
+    let rows = "0.1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let list = "uchar int vertex_indices";
+    assert_eq!(
+        parsed(small("float", list, rows), Format::Ply).positions[0][0],
+        f64::from(0.1_f32)
+    );
+    assert_eq!(
+        parsed(small("double", list, rows), Format::Ply).positions[0][0],
+        0.1
+    );
+}
+
+#[test]
+fn faces_may_stand_before_their_vertices_and_strips_are_unrolled() {
+    let text = "ply\nformat ascii 1.0\nelement tristrips 1\nproperty list int int vertex_indices\n\
+                element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                end_header\n9 0 1 2 3 -1 1 0 0 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
+    let soup = parsed(text, Format::Ply);
+    // 0 1 2, then 1 2 3 turned round; 1 0 0 and 0 0 2 only stitch.
+    assert_eq!(soup.triangles, [[0, 1, 2], [1, 3, 2]]);
+}
+
+#[test]
+fn errors_name_the_place_and_the_cure() {
+    let list = "uchar int vertex_indices";
+    let cases: [(String, &[&str]); 9] = [
+        (
+            small("float", list, &ROWS.replace("3 0 1 2", "3 0 1 3")),
+            &["face 0 (line 13)", "vertex 3"],
+        ),
+        (
+            small("float", list, &ROWS.replace("3 0 1 2", "3 0 1 -2")),
+            &["vertex -2", "there are 3"],
+        ),
+        (
+            small("float", list, &ROWS.replace("1 0 0", "1 nan 0")),
+            &["vertex 1 (line 11)", "not finite"],
+        ),
+        (
+            small("float", list, &ROWS.replace("1 0 0", "1 ? 0")),
+            &["line 11", "vertex 1"],
+        ),
+        (
+            small("float", list, "0 0 0\n1 0 0\n0 1 0\n3 0 1"),
+            &["line 13", "face 0", "copy the file"],
+        ),
+        (
+            small("quad", list, ROWS),
+            &["line 4", "'quad'", "correct the header"],
+        ),
+        (
+            small("float", "float int a", ROWS),
+            &["line 8", "'a' must be an integer"],
+        ),
+        (
+            small("float", list, ROWS).replace("vertex 3", "vertex 99999999999"),
+            &["99999999999", "cut short"],
+        ),
+        (
+            "ply\nformat ascii 1.0\n".into(),
+            &["line 3", "no end_header"],
+        ),
+    ];
+    for (text, parts) in cases {
+        assert_says(&refused(text, Format::Ply), parts);
+    }
+    let bytes = binary(true);
+    assert_says(
+        &refused(&bytes[..bytes.len() - 1], Format::Ply),
+        &["face 1", "byte "],
+    );
+}
+
+#[test]
+fn a_list_longer_than_the_file_allocates_nothing() {
+    let text = small("float", "uint uint vertex_indices", "");
+    let mut bytes = text.replace("ascii", "binary_little_endian").into_bytes();
+    bytes.extend([0; 36]);
+    bytes.extend(u32::MAX.to_le_bytes());
+    assert_says(&refused(bytes, Format::Ply), &["face 0"]);
+}
+
+#[test]
+fn points_are_nothing_to_grow_on() {
+    let text =
+        small("float", "uchar int vertex_indices", "0 0 0 1 0 0 0 1 0").replace("face 1", "face 0");
+    assert_says(
+        &refused(text, Format::Ply),
+        &["no triangles to grow on", "3 points"],
+    );
+}

@@ -1,0 +1,122 @@
+//! STL.
+
+use super::*;
+
+fn binary(header: &[u8], facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = header.to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((facets.len() as u32).to_le_bytes());
+    for facet in facets {
+        bytes.extend([0; 12]);
+        bytes.extend(facet.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        bytes.extend([0xAB, 0xCD]);
+    }
+    bytes
+}
+
+const FACETS: [[[f32; 3]; 3]; 2] = [
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]],
+    [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]],
+];
+
+fn expected() -> Vec<[[f64; 3]; 3]> {
+    FACETS
+        .iter()
+        .map(|facet| facet.map(|p| p.map(f64::from)))
+        .collect()
+}
+
+#[test]
+fn binary_is_read_exactly_whatever_its_header_says() {
+    for header in [
+        &b""[..],
+        b"solid or so it says",
+        b"solid\nfacet normal 0 0 0\n",
+    ] {
+        let soup = parsed(binary(header, &FACETS), Format::Stl);
+        assert_eq!(corners(&soup), expected());
+        assert_eq!(soup.notes, Vec::<String>::new());
+    }
+}
+
+#[test]
+fn bytes_after_the_last_facet_are_tolerated() {
+    for header in [&b"any"[..], b"solid x"] {
+        let mut bytes = binary(header, &FACETS);
+        bytes.extend([0; 7]);
+        let soup = parsed(bytes, Format::Stl);
+        assert_eq!(corners(&soup), expected());
+        assert_eq!(soup.notes, ["7 bytes after the last facet ignored"]);
+    }
+}
+
+#[test]
+fn ascii_in_any_case_with_many_solids_and_either_line_end() {
+    let one = "solid a b\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1.0e0 0 0\n  \
+               vertex 0 1 0.5\n endloop\nendfacet\nendsolid a b\n";
+    let two = one.repeat(2);
+    for text in [two.clone(), two.to_uppercase(), two.replace('\n', "\r\n")] {
+        let soup = parsed(&text, Format::Stl);
+        assert_eq!(soup.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(soup.positions[2], [0.0, 1.0, 0.5]);
+        assert_eq!(soup.notes, ["2 solids read as one mesh"]);
+    }
+}
+
+#[test]
+fn errors_name_the_place_and_the_cure() {
+    let whole = binary(b"", &FACETS);
+    let short = refused(&whole[..whole.len() - 1], Format::Stl);
+    assert_says(
+        &short,
+        &["promises 2 facets", "holds 1", "byte 80", "copy it again"],
+    );
+    assert_says(
+        &refused(&whole[..60], Format::Stl),
+        &["84-byte header", "byte 60"],
+    );
+    let mut lying = whole.clone();
+    lying[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert_says(
+        &refused(&lying, Format::Stl),
+        &["promises 4294967295 facets"],
+    );
+    let mut facets = FACETS;
+    facets[1][2][0] = f32::NAN;
+    let nan = refused(binary(b"", &facets), Format::Stl);
+    assert_says(&nan, &["facet 1 (byte 134)", "NaN", "repair"]);
+}
+
+#[test]
+fn ascii_errors_name_the_line() {
+    let loop_of = |corners: &str| format!("solid\nfacet\nouter loop\n{corners}endloop\nendfacet\n");
+    let cases = [
+        (
+            loop_of("vertex 0 0 0\nvertex 1 0 0\n"),
+            "line 6",
+            "2 vertices",
+        ),
+        (
+            loop_of(&"vertex 0 0 0\n".repeat(4)),
+            "line 7",
+            "more than three",
+        ),
+        (loop_of("vertex 0 0\n"), "line 4", "three numbers"),
+        (loop_of("vertex 0 0 inf\n"), "line 4", "not finite"),
+        (
+            "solid\nfacet\nouter loop\nvertex 0 0 0\n".into(),
+            "line 4",
+            "within a facet",
+        ),
+    ];
+    for (text, place, problem) in cases {
+        assert_says(&refused(text, Format::Stl), &[place, problem]);
+    }
+}
+
+#[test]
+fn without_facets_there_is_nothing_to_grow_on() {
+    for bytes in [binary(b"", &[]), b"solid empty\nendsolid empty\n".to_vec()] {
+        assert_says(&refused(bytes, Format::Stl), &["no triangles to grow on"]);
+    }
+}
