@@ -667,17 +667,15 @@ fn check_of_an_unfit_mesh_answers_in_json_too() {
 #[test]
 fn check_warns_in_words() {
     let desk = Desk::new();
-    let lifted = |p: &str| {
-        PLANE
-            .replace("v 0", &format!("v {p}"))
-            .replace("v 10", &format!("v {p}1"))
-    };
     desk.put(
         "fine.obj",
         sheet(400, |_, _| 0.0).replace("v 10 ", "v 4000 "),
     );
     desk.put("fin.obj", format!("{PLANE}v 5 5 5\nf 1 3 5\n"));
-    desk.put("far.obj", lifted("50000000"));
+    let far = PLANE
+        .replace("v 10 ", "v 50000010 ")
+        .replace("v 0 ", "v 50000000 ");
+    desk.put("far.obj", far);
     desk.put("large.obj", PLANE.replace("10", "1000000"));
     desk.put("small.obj", PLANE.replace("10", "0.0000001"));
     for (mesh, said) in [

@@ -73,14 +73,8 @@ fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
             format!("{} after welding", count(report.vertices as u64)),
         ),
         ("pieces", pieces(report)),
-        (
-            "open edges",
-            edges(report.boundary_edges, &report.boundary_places),
-        ),
-        (
-            "non-manifold",
-            edges(report.non_manifold_edges, &report.non_manifold_places),
-        ),
+        ("open edges", edges(report.boundary_edges)),
+        ("non-manifold", edges(report.non_manifold_edges)),
         (
             "bounding box",
             format!("{} to {}, {size}", place(low), place(high)),
@@ -134,11 +128,10 @@ fn pieces(report: &SubstrateReport) -> String {
     format!("{n}; by area {}", areas.join(", "))
 }
 
-fn edges(n: usize, places: &[[f64; 3]]) -> String {
-    let near: Vec<_> = places.iter().copied().map(place).collect();
+fn edges(n: usize) -> String {
     match n {
         0 => "none".to_owned(),
-        _ => format!("{}, near {}", plural(n, "edge", "edges"), near.join(", ")),
+        _ => plural(n, "edge", "edges"),
     }
 }
 
