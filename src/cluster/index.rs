@@ -24,13 +24,14 @@ pub trait ElementIndex {
 }
 
 /// Hash grids: one with cells of 2r and one with wide cells hold the centres; a pyramid of grids,
-/// each twice as coarse, marks every cell that has a centre in it or in one of its 26 neighbours.
+/// each twice as coarse, gives every cell near a centre the number of its ring: how many cells it
+/// is away from the nearest one that has a centre in it.
 ///
-/// A point in an unmarked cell is farther from every centre than the cell is wide.
+/// A point in ring k is at least k − 1 cells away from every centre.
 pub struct GridIndex {
     contact: CellLists,
     wide: CellLists,
-    marked: Vec<CellMap>,
+    rings: Vec<CellMap>,
     positions: Vec<DVec3>,
     radius: f64,
 }
@@ -41,7 +42,7 @@ impl ElementIndex for GridIndex {
         Self {
             contact: CellLists::new(2.0 * radius),
             wide: CellLists::new(wide.max(2.0 * radius)),
-            marked: (0..levels)
+            rings: (0..levels)
                 .map(|k| CellMap::new(2.0 * radius * (1u64 << k) as f64))
                 .collect(),
             positions: Vec::new(),
@@ -75,42 +76,47 @@ impl ElementIndex for GridIndex {
     }
 
     fn clearance(&self, p: DVec3, hint: &mut u8) -> f64 {
-        let top = self.marked.len() - 1;
+        let top = self.rings.len() - 1;
         let mut level = (*hint as usize + 1).min(top);
-        while self.marked[level].contains(p) {
-            if level == 0 {
-                *hint = 0;
-                return self.nearest_in_touching_cells(p);
+        while level < top && self.rings[level].ring(p) == BEYOND {
+            level += 1;
+        }
+        // Down to where a finer level, its rings half as wide, could not tell more.
+        let mut bound = 0.0f64;
+        loop {
+            let ring = self.rings[level].ring(p);
+            bound = bound.max(self.rings[level].clear_distance(p, ring));
+            if ring > FINE_ENOUGH || level == 0 {
+                *hint = level as u8;
+                return if ring <= 1 {
+                    self.nearest_in_touching_cells(p)
+                } else {
+                    bound
+                };
             }
             level -= 1;
         }
-        while level < top && !self.marked[level + 1].contains(p) {
-            level += 1;
-        }
-        *hint = level as u8;
-        self.marked[level].clear_distance(p)
     }
 }
 
 impl GridIndex {
-    /// Marks a newly occupied cell and its neighbours on every level where that is news.
+    /// Numbers the rings about a newly occupied cell, on every level where that is news.
     fn mark(&mut self, position: DVec3) {
-        for level in &mut self.marked {
+        for level in &mut self.rings {
             let cell = level.cell(position);
-            if level.get(cell) == Some(OCCUPIED) {
+            if level.get(cell) == Some(0) {
                 return;
             }
-            for neighbour in neighbours(cell) {
-                if level.get(neighbour).is_none() {
-                    level.set(neighbour, NEAR);
+            for (neighbour, ring) in rings_about(cell) {
+                if level.get(neighbour).is_none_or(|known| ring < known) {
+                    level.set(neighbour, ring);
                 }
             }
-            level.set(cell, OCCUPIED);
         }
     }
 
     fn nearest_in_touching_cells(&self, p: DVec3) -> f64 {
-        let farthest = self.contact.heads.clear_distance(p);
+        let farthest = self.contact.heads.clear_distance(p, 2);
         let mut nearest_sq = farthest * farthest;
         self.contact.visit(p, 2.0 * self.radius, |id| {
             nearest_sq = nearest_sq.min(self.positions[id as usize].distance_squared(p));
@@ -119,13 +125,25 @@ impl GridIndex {
     }
 }
 
-const NEAR: u32 = 0;
-const OCCUPIED: u32 = 1;
+/// Rings that are numbered.
+const RINGS: i32 = 3;
+
+/// The ring of cells that have no number.
+const BEYOND: u32 = RINGS as u32 + 1;
+
+/// Past this ring a finer level tells little more.
+const FINE_ENOUGH: u32 = 2;
+
 /// No element follows in a list.
 const LAST: u32 = u32::MAX;
 
-fn neighbours(cell: IVec3) -> impl Iterator<Item = IVec3> {
-    (0..27).map(move |i| cell + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))
+/// The cells within the rings about a cell, and which ring each one is in.
+fn rings_about(cell: IVec3) -> impl Iterator<Item = (IVec3, u32)> {
+    let side = 2 * RINGS + 1;
+    (0..side * side * side).map(move |i| {
+        let offset = IVec3::new(i % side, i / side % side, i / side / side) - RINGS;
+        (cell + offset, offset.abs().max_element() as u32)
+    })
 }
 
 /// The elements of each cell, as linked lists.
@@ -203,14 +221,17 @@ impl CellMap {
         (p / self.size).floor().as_ivec3()
     }
 
-    fn contains(&self, p: DVec3) -> bool {
-        self.get(self.cell(p)).is_some()
+    /// The ring that a point is in.
+    fn ring(&self, p: DVec3) -> u32 {
+        self.get(self.cell(p)).unwrap_or(BEYOND)
     }
 
-    /// Distance from a point to the outside of its cell's 26 neighbours.
-    fn clear_distance(&self, p: DVec3) -> f64 {
+    /// How far a point in a ring is from everything at least: the whole rings within, and the
+    /// way to the nearest wall of its own cell.
+    fn clear_distance(&self, p: DVec3, ring: u32) -> f64 {
         let share = (p / self.size) - (p / self.size).floor();
-        (1.0 + share.min(1.0 - share).min_element()) * self.size
+        let to_wall = share.min(1.0 - share).min_element();
+        (f64::from(ring) - 1.0 + to_wall).max(0.0) * self.size
     }
 
     fn get(&self, cell: IVec3) -> Option<u32> {

@@ -197,7 +197,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         let absorb = parameters.boundary == Boundary::Absorb;
         let mut position = self.around.substrate.position(&at);
         let mut hint = 0;
-        let Some(mut bound) = self.step_bound(position, &mut hint) else {
+        let clearance = self.around.index.clearance(position, &mut hint);
+        let Some(mut bound) = self.step_bound(position, clearance) else {
             return self.kill();
         };
         loop {
@@ -217,7 +218,9 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             // 4. Contact: stick, or go back to the last position and walk on.
             let there = self.around.substrate.position(&traced.point);
-            if self.around.in_contact(self.scratch, &traced.point, there) {
+            let clearance = self.around.index.clearance(there, &mut hint);
+            let near = clearance < self.around.contact_distance();
+            if near && self.around.in_contact(self.scratch, &traced.point, there) {
                 self.counts.contacts += 1;
                 let chance = stream.uniform();
                 let place = (&traced.point, there);
@@ -228,7 +231,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 continue;
             }
             (at, position) = (traced.point, there);
-            match self.step_bound(position, &mut hint) {
+            match self.step_bound(position, clearance) {
                 Some(next) => bound = next,
                 None => return self.kill(),
             }
@@ -238,9 +241,9 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// The bound s = max(s₁, s₂, r) on the next step, or none beyond the kill radius.
     ///
     /// Contact is at 2r and a step may end at most r inside it, so it may go as far as the
-    /// nearest element's distance less r. The cluster lies inside R_e, which gives s₁ without a
-    /// look; the index gives s₂.
-    fn step_bound(&self, p: DVec3, hint: &mut u8) -> Option<f64> {
+    /// nearest element's distance less r. The cluster lies inside R_e, which gives s₁; the index's
+    /// clearance gives s₂.
+    fn step_bound(&self, p: DVec3, clearance: f64) -> Option<f64> {
         let Parameters {
             radius,
             kill,
@@ -258,7 +261,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             return Some(radius);
         }
         let outside = from_centroid - extent.effective_radius();
-        Some((outside.max(self.around.index.clearance(p, hint)) - radius).max(radius))
+        Some((outside.max(clearance) - radius).max(radius))
     }
 
     /// 3. Kill: dropped, and the next one is launched.

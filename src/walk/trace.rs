@@ -49,7 +49,11 @@ pub trait Visitor {
     /// length from its start, having come `distance_share` of the whole way.
     fn leave(&mut self, half_edge: HalfEdge, share: f64, distance_share: f64);
 
-    /// Whether `leave` is to be called.
+    /// The path has covered its distance; `onward` is the whole step, as a vector in the frame of
+    /// the triangle where it ended. Going back is a step by `-onward`.
+    fn arrive(&mut self, _onward: DVec2) {}
+
+    /// Whether `leave` and `arrive` are to be called.
     const WATCHES: bool;
 }
 
@@ -98,10 +102,14 @@ pub fn trace_visiting<V: Visitor>(
         end,
         crossings,
     };
-    if contains(&corners, step) {
-        return ended(weigh(from.triangle, corners, step), End::Distance, 0);
-    }
     let mut front = Front::leaving(from.triangle, &corners, step);
+    let stays = step == DVec2::ZERO || contains(&corners, step) || !front.is_passed(step);
+    if stays && let Some(point) = weigh(from.triangle, corners, step) {
+        if V::WATCHES {
+            visitor.arrive(step);
+        }
+        return ended(point, End::Distance, 0);
+    }
     for crossings in 1..=MOST_CROSSINGS {
         if V::WATCHES {
             let (share, distance_share) = front.meeting(step);
@@ -111,9 +119,14 @@ pub fn trace_visiting<V: Visitor>(
             return ended(front.point_on_edge(step), End::Boundary, crossings - 1);
         }
         let unfolded = front.cross(charts);
-        match unfolded.next_front(step) {
-            None => return ended(unfolded.point_at(step), End::Distance, crossings),
-            Some(next) => front = next,
+        front = unfolded.next_front(step);
+        if !front.is_passed(step)
+            && let Some(point) = weigh(unfolded.triangle, unfolded.corners(), step)
+        {
+            if V::WATCHES {
+                visitor.arrive(unfolded.in_chart(charts, step));
+            }
+            return ended(point, End::Distance, crossings);
         }
     }
     ended(front.point_on_edge(step), End::Crossings, MOST_CROSSINGS)
@@ -126,15 +139,31 @@ fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
         && (*a - *c).perp_dot(p - *c) >= 0.0
 }
 
-/// The surface point of a triangle laid flat with these corners.
-fn weigh(triangle: u32, [a, b, c]: [DVec2; 3], p: DVec2) -> SurfacePoint {
+/// Round-off of a place in the plane, beside the path's length; far above what builds up.
+const ROUND_OFF: f64 = 1e-11;
+
+/// The surface point of a triangle laid flat with these corners; none where it lies outside by
+/// more than round-off.
+///
+/// That is asked because a path along an edge is only by round-off on the one or other side of it,
+/// and then seems to end at any edge that it runs along.
+fn weigh(triangle: u32, [a, b, c]: [DVec2; 3], p: DVec2) -> Option<SurfacePoint> {
     let weights = [
         (b - p).perp_dot(c - p),
         (c - p).perp_dot(a - p),
         (a - p).perp_dot(b - p),
     ];
     let sum = (b - a).perp_dot(c - a);
-    SurfacePoint::from_weights(triangle, weights.map(|w| w / sum))
+    // Mirrored triangles lie clockwise.
+    let least = weights.iter().map(|w| w * sum.signum()).fold(0.0, f64::min);
+    let longest_sq = (b - a)
+        .length_squared()
+        .max((c - b).length_squared())
+        .max((a - c).length_squared());
+    // Not so far out, or NaN.
+    let error_sq = (p.length_squared() + longest_sq) * longest_sq * (ROUND_OFF * ROUND_OFF);
+    let outside = least * least > error_sq;
+    (!outside).then(|| SurfacePoint::from_weights(triangle, weights.map(|w| w / sum)))
 }
 
 /// An edge that the path is about to cross: `left` and `right` of it as the path looks.
@@ -152,17 +181,18 @@ impl Front {
         let side = corners.map(|c| step.perp_dot(c));
         let pair = |k: usize| (side[k], side[(k + 1) % 3]);
         let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
-        let grazes = |&k: &usize| matches!(pair(k), (r, l) if r < 0.0 && l >= 0.0);
-        let k = (0..3)
-            .find(leaves)
-            .or_else(|| (0..3).find(grazes))
-            .unwrap_or_else(|| farthest_out(corners, step));
+        let k = (0..3).find(leaves).unwrap_or_else(|| grazing(side));
         Self {
             left: corners[(k + 1) % 3],
             right: corners[k],
             half_edge: 3 * triangle + k as u32,
             mirrored: false,
         }
+    }
+
+    /// Whether the path ends beyond the edge.
+    fn is_passed(&self, step: DVec2) -> bool {
+        (self.left - self.right).perp_dot(step - self.right) < 0.0
     }
 
     fn is_boundary(&self, charts: &[Chart]) -> bool {
@@ -211,7 +241,17 @@ impl Front {
         } else {
             0.5
         };
-        let point = self.right + (self.left - self.right) * from_right;
+        let edge = self.left - self.right;
+        let crossed = self.right + edge * from_right;
+        // Along an edge round-off says where the two meet: anywhere on the path is as true.
+        let ahead = crossed.dot(step) / step.length_squared();
+        let from_right = if (0.0..=1.0).contains(&ahead) {
+            from_right
+        } else {
+            let nearest = step * ahead.clamp(0.0, 1.0);
+            ((nearest - self.right).dot(edge) / edge.length_squared()).clamp(0.0, 1.0)
+        };
+        let point = self.right + edge * from_right;
         let share = if self.mirrored {
             1.0 - from_right
         } else {
@@ -233,15 +273,16 @@ impl Front {
     }
 }
 
-/// The edge that a point outside a triangle is farthest beyond: only round-off gets here.
-fn farthest_out(corners: &[DVec2; 3], p: DVec2) -> usize {
-    let beyond = |k: usize| {
-        let e = corners[(k + 1) % 3] - corners[k];
-        -e.perp_dot(p - corners[k]) / e.length().max(f64::MIN_POSITIVE)
-    };
-    (0..3)
-        .max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)))
-        .unwrap_or(0)
+/// The edge to leave by when a triangle lies on one side of the path: the path starts on its rim,
+/// exactly or but for round-off. It turns about the corner nearest to the path, the near way.
+fn grazing(side: [f64; 3]) -> usize {
+    let nearer = |&a: &usize, &b: &usize| side[a].abs().total_cmp(&side[b].abs());
+    let corner = (0..3).min_by(nearer).unwrap_or(0);
+    if side[corner] > 0.0 {
+        corner
+    } else {
+        (corner + 2) % 3
+    }
 }
 
 /// A triangle laid flat beyond the edge that the path came through.
@@ -256,30 +297,28 @@ struct Unfolded {
 }
 
 impl Unfolded {
-    /// The edge that the path leaves by; none if it ends before that.
-    fn next_front(&self, step: DVec2) -> Option<Front> {
+    /// The edge that the path leaves by.
+    fn next_front(&self, step: DVec2) -> Front {
         let apex_is_left = step.perp_dot(self.apex) > 0.0;
         let (right, left) = if apex_is_left {
             (self.right, self.apex)
         } else {
             (self.apex, self.left)
         };
-        if (left - right).perp_dot(step - right) >= 0.0 {
-            return None;
-        }
         // In its own winding the triangle runs entry, then the edge at the entry's end. That end
         // is on the right, or on the left where the triangle lies mirrored.
         let turn = if apex_is_left != self.mirrored { 1 } else { 2 };
         let half_edge = 3 * self.triangle + (self.entry + turn) % 3;
-        Some(Front {
+        Front {
             left,
             right,
             half_edge,
             mirrored: self.mirrored,
-        })
+        }
     }
 
-    fn point_at(&self, p: DVec2) -> SurfacePoint {
+    /// The corners in the triangle's own order.
+    fn corners(&self) -> [DVec2; 3] {
         let (start, end) = if self.mirrored {
             (self.right, self.left)
         } else {
@@ -290,6 +329,26 @@ impl Unfolded {
         corners[k] = start;
         corners[(k + 1) % 3] = end;
         corners[(k + 2) % 3] = self.apex;
-        weigh(self.triangle, corners, p)
+        corners
+    }
+
+    /// A vector of the start triangle's frame in the frame of this triangle's chart.
+    fn in_chart(&self, charts: &[Chart], v: DVec2) -> DVec2 {
+        let upright = |v: DVec2| {
+            if self.mirrored {
+                v.reflect(DVec2::Y)
+            } else {
+                v
+            }
+        };
+        let (flat, own) = (self.corners(), charts[self.triangle as usize].corners());
+        // The rotation that best takes the edges as they lie to those of the chart, as a complex
+        // number: a needle's short edge alone would not tell it well.
+        let turn = (0..3).fold(DVec2::ZERO, |sum, k| {
+            let lying = upright(flat[(k + 1) % 3] - flat[k]);
+            let edge = own[(k + 1) % 3] - own[k];
+            sum + edge.rotate(DVec2::new(lying.x, -lying.y))
+        });
+        upright(v).rotate(turn.normalize_or(DVec2::X))
     }
 }
