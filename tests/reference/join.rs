@@ -118,7 +118,8 @@ impl<'a> Circle<'a> {
     /// Turn to where the circle leaves the triangle by `edge`.
     fn exit(&self, edge: &Edge) -> Option<f64> {
         let (s, height) = ((self.centre - edge.base).dot(edge.along), edge.height(self.centre));
-        let half = (self.radius * self.radius - height * height).max(0.0).sqrt();
+        let square = self.radius * self.radius - height * height;
+        let half = (square > 0.0).then(|| square.sqrt())?;
         let leaves = |root: f64| {
             let angle = (edge.base + edge.along * root - self.centre).to_angle();
             let out = self.heading(angle).dot(edge.inward) < 0.0;
