@@ -1,7 +1,10 @@
 //! Goodness of fit for samplers: Pearson's chi-square with its p-value.
 //!
 //! Include with `#[path = "common/stats.rs"] mod common_stats;`.
-#![allow(dead_code, reason = "each test crate that includes this module uses another part of it")]
+#![allow(
+    dead_code,
+    reason = "each test crate that includes this module uses another part of it"
+)]
 
 /// Outcome of a chi-square test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +29,10 @@ pub(crate) fn chi_square(observed: &[u64], weights: &[f64]) -> ChiSquare {
     let scale = observed.iter().sum::<u64>() as f64 / weights.iter().sum::<f64>();
     let term = |(&count, &weight): (&u64, &f64)| {
         let expected = weight * scale;
-        assert!(expected >= 5.0, "a bin expects {expected} observations: merge bins");
+        assert!(
+            expected >= 5.0,
+            "a bin expects {expected} observations: merge bins"
+        );
         (count as f64 - expected).powi(2) / expected
     };
     let statistic = observed.iter().zip(weights).map(term).sum();

@@ -76,7 +76,10 @@ impl<'a> Cluster<'a> {
         self.push_to_cell(p, index);
         self.sum += p;
         self.centroid = self.sum / self.positions.len() as f64;
-        let far = self.positions.iter().map(|q| q.distance_squared(self.centroid));
+        let far = self
+            .positions
+            .iter()
+            .map(|q| q.distance_squared(self.centroid));
         self.reach = far.fold(0.0, f64::max).sqrt();
     }
 
@@ -100,7 +103,13 @@ impl<'a> Cluster<'a> {
     /// Elements on the sheet of `triangle` with centres nearer than `distance` to `p`.
     ///
     /// With [`Search::Lists`] `distance` may be anything; the answer is what the nearby set holds.
-    pub(crate) fn near(&self, triangle: usize, p: DVec3, distance: f64, within: Within) -> Vec<usize> {
+    pub(crate) fn near(
+        &self,
+        triangle: usize,
+        p: DVec3,
+        distance: f64,
+        within: Within,
+    ) -> Vec<usize> {
         let set = match within {
             Within::Contact => &self.contact_sets[triangle],
             Within::Density => &self.density_sets[triangle],
@@ -115,14 +124,21 @@ impl<'a> Cluster<'a> {
             Search::Cells => {
                 let boxes = self.cells.iter().filter(|c| c.distance_squared(p) < limit);
                 let found = boxes.flat_map(|c| c.elements.iter().copied()).filter(close);
-                found.filter(|&e| set.binary_search(&self.places[e].triangle).is_ok()).collect()
+                found
+                    .filter(|&e| set.binary_search(&self.places[e].triangle).is_ok())
+                    .collect()
             }
         }
     }
 
     /// Elements that a disc at `place` would overlap.
     pub(crate) fn overlapped(&self, place: Place, diameter: f64) -> Vec<usize> {
-        self.near(place.triangle, self.mesh.lift(place), diameter, Within::Contact)
+        self.near(
+            place.triangle,
+            self.mesh.lift(place),
+            diameter,
+            Within::Contact,
+        )
     }
 
     /// Distance in space from `p` to the nearest element, whatever its sheet.

@@ -38,7 +38,12 @@ impl Stop {
 }
 
 /// Grows one cluster; it may end early when the surface is full.
-pub(crate) fn grow(vertices: &[[f64; 3]], triangles: &[[u32; 3]], params: &Params, stop: Stop) -> Run {
+pub(crate) fn grow(
+    vertices: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    params: &Params,
+    stop: Stop,
+) -> Run {
     let mesh = Mesh::new(vertices, triangles);
     let mut growth = Growth::new(&mesh, params);
     while growth.elements.len() < stop.elements && growth.cluster.reach < stop.reach {
@@ -103,7 +108,12 @@ impl<'a> Growth<'a> {
         let r = self.params.radius;
         let reach = self.cluster.reach;
         let sphere = (self.params.launch * reach.max(4.0 * r)).max(reach + 4.0 * r);
-        self.arcs = cut(self.cluster.mesh, &self.component, self.cluster.centroid, sphere);
+        self.arcs = cut(
+            self.cluster.mesh,
+            &self.component,
+            self.cluster.centroid,
+            sphere,
+        );
     }
 
     /// Launch: uniform on the arcs, or uniform on the free surface when the sphere encloses the component; none when
@@ -128,11 +138,18 @@ impl<'a> Growth<'a> {
             let pieces = self.step(place);
             let next = end(&pieces);
             let p = mesh.lift(next);
-            if !self.cluster.overlapped(next, 2.0 * self.params.radius).is_empty() {
+            if !self
+                .cluster
+                .overlapped(next, 2.0 * self.params.radius)
+                .is_empty()
+            {
                 self.counters.contacts += 1;
                 let probability = self.sticking(next, p);
                 if self.rng.random::<f64>() < probability {
-                    return Some(Contact { pieces, probability });
+                    return Some(Contact {
+                        pieces,
+                        probability,
+                    });
                 }
                 self.counters.refusals += 1;
                 continue;
@@ -156,21 +173,29 @@ impl<'a> Growth<'a> {
         trace(self.cluster.mesh, place, direction, length)
     }
 
-    /// s = max(s₁, s₂, r): s₁ from the effective radius, s₂ from the nearest element.
+    /// s = max(s₁, s₂, r): s₁ from the effective radius, s₂ from the nearest element, both less the margin.
     fn step_size(&self, p: DVec3) -> f64 {
         let r = self.params.radius;
         if !self.params.large_steps {
             return r;
         }
-        let s1 = p.distance(self.cluster.centroid) - self.cluster.reach - r;
-        let s2 = self.cluster.nearest_distance(p) - r;
+        let margin = self.params.margin * r;
+        let s1 = p.distance(self.cluster.centroid) - self.cluster.reach - margin;
+        let s2 = self.cluster.nearest_distance(p) - margin;
         s1.max(s2).max(r)
     }
 
     /// P = clamp(Aκ + B, P_min, 1) with κ from the elements within L.
     fn sticking(&self, place: Place, p: DVec3) -> f64 {
-        let Params { radius: r, curvature_radius: l, .. } = *self.params;
-        let n = self.cluster.near(place.triangle, p, l, Within::Density).len() as f64;
+        let Params {
+            radius: r,
+            curvature_radius: l,
+            ..
+        } = *self.params;
+        let n = self
+            .cluster
+            .near(place.triangle, p, l, Within::Density)
+            .len() as f64;
         let dense = PI * l * l / (4.0 * 3.0_f64.sqrt() * r * r);
         let curvature = (n - dense) / dense;
         (self.params.gain * curvature + self.params.bias).clamp(self.params.min_stick, 1.0)

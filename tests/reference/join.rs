@@ -65,7 +65,10 @@ pub(crate) fn pack(cluster: &Cluster, touch: Place, pivot: usize) -> Option<Plac
     let rests = ways.into_iter().flatten();
     let (rest, _) = rests.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let smallest = 2.0 * cluster.radius * (1.0 - OVERLAP);
-    cluster.overlapped(rest, smallest).is_empty().then_some(rest)
+    cluster
+        .overlapped(rest, smallest)
+        .is_empty()
+        .then_some(rest)
 }
 
 /// The circle at distance 2r about the pivot in one triangle's plane, and the present place on it.
@@ -117,7 +120,10 @@ impl<'a> Circle<'a> {
 
     /// Turn to where the circle leaves the triangle by `edge`.
     fn exit(&self, edge: &Edge) -> Option<f64> {
-        let (s, height) = ((self.centre - edge.base).dot(edge.along), edge.height(self.centre));
+        let (s, height) = (
+            (self.centre - edge.base).dot(edge.along),
+            edge.height(self.centre),
+        );
         let square = self.radius * self.radius - height * height;
         let half = (square > 0.0).then(|| square.sqrt())?;
         let leaves = |root: f64| {
@@ -135,7 +141,8 @@ impl<'a> Circle<'a> {
         let other = distance * distance - height * height;
         let apart = foot.distance(self.centre);
         // Circles of radii R (ours) and ρ at distance a meet at cos θ = (R² + a² − ρ²) / 2Ra from the line of centres.
-        let cosine = (self.radius * self.radius + apart * apart - other) / (2.0 * self.radius * apart);
+        let cosine =
+            (self.radius * self.radius + apart * apart - other) / (2.0 * self.radius * apart);
         let angle = (cosine.abs() < 1.0).then(|| cosine.acos())?;
         Some(self.turn_to((foot - self.centre).to_angle() - self.way * angle))
     }
@@ -189,8 +196,17 @@ fn next_event(
     );
     let others = around.into_iter().filter(|&e| e != pivot);
     let contacts = others.filter_map(|e| circle.contact(cluster.positions[e], distance));
-    let exits = (0..3).filter_map(|k| Some((circle.exit(&circle.triangle.edges[k])?, Event::Exit(k))));
-    let turns = back.map(|p| (circle.turn_to((p.at - circle.centre).to_angle()), Event::FullTurn));
-    let events = contacts.map(|turn| (turn, Event::Contact)).chain(exits).chain(turns);
+    let exits =
+        (0..3).filter_map(|k| Some((circle.exit(&circle.triangle.edges[k])?, Event::Exit(k))));
+    let turns = back.map(|p| {
+        (
+            circle.turn_to((p.at - circle.centre).to_angle()),
+            Event::FullTurn,
+        )
+    });
+    let events = contacts
+        .map(|turn| (turn, Event::Contact))
+        .chain(exits)
+        .chain(turns);
     events.min_by(|a, b| a.0.total_cmp(&b.0))
 }

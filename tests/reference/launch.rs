@@ -7,7 +7,6 @@ use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-
 /// Tries at a free place before the surface is called full.
 const MOST_TRIES: usize = 100_000;
 
@@ -83,7 +82,10 @@ fn edge_angles(triangle: &Triangle, centre: DVec2, radius: f64) -> Vec<f64> {
             continue;
         }
         let roots = [s - square.sqrt(), s + square.sqrt()];
-        for root in roots.into_iter().filter(|root| (0.0..=edge.length).contains(root)) {
+        for root in roots
+            .into_iter()
+            .filter(|root| (0.0..=edge.length).contains(root))
+        {
             angles.push((edge.base + edge.along * root - centre).to_angle());
         }
     }
@@ -105,8 +107,15 @@ pub(crate) fn on_arcs(arcs: &[Arc], rng: &mut ChaCha8Rng) -> Place {
 }
 
 /// A place uniform by area over the listed triangles, not in contact with the cluster; none if there seems to be none.
-pub(crate) fn on_free_area(cluster: &Cluster, triangles: &[usize], rng: &mut ChaCha8Rng) -> Option<Place> {
-    let areas: Vec<f64> = triangles.iter().map(|&t| cluster.mesh.triangles[t].area()).collect();
+pub(crate) fn on_free_area(
+    cluster: &Cluster,
+    triangles: &[usize],
+    rng: &mut ChaCha8Rng,
+) -> Option<Place> {
+    let areas: Vec<f64> = triangles
+        .iter()
+        .map(|&t| cluster.mesh.triangles[t].area())
+        .collect();
     let total: f64 = areas.iter().sum();
     for _ in 0..MOST_TRIES {
         let mut left = rng.random::<f64>() * total;

@@ -99,7 +99,10 @@ impl Triangle {
     /// Distance q from the centre to the farthest corner.
     pub(crate) fn reach(&self) -> f64 {
         let centre = self.centre();
-        self.corners.iter().map(|p| p.distance(centre)).fold(0.0, f64::max)
+        self.corners
+            .iter()
+            .map(|p| p.distance(centre))
+            .fold(0.0, f64::max)
     }
 
     /// The point of the triangle nearest to `p`, in the frame.
@@ -113,7 +116,10 @@ impl Triangle {
             edge.base + edge.along * s
         };
         let candidates = self.edges.each_ref().map(on_edge);
-        let nearer = |a: &DVec2, b: &DVec2| a.distance_squared(foot).total_cmp(&b.distance_squared(foot));
+        let nearer = |a: &DVec2, b: &DVec2| {
+            a.distance_squared(foot)
+                .total_cmp(&b.distance_squared(foot))
+        };
         candidates.into_iter().min_by(nearer).unwrap_or(foot)
     }
 
@@ -131,7 +137,11 @@ fn flat_edge(ids: [usize; 3], flat: [DVec2; 3], k: usize) -> Edge {
     let (base, third) = (flat[from], flat[(k + 2) % 3]);
     let along = (flat[to] - base).normalize();
     let side = along.perp();
-    let inward = if (third - base).dot(side) > 0.0 { side } else { -side };
+    let inward = if (third - base).dot(side) > 0.0 {
+        side
+    } else {
+        -side
+    };
     let length = flat[to].distance(base);
     Edge {
         base,

@@ -8,6 +8,11 @@
 //! of small rotations. [`Search::Cells`] answers the same neighbour questions from a box grid, for clusters that lists
 //! on two huge triangles would make quadratic; a test holds the two to equal clusters.
 //!
+//! Measured: with refusals the thesis's large steps (`margin` 1) are not the law of its small ones. They arrive deeper
+//! inside contact and are thrown back farther, so fewer contacts are tried a visit: at L = 10r, B = 0.5 and 500 elements
+//! 12.3 ± 0.3 contacts an element and R_g = 17.98 ± 0.04 r, against 14.2 ± 0.3 and 18.28 ± 0.03 r with small steps. A
+//! `margin` of 2 gives 14.5 ± 0.3 and 18.27 ± 0.04 r. Where every contact sticks the two agree.
+//!
 //! It does not guarantee: sheets on triangles much larger than an element. The nearby set belongs to a whole triangle,
 //! so both faces of a thin plate made of a dozen triangles are near each other. Compare sheets on fine meshes only.
 #![allow(
@@ -48,6 +53,10 @@ pub(crate) struct Params {
     pub(crate) pack: bool,
     /// Steps as long as the free space allows; otherwise never longer than r.
     pub(crate) large_steps: bool,
+    /// How far, in units of r, a step ends short of the nearest centre at least: s₁ = |x − c| − R_e − margin·r and
+    /// s₂ = D − margin·r. 1 is the thesis's (a step may end r inside contact), 2 ends at the touch, as small steps do
+    /// but for their last one.
+    pub(crate) margin: f64,
     /// Seed of the one random stream.
     pub(crate) seed: u64,
     /// The seed element is the surface point nearest to this place.
@@ -69,6 +78,7 @@ impl Params {
             kill: 10.0,
             pack: true,
             large_steps: true,
+            margin: 1.0,
             seed,
             at: [0.0; 3],
             search: Search::Lists,

@@ -6,7 +6,11 @@ use glam::DVec3;
 /// For every triangle T the sorted triangles within `q + reach` of its centre, q the distance from the centre to T's
 /// farthest corner, that are connected to T inside that sphere over shared edges or vertices.
 pub(crate) fn nearby_sets(mesh: &Mesh, reach: f64) -> Vec<Vec<usize>> {
-    let spheres: Vec<(DVec3, f64)> = mesh.triangles.iter().map(|t| (t.centre(), t.reach())).collect();
+    let spheres: Vec<(DVec3, f64)> = mesh
+        .triangles
+        .iter()
+        .map(|t| (t.centre(), t.reach()))
+        .collect();
     let set = |t: usize| {
         let (centre, q) = spheres[t];
         let radius = q + reach;
@@ -21,7 +25,13 @@ pub(crate) fn nearby_sets(mesh: &Mesh, reach: f64) -> Vec<Vec<usize>> {
 }
 
 /// The members that can be reached from `start` through vertices and edges that meet the sphere.
-fn connected(mesh: &Mesh, start: usize, members: &[usize], centre: DVec3, radius: f64) -> Vec<usize> {
+fn connected(
+    mesh: &Mesh,
+    start: usize,
+    members: &[usize],
+    centre: DVec3,
+    radius: f64,
+) -> Vec<usize> {
     let mut found = vec![start];
     let mut next = 0;
     while next < found.len() {

@@ -17,6 +17,31 @@ pub(crate) fn plane(half: f64) -> Shape {
     (vertices, vec![[0, 1, 2], [0, 2, 3]])
 }
 
+/// The same square as 2n² triangles of uneven shape, every third one wound the other way.
+pub(crate) fn uneven_plane(half: f64, n: u32) -> Shape {
+    let mut vertices = Vec::new();
+    for j in 0..=n {
+        for i in 0..=n {
+            let inner = |k: u32| if k == 0 || k == n { 0.0 } else { 0.3 };
+            let (x, y) = (f64::from(i), f64::from(j));
+            let x = x + inner(i) * (12.9 * x + 78.2 * y).sin();
+            let y = y + inner(j) * (39.3 * x + 11.1 * y).sin();
+            let step = 2.0 * half / f64::from(n);
+            vertices.push([x * step - half, y * step - half, 0.0]);
+        }
+    }
+    let mut triangles = Vec::new();
+    for j in 0..n {
+        for i in 0..n {
+            let a = j * (n + 1) + i;
+            let (b, c, d) = (a + 1, a + n + 2, a + n + 1);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    triangles.iter_mut().step_by(3).for_each(|t| t.swap(1, 2));
+    (vertices, triangles)
+}
+
 /// The lateral surface of a prism with `around` sides inscribed in a cylinder about z, −`height`/2 ≤ z ≤ `height`/2.
 pub(crate) fn cylinder(radius: f64, height: f64, around: u32, along: u32) -> Shape {
     let mut vertices = Vec::new();
@@ -86,7 +111,9 @@ fn faces(n: i32) -> Vec<[[i32; 3]; 3]> {
         }
     }
     let octants = (0..8).map(|bits| [0, 1, 2].map(|axis| 1 - 2 * (bits >> axis & 1)));
-    octants.flat_map(|signs| small.iter().map(move |face| reflect(*face, signs))).collect()
+    octants
+        .flat_map(|signs| small.iter().map(move |face| reflect(*face, signs)))
+        .collect()
 }
 
 fn reflect(face: [[i32; 3]; 3], signs: [i32; 3]) -> [[i32; 3]; 3] {

@@ -26,7 +26,10 @@ pub(crate) fn effective_radius(positions: &[[f64; 3]]) -> f64 {
 
 /// Number of centres within each of `radii` of the seed (the first centre), itself included; through space.
 pub(crate) fn mass_radius(positions: &[[f64; 3]], radii: &[f64]) -> Vec<f64> {
-    let squares: Vec<f64> = positions.iter().map(|&p| distance_squared(p, positions[0])).collect();
+    let squares: Vec<f64> = positions
+        .iter()
+        .map(|&p| distance_squared(p, positions[0]))
+        .collect();
     let mass = |radius: &f64| squares.iter().filter(|&&s| s <= radius * radius).count() as f64;
     radii.iter().map(mass).collect()
 }
@@ -35,7 +38,10 @@ pub(crate) fn mass_radius(positions: &[[f64; 3]], radii: &[f64]) -> Vec<f64> {
 pub(crate) fn mean_contacts(positions: &[[f64; 3]], radius: f64, tolerance: f64) -> f64 {
     let limit = (2.0 * radius * (1.0 + tolerance)).powi(2);
     let touching = |(i, &p): (usize, &[f64; 3])| {
-        positions[..i].iter().filter(|&&q| distance_squared(p, q) <= limit).count()
+        positions[..i]
+            .iter()
+            .filter(|&&q| distance_squared(p, q) <= limit)
+            .count()
     };
     let pairs: usize = positions.iter().enumerate().map(touching).sum();
     2.0 * pairs as f64 / positions.len() as f64

@@ -65,7 +65,12 @@ pub(crate) fn trace(mesh: &Mesh, start: Place, direction: DVec2, length: f64) ->
 }
 
 /// The edge through which the line leaves the triangle and how far away that is.
-fn first_exit(mesh: &Mesh, place: Place, direction: DVec2, entered: Option<usize>) -> Option<(usize, f64)> {
+fn first_exit(
+    mesh: &Mesh,
+    place: Place,
+    direction: DVec2,
+    entered: Option<usize>,
+) -> Option<(usize, f64)> {
     let edges = &mesh.triangles[place.triangle].edges;
     let run = |k: usize| {
         let speed = -direction.dot(edges[k].inward);
@@ -82,13 +87,16 @@ fn cross(mesh: &Mesh, place: Place, k: usize, direction: DVec2) -> (Place, DVec2
     let (triangle, entry) = edge.across.unwrap_or((place.triangle, k));
     let other = &mesh.triangles[triangle].edges[entry];
     let at = on_edge(edge, other, place.at);
-    let turned = other.along * direction.dot(edge.along) - other.inward * direction.dot(edge.inward);
+    let turned =
+        other.along * direction.dot(edge.along) - other.inward * direction.dot(edge.inward);
     (Place { triangle, at }, turned.normalize(), entry)
 }
 
 /// The point of `edge` nearest to `at`, expressed in the frame of the same edge's other triangle.
 pub(crate) fn on_edge(edge: &Edge, other: &Edge, at: DVec2) -> DVec2 {
     let nudge = NUDGE * edge.length;
-    let s = (at - edge.base).dot(edge.along).clamp(nudge, edge.length - nudge);
+    let s = (at - edge.base)
+        .dot(edge.along)
+        .clamp(nudge, edge.length - nudge);
     other.base + other.along * s
 }
