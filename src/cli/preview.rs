@@ -6,7 +6,11 @@ use thallus::substrate::Substrate;
 
 /// The substrate with its lichen coloured by age, as PNG.
 pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster) -> Vec<u8> {
-    let vertices: Vec<_> = substrate.vertices().iter().map(|v| v.as_vec3().to_array()).collect();
+    let vertices: Vec<_> = substrate
+        .vertices()
+        .iter()
+        .map(|v| v.as_vec3().to_array())
+        .collect();
     let discs = discs(substrate, cluster);
     let scene = Scene {
         vertices: &vertices,
