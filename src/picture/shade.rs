@@ -37,7 +37,7 @@ impl<'a> Studio<'a> {
     /// Lights placed about the camera: the key to its upper left, a weak fill to its right.
     pub(super) fn new(world: &'a World, camera: &Camera) -> Self {
         let back = -(camera.forward - world.up * camera.forward.dot(world.up)).normalize_or_zero();
-        let key = world.up * 0.85 + camera.above * 0.25 - camera.right * 0.95 + back * 0.25;
+        let key = world.up * 0.85 + camera.above * 0.25 - camera.right * 0.95 + back * 0.55;
         let fill = camera.right * 0.8 + world.up * 0.2 + back * 0.6;
         let middle = 0.5 * (world.bounds[0] + world.bounds[1]);
         let floor = world
