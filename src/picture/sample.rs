@@ -33,7 +33,7 @@ impl Sampler {
         const STEP: [u32; 2] = [0xC13F_A9A9, 0x91E1_0DA5];
         let shift = hash(self.seed ^ purpose.wrapping_mul(0x9E37_79B9));
         let j = (i + hash(shift ^ 1) % self.count) % self.count;
-        let k = if purpose % 2 == 0 {
+        let k = if purpose.is_multiple_of(2) {
             j
         } else {
             self.count - 1 - j
