@@ -31,6 +31,9 @@ const LEAST_GAP: f64 = 4.0;
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: u32 = 20_000;
 
+/// More than round-off can add to a sum of distances.
+const SLACK: f64 = 1.0 + 1e-9;
+
 /// Steps between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 4096;
 
@@ -196,9 +199,10 @@ impl<I: ElementIndex> Walk<'_, I> {
         let parameters = self.around.parameters;
         let absorb = parameters.boundary == Boundary::Absorb;
         let mut position = self.around.substrate.position(&at);
-        let mut hint = 0;
-        let clearance = self.around.index.clearance(position, &mut hint);
-        let Some(mut bound) = self.step_bound(position, clearance) else {
+        let extent = self.around.cluster.extent();
+        let farthest = position.distance(extent.centroid()) + extent.effective_radius();
+        let mut nearest = self.around.index.nearest_distance(position, SLACK * farthest);
+        let Some(mut bound) = self.step_bound(position, nearest) else {
             return self.kill();
         };
         loop {
@@ -218,8 +222,9 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             // 4. Contact: stick, or go back to the last position and walk on.
             let there = self.around.substrate.position(&traced.point);
-            let clearance = self.around.index.clearance(there, &mut hint);
-            let near = clearance < self.around.contact_distance();
+            let at_most = SLACK * (nearest + step.length());
+            let next = self.around.index.nearest_distance(there, at_most);
+            let near = next < self.around.contact_distance();
             if near && self.around.in_contact(self.scratch, &traced.point, there) {
                 self.counts.contacts += 1;
                 let chance = stream.uniform();
@@ -230,8 +235,8 @@ impl<I: ElementIndex> Walk<'_, I> {
                 self.counts.refusals += 1;
                 continue;
             }
-            (at, position) = (traced.point, there);
-            match self.step_bound(position, clearance) {
+            (at, position, nearest) = (traced.point, there, next);
+            match self.step_bound(position, nearest) {
                 Some(next) => bound = next,
                 None => return self.kill(),
             }
@@ -241,9 +246,8 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// The bound s = max(s₁, s₂, r) on the next step, or none beyond the kill radius.
     ///
     /// Contact is at 2r and a step may end at most r inside it, so it may go as far as the
-    /// nearest element's distance less r. The cluster lies inside R_e, which gives s₁; the index's
-    /// clearance gives s₂.
-    fn step_bound(&self, p: DVec3, clearance: f64) -> Option<f64> {
+    /// nearest element's distance less r: s₂. The cluster lies inside R_e, so s₁ is never larger.
+    fn step_bound(&self, p: DVec3, nearest: f64) -> Option<f64> {
         let Parameters {
             radius,
             kill,
@@ -260,8 +264,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         if steps == Steps::Small {
             return Some(radius);
         }
-        let outside = from_centroid - extent.effective_radius();
-        Some((outside.max(clearance) - radius).max(radius))
+        Some((nearest - radius).max(radius))
     }
 
     /// 3. Kill: dropped, and the next one is launched.
