@@ -98,7 +98,7 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
     /// Threads to use; the result is the same for any number [default: all cores]
-    #[arg(long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
@@ -137,7 +137,7 @@ pub(crate) struct LookArgs {
     join: Option<Join>,
     /// Another lichen of the same look: everything random comes from this number [range: 0 to
     /// 18446744073709551615] [default: 1]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
 }
 
@@ -145,7 +145,7 @@ pub(crate) struct LookArgs {
 #[command(next_help_heading = "Size (one of them)")]
 #[group(multiple = false)]
 pub(crate) struct StopArgs {
-    #[arg(long, value_name = "N", help = run::ELEMENTS.help())]
+    #[arg(long, value_name = "N", help = run::ELEMENTS.help(), allow_negative_numbers = true)]
     elements: Option<u64>,
     #[arg(long, value_name = "LEN", help = run::REACH.help(), allow_negative_numbers = true)]
     reach: Option<Length>,
