@@ -128,13 +128,20 @@ impl Arc {
         self.centre + DVec2::new(cos, sin) * self.radius
     }
 
-    /// Angles at which the whole circle crosses a triangle's edges.
+    /// Angles at which the whole circle crosses a triangle's edges. Near a vertex or a tangent
+    /// there may be others too: they cut the circle where nothing is lost by it.
     fn crossings(&self, corners: &[DVec2; 3]) -> Vec<f64> {
         let mut angles = Vec::with_capacity(6);
+        let radius_sq = self.radius * self.radius;
         for k in 0..3 {
             let (a, e) = (corners[k] - self.centre, corners[(k + 1) % 3] - corners[k]);
-            for s in circle_crossings(a, e, self.radius * self.radius) {
-                if (0.0..=1.0).contains(&s) {
+            let foot = -a.dot(e) / e.length_squared();
+            let miss_sq = (a + e * foot).length_squared();
+            let touches = (miss_sq - radius_sq).abs() <= SLACK * radius_sq;
+            let tangent = if touches { foot } else { f64::NAN };
+            let [near, far] = circle_crossings(a, e, radius_sq);
+            for s in [near, far, tangent] {
+                if (-SLACK..=1.0 + SLACK).contains(&s) {
                     let p = a + e * s;
                     angles.push(libm::atan2(p.y, p.x));
                 }
@@ -143,6 +150,10 @@ impl Arc {
         angles
     }
 }
+
+/// Share of an edge, or of a radius squared, by which round-off could hide a crossing: a circle
+/// through a vertex would cross neither of the edges there, and an arc would be lost.
+const SLACK: f64 = 1e-9;
 
 /// The s for which |a + s·e|² = radius², ascending; both NaN where the line misses the circle.
 pub(super) fn circle_crossings(a: DVec2, e: DVec2, radius_sq: f64) -> [f64; 2] {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::launch::{AreaSampler, LaunchRing};
+use super::step::random_step;
 use super::{Boundary, Counts, GrowthModel, Halt, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Cluster, Element, ElementIndex, GridIndex};
 use crate::rng::{Purpose, Stream};
@@ -207,9 +208,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         };
         loop {
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8).
-            let v = stream.in_unit_disc();
-            let share = v.length();
-            let step = v * ((bound - parameters.radius + parameters.radius * share) / share);
+            let step = random_step(stream, bound, parameters.radius);
             let traced = trace(self.around.substrate, &at, step, absorb);
             self.counts.steps += 1;
             self.counts.crossings += u64::from(traced.crossings);
