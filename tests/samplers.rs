@@ -334,7 +334,31 @@ fn neighbouring_streams_are_independent() {
 /// counter 0, nonce: index). The numbers are a promise: other ones would change every lichen that was ever grown.
 #[test]
 fn the_first_numbers_of_a_stream_are_these() {
-    assert_eq!(first_bits(0, Purpose::Walker, 0), [2249038049729260, 2871586138302261, 3339857945445426, 5447043403859230]);
-    assert_eq!(first_bits(2001, Purpose::Walker, 17), [920550435173824, 8291195514829788, 1409910483130547, 2293233501912263]);
-    assert_eq!(first_bits(u64::MAX, Purpose::SeedPlace, 1 << 40), [3507757912233121, 6471840726424743, 1176025616069617, 341987869826271]);
+    assert_eq!(
+        first_bits(0, Purpose::Walker, 0),
+        [
+            2249038049729260,
+            2871586138302261,
+            3339857945445426,
+            5447043403859230
+        ]
+    );
+    assert_eq!(
+        first_bits(2001, Purpose::Walker, 17),
+        [
+            920550435173824,
+            8291195514829788,
+            1409910483130547,
+            2293233501912263
+        ]
+    );
+    assert_eq!(
+        first_bits(u64::MAX, Purpose::SeedPlace, 1 << 40),
+        [
+            3507757912233121,
+            6471840726424743,
+            1176025616069617,
+            341987869826271
+        ]
+    );
 }

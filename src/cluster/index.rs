@@ -19,10 +19,6 @@ pub trait ElementIndex {
     fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3));
 
     /// The distance from a point to the nearest centre; `at_most` when none is nearer than that.
-    ///
-    /// This is exact because it is part of the law. A step goes as far as it allows, and may end
-    /// up to r inside contact: with a mere lower bound fewer long steps do, and the radius of
-    /// gyration of plain DLA comes out 2.4 % larger.
     fn nearest_distance(&self, p: DVec3, at_most: f64) -> f64;
 }
 
@@ -302,10 +298,16 @@ mod tests {
             centres.push(random_point(&mut stream) * 0.2);
             index.insert(centres[centres.len() - 1]);
             let p = random_point(&mut stream) * [1.0, 0.3, 0.21][i % 3];
-            let nearest = centres.iter().map(|c| c.distance(p)).fold(f64::INFINITY, f64::min);
+            let nearest = centres
+                .iter()
+                .map(|c| c.distance(p))
+                .fold(f64::INFINITY, f64::min);
             for at_most in [3.0, 1.1 * nearest, 0.9 * nearest] {
                 let found = index.nearest_distance(p, at_most);
-                assert!((found - nearest.min(at_most)).abs() < 1e-15, "{found} {nearest}");
+                assert!(
+                    (found - nearest.min(at_most)).abs() < 1e-15,
+                    "{found} {nearest}"
+                );
             }
         }
         for radius in [2.0 * radius, 4.0 * radius, 10.0 * radius] {

@@ -202,7 +202,10 @@ impl<I: ElementIndex> Walk<'_, I> {
         let mut position = self.around.substrate.position(&at);
         let extent = self.around.cluster.extent();
         let farthest = position.distance(extent.centroid()) + extent.effective_radius();
-        let mut nearest = self.around.index.nearest_distance(position, SLACK * farthest);
+        let mut nearest = self
+            .around
+            .index
+            .nearest_distance(position, SLACK * farthest);
         let Some(mut bound) = self.step_bound(position, nearest) else {
             return self.kill();
         };
@@ -242,10 +245,14 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
     }
 
-    /// The bound s = max(s₁, s₂, r) on the next step, or none beyond the kill radius.
+    /// The bound s = max(D − 2r, r) on the next step, or none beyond the kill radius; D is the
+    /// distance to the nearest element. The cluster lies inside R_e, so this s₂ includes s₁.
     ///
-    /// Contact is at 2r and a step may end at most r inside it, so it may go as far as the
-    /// nearest element's distance less r: s₂. The cluster lies inside R_e, so s₁ is never larger.
+    /// Departure: Sumner 6.3 goes as far as D − r, so that a long step may end r inside contact.
+    /// A walker refused there is thrown back far, which makes another law of every bound: on the
+    /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
+    /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
+    /// disc of radius r alone, and long steps change nothing but the time it takes.
     fn step_bound(&self, p: DVec3, nearest: f64) -> Option<f64> {
         let Parameters {
             radius,
@@ -263,7 +270,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         if steps == Steps::Small {
             return Some(radius);
         }
-        Some((nearest - radius).max(radius))
+        Some((nearest - self.around.contact_distance()).max(radius))
     }
 
     /// 3. Kill: dropped, and the next one is launched.
