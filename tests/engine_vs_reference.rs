@@ -5,6 +5,7 @@
 //! scatter σ of one cluster's R_g, so that a shift of 3 % is [`ALARM`] standard errors of the difference: σ·√(2/n) with n
 //! seeds a side. A case also fails if the error comes out larger than that, for it could not see what it is there to
 //! see.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 #[path = "common/stats.rs"]
 mod common_stats;

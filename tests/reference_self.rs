@@ -567,8 +567,10 @@ fn a_seed_decides_everything() {
     assert_ne!(grown(1), grown(2));
 }
 
-/// The counts printed in the shared grid of L and B: elements at R_e = 300 r for L = 10 r, one seed each. One seed
-/// scatters by 10 %, so the mean of three is held to 12 % (√(10² + 10²/3)).
+/// The counts printed in the shared grid of L and B: elements at R_e = 300 r for L = 10 r, and 9 contacts an element at
+/// B = 0.5. Theirs is one cluster each, ours the mean of three, one scatters by 10 %: three standard errors of the
+/// difference are 3·√(10² + 10²/3) = 35 %. It takes a step margin of 2; with the thesis's 1, B = 0.5 gives 56 % more
+/// elements and 6.5 contacts.
 #[test]
 #[ignore = "minutes; run by hand with --ignored after changing the law"]
 fn counts_agree_with_the_shared_grid() {
@@ -579,20 +581,26 @@ fn counts_agree_with_the_shared_grid() {
         (0.5, 25_553.0),
         (0.3, 45_242.0),
     ] {
-        let elements = |seed| {
-            let params = cells(Params {
+        let params = |seed| {
+            cells(Params {
                 bias,
                 margin: 2.0,
                 ..Params::new(1.0, seed)
-            });
-            grow(&vertices, &triangles, &params, Stop::at_reach(300.0))
-                .elements
-                .len() as f64
+            })
         };
-        let (mean, _) = stats::mean_variance(&[1, 2, 3].map(elements));
+        let runs =
+            [1, 2, 3].map(|seed| grow(&vertices, &triangles, &params(seed), Stop::at_reach(300.0)));
+        let elements = runs.each_ref().map(|run| run.elements.len() as f64);
+        let (mean, _) = stats::mean_variance(&elements);
         assert!(
-            (mean / count - 1.0).abs() < 0.12,
-            "B = {bias}: {mean} elements, shared {count}"
+            (mean / count - 1.0).abs() < 0.35,
+            "B = {bias}: {elements:?}, shared {count}"
+        );
+        let contacts: u64 = runs.iter().map(|run| run.counters.contacts).sum();
+        let contacts = contacts as f64 / elements.iter().sum::<f64>();
+        assert!(
+            bias != 0.5 || (contacts - 9.0).abs() < 1.0,
+            "{contacts} contacts an element"
         );
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Tolerances are in local units (a mesh is about 1 across) and stand well above what is measured;
 //! a wrong frame or a wrong edge is off by the size of a triangle.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 mod common;
 #[path = "common/paths.rs"]
