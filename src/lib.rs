@@ -1,4 +1,58 @@
 //! Thallus grows lichen on imported triangle meshes.
+//!
+//! It follows R. W. Sumner, *Pattern Formation in Lichen* (MIT master's thesis, 2001): walkers
+//! diffuse over the surface and stick to the lichen, the more readily the more lichen is around
+//! them. `docs/architecture.md` says which file holds which section.
+//!
+//! # A tour
+//!
+//! A **mesh file** (OBJ, glTF, STL, PLY) becomes a [`Substrate`](substrate::Substrate): welded by
+//! position, cleaned, with neighbours across every edge, and never changed again. A place on it is
+//! a [`SurfacePoint`](substrate::SurfacePoint): a triangle and weights of its corners.
+//!
+//! A **recipe** ([`run::Recipe`]) holds everything that changes the result: the element radius r,
+//! the curvature radius L, the bias B, the seed. [`run::Settings`] make one from what a user said.
+//! An [`Execution`](run::Execution) holds what changes nothing: threads, and a flag to stop.
+//!
+//! [`run::grow`] puts down the seed **element**, a disc of radius r, and then for each next one
+//! lets **walkers** go, one after the other, until one sticks. A walker is launched on a circle
+//! about the lichen, steps in random directions ([`walk::trace()`] unfolds the triangles under it),
+//! and in contact with an element sticks with a probability that depends on how many others are
+//! within L ([`growth::Stickiness`]).
+//!
+//! The elements, in birth order, are the [`Cluster`](cluster::Cluster). An
+//! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
+//! neither prints nor writes. [`export::Elements`] makes the cluster a table for files, and
+//! [`picture`] draws it.
+//!
+//! ```
+//! use thallus::growth::SeedPlace;
+//! use thallus::run::{Execution, Settings, StopSetting, grow};
+//! use thallus::substrate::{Soup, Substrate};
+//!
+//! let soup = Soup {
+//!     positions: vec![[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]],
+//!     triangles: vec![[0, 2, 1], [0, 3, 2]],
+//!     notes: Vec::new(),
+//! };
+//! let substrate = Substrate::from_soup(soup)?;
+//! let settings = Settings {
+//!     at: Some(SeedPlace::Center),
+//!     stop: Some(StopSetting::Elements(200)),
+//!     ..Settings::default()
+//! };
+//! let recipe = settings.resolve(&substrate, "a square")?;
+//! let growth = grow(&substrate, &recipe, &Execution::default(), &mut ())?;
+//! assert_eq!(growth.cluster.len(), 200);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is promised
+//!
+//! The same mesh and recipe give the same elements, to the bit, on any number of threads and any
+//! IEEE machine. With [`Join::Pack`](growth::Join::Pack) no two centres of one sheet are nearer
+//! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
+//! [`Units`](substrate::Units).
 
 pub mod cluster;
 pub mod export;

@@ -2,6 +2,7 @@
 //!
 //! The rule for triangle counts: a polygon of n corners is n − 2 triangles, degenerate ones are
 //! kept (the cleaner drops them later), so a loaded soup has exactly the manifest's `triangles`.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

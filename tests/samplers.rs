@@ -2,6 +2,7 @@
 //!
 //! With N samples in k bins, shares that are off by a fraction ε in half of the bins raise the
 //! statistic by N ε²: at N = 40,000 and k = 32 a test refuses 3.5 % about nine times in ten.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 #[path = "common/chi_square.rs"]
 mod chi_square;
@@ -183,7 +184,7 @@ fn launch_circles_through_vertices_are_whole() {
         for i in 0..21 {
             for j in 0..21 {
                 let radius = (f64::from(i) - x).hypot(f64::from(j) - y);
-                if radius < 1e-3 || radius > 9.0 {
+                if !(1e-3..=9.0).contains(&radius) {
                     continue;
                 }
                 let length = ring(&mesh, place, radius * scale).length() / scale;
@@ -210,7 +211,12 @@ fn launch_keeps_to_the_components_with_lichen() {
     }
     let mesh = common::substrate(positions, triangles);
     let small = &mesh.components()[1];
-    let ring = LaunchRing::new(&mesh, &[small.triangles.clone()], DVec3::ZERO, 0.1);
+    let ring = LaunchRing::new(
+        &mesh,
+        std::slice::from_ref(&small.triangles),
+        DVec3::ZERO,
+        0.1,
+    );
     let mut stream = stream(34);
     for _ in 0..1000 {
         let at = ring.sample(&mesh, &mut stream).expect("a point");

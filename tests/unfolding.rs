@@ -2,6 +2,7 @@
 //!
 //! Tolerances are in local units (a mesh is about 1 across) and stand well above what is measured;
 //! a wrong frame or a wrong edge is off by the size of a triangle.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 mod common;
 #[path = "common/paths.rs"]
@@ -383,14 +384,9 @@ fn files() -> Vec<PathBuf> {
         .filter(|p| p.extension().is_some_and(|e| e != "md"))
         .collect();
     files.sort();
-    let shared = std::env::var_os("THALLUS_SHARED_MESHES")
-        .map_or_else(|| root.join("../shared/meshes"), PathBuf::from);
-    match std::fs::read_to_string(shared.join("MANIFEST.tsv")) {
-        Ok(manifest) => files.extend(loadable(&manifest).map(|file| shared.join(file))),
-        Err(_) => println!(
-            "no shared meshes at {}: walked on ours only",
-            shared.display()
-        ),
+    if let Some(shared) = common::shared_folder() {
+        let manifest = std::fs::read_to_string(shared.join("MANIFEST.tsv")).expect("a manifest");
+        files.extend(loadable(&manifest).map(|file| shared.join(file)));
     }
     files
 }

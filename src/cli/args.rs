@@ -20,6 +20,9 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Grow a lichen on a mesh
+    ///
+    /// Lengths (LEN) are a number in mesh units (0.02), in element radii (10r), or in percent of
+    /// the bounding box's diagonal (0.5%).
     Grow(Box<GrowArgs>),
     /// Say what a mesh file holds, what was repaired, and whether lichen can grow on it
     ///
@@ -72,8 +75,6 @@ fn export_help() -> String {
     format!("The file to write; its extension says the format:{formats}")
 }
 
-/// Lengths (LEN) are a number in mesh units (0.02), in element radii (10r), or in percent of the
-/// bounding box's diagonal (0.5%).
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_GROW)]
 pub(crate) struct GrowArgs {
@@ -94,18 +95,20 @@ pub(crate) struct GrowArgs {
     pub(crate) walk: WalkArgs,
     /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly. Flags
     /// override it; it overrides the preset
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
     /// Threads to use; the result is the same for any number [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
-    #[arg(long)]
+    #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Replace what an earlier run wrote to DIR
-    #[arg(long)]
+    #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
 }
+
+const RUN: &str = "Run";
 
 const AFTER_GROW: &str = "\
 Ctrl-C finishes the current element, writes what there is and exits with 130.
@@ -134,7 +137,7 @@ pub(crate) struct LookArgs {
     join: Option<Join>,
     /// Another lichen of the same look: everything random comes from this number [range: 0 to
     /// 18446744073709551615] [default: 1]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
 }
 
@@ -142,7 +145,7 @@ pub(crate) struct LookArgs {
 #[command(next_help_heading = "Size (one of them)")]
 #[group(multiple = false)]
 pub(crate) struct StopArgs {
-    #[arg(long, value_name = "N", help = run::ELEMENTS.help())]
+    #[arg(long, value_name = "N", help = run::ELEMENTS.help(), allow_negative_numbers = true)]
     elements: Option<u64>,
     #[arg(long, value_name = "LEN", help = run::REACH.help(), allow_negative_numbers = true)]
     reach: Option<Length>,

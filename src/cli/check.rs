@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
-use thallus::substrate::{Substrate, SubstrateError, SubstrateReport};
+use anyhow::Context;
+use serde::Serialize;
+use thallus::substrate::{PieceReport, Substrate, SubstrateError, SubstrateReport};
 
 use super::args::CheckArgs;
 use super::failure::Failure;
@@ -20,11 +21,10 @@ pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
 fn fit(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
     let radius = substrate.auto_radius();
     let warnings = warnings::warnings(substrate, radius);
-    let text = match args.json {
-        true => pretty(&json(substrate.report(), radius, &warnings)),
-        false => text(&args.mesh, substrate, &warnings),
-    };
-    terminal::say_text(&text)?;
+    if args.json {
+        return Answer::fit(substrate.report(), radius, &warnings).say();
+    }
+    terminal::say_text(&text(&args.mesh, substrate, &warnings))?;
     Ok(())
 }
 
@@ -32,7 +32,7 @@ fn fit(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
 fn unfit(args: &CheckArgs, error: &SubstrateError) -> Result<(), Failure> {
     let reason = load_error(&args.mesh, error);
     if args.json && args.mesh.is_file() {
-        terminal::say_text(&pretty(&unfit_json(&reason)))?;
+        Answer::unfit(std::slice::from_ref(&reason)).say()?;
     }
     Err(Failure::Failed(anyhow::anyhow!(
         "unfit to grow on: {reason}"
@@ -73,14 +73,8 @@ fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
             format!("{} after welding", count(report.vertices as u64)),
         ),
         ("pieces", pieces(report)),
-        (
-            "open edges",
-            edges(report.boundary_edges, &report.boundary_places),
-        ),
-        (
-            "non-manifold",
-            edges(report.non_manifold_edges, &report.non_manifold_places),
-        ),
+        ("open edges", edges(report.boundary_edges)),
+        ("non-manifold", edges(report.non_manifold_edges)),
         (
             "bounding box",
             format!("{} to {}, {size}", place(low), place(high)),
@@ -134,58 +128,89 @@ fn pieces(report: &SubstrateReport) -> String {
     format!("{n}; by area {}", areas.join(", "))
 }
 
-fn edges(n: usize, places: &[[f64; 3]]) -> String {
-    let near: Vec<_> = places.iter().copied().map(place).collect();
+fn edges(n: usize) -> String {
     match n {
         0 => "none".to_owned(),
-        _ => format!("{}, near {}", plural(n, "edge", "edges"), near.join(", ")),
+        _ => plural(n, "edge", "edges"),
     }
 }
 
-fn json(report: &SubstrateReport, auto_radius: f64, warnings: &[String]) -> Value {
-    let component =
-        |c: &thallus::substrate::PieceReport| json!({"triangles": c.triangles, "area": c.area});
-    let [p5, p50, p95] = report.edge_length;
-    json!({
-        "triangles_read": report.triangles_read,
-        "triangles": report.triangles,
-        "vertices": report.vertices,
-        "components": report.components.iter().map(component).collect::<Vec<_>>(),
-        "boundary_edges": report.boundary_edges,
-        "non_manifold_edges": report.non_manifold_edges,
-        "degenerate_triangles": report.degenerate_triangles,
-        "duplicate_triangles": report.duplicate_triangles,
-        "area": report.area,
-        "bounding_box": report.bounding_box,
-        "edge_length": {"p5": p5, "p50": p50, "p95": p95},
-        "auto_radius": auto_radius,
-        "repairs": report.repairs,
-        "warnings": warnings,
-        "fit": true,
-    })
+/// The JSON answer, keys in this order.
+#[derive(Debug, Default, Serialize)]
+struct Answer<'a> {
+    triangles_read: usize,
+    triangles: usize,
+    vertices: usize,
+    components: Vec<Piece>,
+    boundary_edges: usize,
+    non_manifold_edges: usize,
+    degenerate_triangles: usize,
+    duplicate_triangles: usize,
+    area: f64,
+    /// Null, as the next two, for a file without a surface.
+    bounding_box: Option<[[f64; 3]; 2]>,
+    edge_length: Option<Percentiles>,
+    auto_radius: Option<f64>,
+    repairs: &'a [String],
+    warnings: &'a [String],
+    fit: bool,
 }
 
-/// The same keys for a file without a surface; what cannot be known is null.
-fn unfit_json(reason: &str) -> Value {
-    json!({
-        "triangles_read": 0,
-        "triangles": 0,
-        "vertices": 0,
-        "components": [],
-        "boundary_edges": 0,
-        "non_manifold_edges": 0,
-        "degenerate_triangles": 0,
-        "duplicate_triangles": 0,
-        "area": 0.0,
-        "bounding_box": null,
-        "edge_length": null,
-        "auto_radius": null,
-        "repairs": [],
-        "warnings": [reason],
-        "fit": false,
-    })
+#[derive(Debug, Serialize)]
+struct Piece {
+    triangles: usize,
+    area: f64,
 }
 
-fn pretty(value: &Value) -> String {
-    format!("{value:#}\n")
+#[derive(Debug, Serialize)]
+struct Percentiles {
+    p5: f64,
+    p50: f64,
+    p95: f64,
+}
+
+impl<'a> Answer<'a> {
+    fn fit(report: &'a SubstrateReport, auto_radius: f64, warnings: &'a [String]) -> Self {
+        let pieces = report.components.iter();
+        let [p5, p50, p95] = report.edge_length;
+        Self {
+            triangles_read: report.triangles_read,
+            triangles: report.triangles,
+            vertices: report.vertices,
+            components: pieces.map(Piece::from).collect(),
+            boundary_edges: report.boundary_edges,
+            non_manifold_edges: report.non_manifold_edges,
+            degenerate_triangles: report.degenerate_triangles,
+            duplicate_triangles: report.duplicate_triangles,
+            area: report.area,
+            bounding_box: Some(report.bounding_box),
+            edge_length: Some(Percentiles { p5, p50, p95 }),
+            auto_radius: Some(auto_radius),
+            repairs: &report.repairs,
+            warnings,
+            fit: true,
+        }
+    }
+
+    fn unfit(reason: &'a [String]) -> Self {
+        Self {
+            warnings: reason,
+            ..Self::default()
+        }
+    }
+
+    fn say(&self) -> Result<(), Failure> {
+        let json = serde_json::to_string_pretty(self).context("writing JSON")?;
+        terminal::say(&json)?;
+        Ok(())
+    }
+}
+
+impl From<&PieceReport> for Piece {
+    fn from(piece: &PieceReport) -> Self {
+        Self {
+            triangles: piece.triangles,
+            area: piece.area,
+        }
+    }
 }

@@ -13,7 +13,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let format = format_of(&args.to).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let elements = read_elements(&table_in(&args.from)).map_err(anyhow::Error::new)?;
     write_file_atomically(&args.to, args.force, |out| {
-        format.write(&elements, &output::age_color, out)
+        format.write(&elements, &thallus::picture::age_color, out)
     })?;
     let count = plural(elements.len(), "element", "elements");
     terminal::say(&format!("{}: {count}", args.to.display()))?;

@@ -32,14 +32,42 @@ impl Failure {
             Self::PipeClosed => ExitCode::SUCCESS,
             Self::Interrupted => ExitCode::from(INTERRUPTED),
             Self::Failed(error) => {
-                terminal::error(&format!("{error:#}"));
+                terminal::error(&one_line(&format!("{error:#}")));
                 ExitCode::FAILURE
             }
             Self::Usage(error) => {
-                terminal::error(&format!("{error:#}\n\nFor more, try 'thallus --help'."));
+                terminal::error(&one_line(&format!("{error:#}")));
                 ExitCode::from(2)
             }
         }
+    }
+}
+
+/// A text of many lines as one, without the drawings that parsers make of the place, and without
+/// the advice that follows every usage error.
+fn one_line(text: &str) -> String {
+    let drawn = |line: &str| {
+        let rest = line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ');
+        rest.starts_with('|')
+    };
+    let advice = |line: &str| line.starts_with("Usage:") || line.starts_with("For more info");
+    let lines = text.lines().filter(|line| !drawn(line)).map(str::trim);
+    let mut joined = String::new();
+    for line in lines.filter(|line| !line.is_empty() && !advice(line)) {
+        match joined.chars().last() {
+            None => {}
+            Some(':') => joined.push(' '),
+            Some(_) => joined.push_str("; "),
+        }
+        joined.push_str(line);
+    }
+    joined
+}
+
+impl From<clap::Error> for Failure {
+    fn from(error: clap::Error) -> Self {
+        let text = error.to_string();
+        Self::usage(text.trim_start_matches("error: "))
     }
 }
 
@@ -77,5 +105,23 @@ impl From<RecipeFileError> for Failure {
             RecipeFileError::Read { .. } => Self::Failed(error.into()),
             RecipeFileError::Text { .. } => Self::Usage(error.into()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::one_line;
+
+    #[test]
+    fn many_lines_become_one() {
+        let toml =
+            "TOML parse error at line 1, column 8\n  |\n1 | bias = x\n  |        ^\nbad value\n";
+        assert_eq!(
+            one_line(toml),
+            "TOML parse error at line 1, column 8; bad value"
+        );
+        let clap = "missing:\n  --to <FILE>\n\nUsage: thallus export\n\nFor more information, try";
+        assert_eq!(one_line(clap), "missing: --to <FILE>");
+        assert_eq!(one_line("one line"), "one line");
     }
 }

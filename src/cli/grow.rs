@@ -9,7 +9,7 @@ use thallus::run::{
     Execution, GrowError, Growth, Recipe, RunReport, Settings, Stopped, Timings,
     grow as grow_lichen,
 };
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, load_soup};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
@@ -28,9 +28,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let output = OutputDir::create(&folder, args.force)?;
     interrupt::listen(execution.cancel.clone());
 
-    let started = Instant::now();
-    let substrate = load(&mesh)?;
-    let load = started.elapsed().as_secs_f64();
+    let (substrate, mut seconds) = load(&mesh)?;
     let recipe = recipe(&args, settings, &substrate, &mesh, voice)?;
     warnings::warnings(&substrate, recipe.radius)
         .iter()
@@ -42,11 +40,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
 
     let started = Instant::now();
     let growth = run(&substrate, &recipe, &execution, args.quiet)?;
-    let seconds = Timings {
-        load,
-        grow: started.elapsed().as_secs_f64(),
-        ..Timings::default()
-    };
+    seconds.grow = started.elapsed().as_secs_f64();
     let finished = Finished {
         substrate: &substrate,
         recipe: &recipe,
@@ -156,9 +150,20 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
     Ok(Execution { threads, ..default })
 }
 
-fn load(mesh: &Path) -> Result<Substrate, Failure> {
-    Substrate::load(mesh)
-        .map_err(|e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e))))
+/// The mesh, and the seconds that it took.
+fn load(mesh: &Path) -> Result<(Substrate, Timings), Failure> {
+    let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
+    let started = Instant::now();
+    let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
+    let load = started.elapsed().as_secs_f64();
+    let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
+    let precompute = started.elapsed().as_secs_f64() - load;
+    let seconds = Timings {
+        load,
+        precompute,
+        ..Timings::default()
+    };
+    Ok((substrate, seconds))
 }
 
 /// The complete recipe, for the mesh that was loaded.

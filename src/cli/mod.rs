@@ -12,6 +12,7 @@ mod interrupt;
 mod number;
 mod output;
 mod preset;
+mod preview;
 mod progress;
 mod terminal;
 mod warnings;
@@ -29,7 +30,7 @@ const INTERRUPTED: u8 = 130;
 pub(crate) fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(message) => return answer(&message),
+        Err(message) => return answer(message),
     };
     let done = match cli.command {
         Command::Grow(args) => grow::grow(*args),
@@ -41,8 +42,14 @@ pub(crate) fn main() -> ExitCode {
     done.map_or_else(|failure| failure.report(), |()| ExitCode::SUCCESS)
 }
 
-/// Prints what clap has to say: help and version are results, the rest is a usage error.
-fn answer(message: &clap::Error) -> ExitCode {
+/// What clap has to say: help and version are results; the help that answers an empty command, and
+/// errors, are wrong usage.
+fn answer(message: clap::Error) -> ExitCode {
+    use clap::error::ErrorKind;
+    let help = message.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if message.use_stderr() && !help {
+        return Failure::from(message).report();
+    }
     match message.print() {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Failure::from(e).report(),
         _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),

@@ -60,7 +60,7 @@ pub(crate) fn plural(n: usize, one: &str, many: &str) -> String {
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.min(1e12) as u64;
     match whole {
-        0..10 => format!("{} s", short(seconds)),
+        0..10 => format!("{seconds:.1} s"),
         10..60 => format!("{whole} s"),
         60..3600 => format!("{} min {} s", whole / 60, whole % 60),
         _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),

@@ -4,15 +4,19 @@ use std::io::Write;
 use std::time::Instant;
 
 use thallus::export::{Elements, OutputDir, OutputError, format_of};
+use thallus::picture::age_color;
 use thallus::run::{Execution, Growth, Recipe, RunReport, Timings};
 use thallus::substrate::Substrate;
+
+use super::preview::preview;
 
 pub(crate) const ELEMENTS: &str = "elements.ply";
 const RECIPE: &str = "recipe.toml";
 const REPORT: &str = "report.json";
+const PREVIEW: &str = "preview.png";
 
 /// Every file of a run, in the order in which they are written.
-pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, REPORT];
+pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, REPORT, PREVIEW];
 
 /// A finished run.
 pub(crate) struct Finished<'a> {
@@ -30,6 +34,8 @@ impl Finished<'_> {
         self.write_elements(&mut folder)?;
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
+        let preview = preview(self.substrate, &self.growth.cluster);
+        folder.write(PREVIEW, |out| out.write_all(&preview))?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report().to_json();
         folder.write(REPORT, |out| out.write_all(report.as_bytes()))?;
@@ -55,12 +61,4 @@ impl Finished<'_> {
         } = self;
         RunReport::new(substrate, recipe, growth, *seconds, execution)
     }
-}
-
-/// Colour of an element by its age: 0 the oldest, moss green; 1 the youngest, pale straw.
-pub(crate) fn age_color(age: f32) -> [u8; 3] {
-    const OLD: [f32; 3] = [46.0, 92.0, 62.0];
-    const YOUNG: [f32; 3] = [214.0, 198.0, 132.0];
-    let mixed = |i: usize| OLD[i] + (YOUNG[i] - OLD[i]) * age.clamp(0.0, 1.0);
-    [0, 1, 2].map(|i| mixed(i).round() as u8)
 }

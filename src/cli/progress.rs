@@ -58,12 +58,11 @@ impl Display {
         self.shown = now;
         let share = share_done(&self.goal, progress);
         self.pace.update(now, progress.elements, share);
-        let line = line(progress, &self.pace, share);
         match &self.form {
             Form::Nothing => {}
-            Form::Lines => terminal::plain(&line),
+            Form::Lines => terminal::plain(&line(progress, &self.pace, share)),
             Form::Bar(bar) => {
-                bar.set_message(line);
+                bar.set_message(short_line(progress, &self.pace, share));
                 bar.set_position((share * FULL as f64) as u64);
             }
         }
@@ -87,7 +86,7 @@ impl Observer for Display {
 
 fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(FULL), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{spinner} {bar:24} {percent:>3}%  {msg}");
+    let style = ProgressStyle::with_template("{spinner} {bar:16} {percent:>3}% {wide_msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar.set_message("growing");
     bar.enable_steady_tick(Duration::from_millis(200));
@@ -101,9 +100,24 @@ fn line(progress: &Progress, pace: &Pace, share: f64) -> String {
         short(progress.effective_radius),
         percent(progress.covered),
         count(pace.elements_per_second as u64),
-        pace.seconds_left(share)
-            .map_or_else(|| "?".to_owned(), duration),
+        time_left(pace, share),
     )
+}
+
+/// The same for beside a bar, on a terminal of 80 columns.
+fn short_line(progress: &Progress, pace: &Pace, share: f64) -> String {
+    format!(
+        "{} elements, R_e {}, {}/s, {} left",
+        count(progress.elements),
+        short(progress.effective_radius),
+        count(pace.elements_per_second as u64),
+        time_left(pace, share),
+    )
+}
+
+fn time_left(pace: &Pace, share: f64) -> String {
+    pace.seconds_left(share)
+        .map_or_else(|| "?".to_owned(), duration)
 }
 
 /// Share of the work that is done, 0 to 1, as far as one can tell.
@@ -211,7 +225,7 @@ mod tests {
         let line = line(&progress(50), &pace, 0.25);
         assert_eq!(
             line,
-            "50 elements, effective radius 2, covering 25 %, 25 elements/s, 6 s left"
+            "50 elements, effective radius 2, covering 25 %, 25 elements/s, 6.0 s left"
         );
     }
 }

@@ -18,21 +18,19 @@ pub trait ElementIndex {
     /// Visits every centre nearer than `radius` to a point, in no stated order.
     fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3));
 
-    /// A lower bound on the distance from a point to the nearest centre; at least the box's
-    /// diagonal without elements. `hint` is scratch that a walker keeps from one question to the next.
-    fn clearance(&self, p: DVec3, hint: &mut u8) -> f64;
+    /// The distance from a point to the nearest centre; `at_most` when none is nearer than that.
+    fn nearest_distance(&self, p: DVec3, at_most: f64) -> f64;
 }
 
-/// Hash grids: one with cells of 2r and one with wide cells hold the centres; a pyramid of grids,
-/// each twice as coarse, marks every cell that has a centre in it or in one of its 26 neighbours.
-///
-/// A point in an unmarked cell is farther from every centre than the cell is wide.
+/// Hash grids: one with cells of 2r and one with wide cells hold the centres. A pyramid over the
+/// first, each level twice as coarse, knows which cells have a centre in them: an octree without
+/// pointers, searched best first for the nearest centre.
 pub struct GridIndex {
     contact: CellLists,
     wide: CellLists,
-    marked: Vec<CellMap>,
+    /// Occupied cells of 4r, 8r and so on.
+    occupied: Vec<CellMap>,
     positions: Vec<DVec3>,
-    radius: f64,
 }
 
 impl ElementIndex for GridIndex {
@@ -41,11 +39,10 @@ impl ElementIndex for GridIndex {
         Self {
             contact: CellLists::new(2.0 * radius),
             wide: CellLists::new(wide.max(2.0 * radius)),
-            marked: (0..levels)
+            occupied: (1..levels)
                 .map(|k| CellMap::new(2.0 * radius * (1u64 << k) as f64))
                 .collect(),
             positions: Vec::new(),
-            radius,
         }
     }
 
@@ -74,59 +71,87 @@ impl ElementIndex for GridIndex {
         });
     }
 
-    fn clearance(&self, p: DVec3, hint: &mut u8) -> f64 {
-        let top = self.marked.len() - 1;
-        let mut level = (*hint as usize + 1).min(top);
-        while self.marked[level].contains(p) {
-            if level == 0 {
-                *hint = 0;
-                return self.nearest_in_touching_cells(p);
+    fn nearest_distance(&self, p: DVec3, at_most: f64) -> f64 {
+        let mut best_sq = at_most * at_most;
+        let level = (0..self.occupied.len())
+            .find(|&k| self.size(k) >= at_most)
+            .unwrap_or(self.occupied.len());
+        let size = self.size(level);
+        let reach = at_most.min(size);
+        let (low, high) = ((p - reach) / size, (p + reach) / size);
+        let (low, high) = (low.floor().as_ivec3(), high.floor().as_ivec3());
+        for cell in cells_between(low, high) {
+            if box_distance_sq(cell, size, p) < best_sq && self.is_occupied(level, cell) {
+                self.search(level, cell, p, &mut best_sq);
             }
-            level -= 1;
         }
-        while level < top && !self.marked[level + 1].contains(p) {
-            level += 1;
-        }
-        *hint = level as u8;
-        self.marked[level].clear_distance(p)
+        best_sq.sqrt()
     }
 }
 
 impl GridIndex {
-    /// Marks a newly occupied cell and its neighbours on every level where that is news.
+    /// Marks the coarser cells about a newly occupied one.
     fn mark(&mut self, position: DVec3) {
-        for level in &mut self.marked {
+        for level in &mut self.occupied {
             let cell = level.cell(position);
-            if level.get(cell) == Some(OCCUPIED) {
+            if level.get(cell).is_some() {
                 return;
-            }
-            for neighbour in neighbours(cell) {
-                if level.get(neighbour).is_none() {
-                    level.set(neighbour, NEAR);
-                }
             }
             level.set(cell, OCCUPIED);
         }
     }
 
-    fn nearest_in_touching_cells(&self, p: DVec3) -> f64 {
-        let farthest = self.contact.heads.clear_distance(p);
-        let mut nearest_sq = farthest * farthest;
-        self.contact.visit(p, 2.0 * self.radius, |id| {
-            nearest_sq = nearest_sq.min(self.positions[id as usize].distance_squared(p));
-        });
-        nearest_sq.sqrt()
+    /// The cells' size on a level; level 0 is the contact grid.
+    fn size(&self, level: usize) -> f64 {
+        self.contact.heads.size * (1u64 << level) as f64
+    }
+
+    fn is_occupied(&self, level: usize, cell: IVec3) -> bool {
+        match level {
+            0 => self.contact.heads.get(cell).is_some(),
+            _ => self.occupied[level - 1].get(cell).is_some(),
+        }
+    }
+
+    /// Lowers the least squared distance to what is in an occupied cell.
+    fn search(&self, level: usize, cell: IVec3, p: DVec3, best_sq: &mut f64) {
+        if level == 0 {
+            self.contact.visit_cell(cell, |id| {
+                *best_sq = best_sq.min(self.positions[id as usize].distance_squared(p));
+            });
+            return;
+        }
+        // The child that holds p, or is nearest to it, first: then those beside it.
+        let size = self.size(level - 1);
+        let middle = (2 * cell + 1).as_dvec3() * size;
+        let first = p.cmpge(middle);
+        for turn in 0..8 {
+            let upper = |axis: usize| i32::from(first.test(axis) ^ (turn >> axis & 1 == 1));
+            let child = 2 * cell + IVec3::new(upper(0), upper(1), upper(2));
+            if box_distance_sq(child, size, p) < *best_sq && self.is_occupied(level - 1, child) {
+                self.search(level - 1, child, p, best_sq);
+            }
+        }
     }
 }
 
-const NEAR: u32 = 0;
+/// Squared distance from a point to a cell.
+fn box_distance_sq(cell: IVec3, size: f64, p: DVec3) -> f64 {
+    let low = cell.as_dvec3() * size;
+    (p - p.clamp(low, low + size)).length_squared()
+}
+
+fn cells_between(low: IVec3, high: IVec3) -> impl Iterator<Item = IVec3> {
+    (low.z..=high.z).flat_map(move |z| {
+        (low.y..=high.y).flat_map(move |y| (low.x..=high.x).map(move |x| IVec3::new(x, y, z)))
+    })
+}
+
+/// The value of a cell that has a centre in it.
 const OCCUPIED: u32 = 1;
+
 /// No element follows in a list.
 const LAST: u32 = u32::MAX;
-
-fn neighbours(cell: IVec3) -> impl Iterator<Item = IVec3> {
-    (0..27).map(move |i| cell + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))
-}
 
 /// The elements of each cell, as linked lists.
 struct CellLists {
@@ -154,16 +179,16 @@ impl CellLists {
     /// Visits the elements of all cells that a ball touches.
     fn visit(&self, p: DVec3, radius: f64, mut visit: impl FnMut(u32)) {
         let (low, high) = (self.heads.cell(p - radius), self.heads.cell(p + radius));
-        for z in low.z..=high.z {
-            for y in low.y..=high.y {
-                for x in low.x..=high.x {
-                    let mut id = self.heads.get(IVec3::new(x, y, z)).unwrap_or(LAST);
-                    while id != LAST {
-                        visit(id);
-                        id = self.next[id as usize];
-                    }
-                }
-            }
+        for cell in cells_between(low, high) {
+            self.visit_cell(cell, &mut visit);
+        }
+    }
+
+    fn visit_cell(&self, cell: IVec3, mut visit: impl FnMut(u32)) {
+        let mut id = self.heads.get(cell).unwrap_or(LAST);
+        while id != LAST {
+            visit(id);
+            id = self.next[id as usize];
         }
     }
 }
@@ -201,16 +226,6 @@ impl CellMap {
 
     fn cell(&self, p: DVec3) -> IVec3 {
         (p / self.size).floor().as_ivec3()
-    }
-
-    fn contains(&self, p: DVec3) -> bool {
-        self.get(self.cell(p)).is_some()
-    }
-
-    /// Distance from a point to the outside of its cell's 26 neighbours.
-    fn clear_distance(&self, p: DVec3) -> f64 {
-        let share = (p / self.size) - (p / self.size).floor();
-        (1.0 + share.min(1.0 - share).min_element()) * self.size
     }
 
     fn get(&self, cell: IVec3) -> Option<u32> {
@@ -273,22 +288,27 @@ mod tests {
     }
 
     #[test]
-    fn finds_what_brute_force_finds_and_never_overstates_clearance() {
+    fn finds_what_brute_force_finds() {
         let mut stream = Stream::new(1, Purpose::Walker, 0);
         let radius = 0.002;
         let mut index = GridIndex::new(radius, 10.0 * radius, 1.5);
         let mut centres: Vec<DVec3> = Vec::new();
-        let mut hint = 3;
-        assert!(index.clearance(DVec3::ZERO, &mut hint) > 1.5);
-        for _ in 0..1500 {
+        assert_eq!(index.nearest_distance(DVec3::ZERO, 7.0), 7.0);
+        for i in 0..3000 {
             centres.push(random_point(&mut stream) * 0.2);
             index.insert(centres[centres.len() - 1]);
-            let p = random_point(&mut stream);
+            let p = random_point(&mut stream) * [1.0, 0.3, 0.21][i % 3];
             let nearest = centres
                 .iter()
                 .map(|c| c.distance(p))
                 .fold(f64::INFINITY, f64::min);
-            assert!(index.clearance(p, &mut hint) <= nearest * (1.0 + 1e-12));
+            for at_most in [3.0, 1.1 * nearest, 0.9 * nearest] {
+                let found = index.nearest_distance(p, at_most);
+                assert!(
+                    (found - nearest.min(at_most)).abs() < 1e-15,
+                    "{found} {nearest}"
+                );
+            }
         }
         for radius in [2.0 * radius, 4.0 * radius, 10.0 * radius] {
             let p = random_point(&mut stream) * 0.2;

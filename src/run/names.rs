@@ -6,11 +6,12 @@ pub(super) fn nearest_name<'a>(
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
     let close = |name: &str| wrong.len() >= 3 && (name.contains(wrong) || wrong.contains(name));
-    let ranked = known.into_iter().map(|name| match close(name) {
-        true => (1, name),
-        false => (edits(wrong, name), name),
+    let ranked = known.into_iter().map(|name| {
+        let edits = edits(wrong, name);
+        let distance = if close(name) { edits.min(1) } else { edits };
+        (distance, edits, name)
     });
-    let (distance, name) = ranked.min_by_key(|(distance, _)| *distance)?;
+    let (distance, _, name) = ranked.min()?;
     (distance <= 1 + wrong.len() / 4).then_some(name)
 }
 

@@ -439,3 +439,160 @@ fn place<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Err
 fn triangle<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Error> {
     loose(from, SeedPlace::from_triangle_text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::MeshId;
+    use proptest::prelude::*;
+
+    fn read(text: &str) -> Settings {
+        Settings::from_toml(text).unwrap()
+    }
+
+    fn message(text: &str) -> String {
+        Settings::from_toml(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn keys_are_read_with_dashes_and_underscores() {
+        let settings = read("curvature_radius = \"12r\"\nmin-stick = 1\n\"mesh_hash\" = \"x\"");
+        assert_eq!(settings.curvature_radius, Some(Length::Radii(12.0)));
+        assert_eq!(settings.min_stick, Some(1.0));
+    }
+
+    #[test]
+    fn values_may_be_written_as_flags_or_lists() {
+        assert_eq!(read("at = \"1,2,-3\"").at, read("at = [1, 2.0, -3]").at);
+        assert_eq!(read("at-triangle = 7").at, read("at-triangle = \"7\"").at);
+        assert_eq!(
+            read("at-triangle = [7, 0.25, 0.5]").at,
+            read("at-triangle = \"7,0.25,0.5\"").at
+        );
+        assert_eq!(read("seed = 5").seed, read("seed = \"5\"").seed);
+        assert_eq!(read("radius = 2").radius, Some(Length::Units(2.0)));
+        assert_eq!(
+            read("reach = \"0.5%\"").stop,
+            Some(StopSetting::Reach(Length::Percent(0.5)))
+        );
+        assert_eq!(read(""), Settings::default());
+    }
+
+    #[test]
+    fn unknown_keys_are_named_with_their_line_and_a_near_one() {
+        let message = message("bias = 0.5\n\ncurvatureradius = 3\n");
+        assert!(message.contains("line 3"), "{message}");
+        assert!(
+            message.contains("did you mean 'curvature-radius'?"),
+            "{message}"
+        );
+        let message = super::tests::message("colour = 1");
+        assert!(message.contains("there are version"), "{message}");
+    }
+
+    #[test]
+    fn wrong_values_are_named_with_their_line() {
+        for (text, part) in [
+            ("gain = 1\nbias = \"high\"", "line 2"),
+            ("radius = \"10 cows\"", "is not a length"),
+            ("join = \"glue\"", "pack"),
+            ("seed = -1", "the seed must be a whole number"),
+            ("at = [1, 2]", "is not a place"),
+            ("at-triangle = [1, 0.9, 0.9]", "outside the triangle"),
+            ("elements = 1.5", "line 1"),
+            ("bias = ", "line 1"),
+            ("bias = 1\nbias = 2", "line 2"),
+            ("radius = nan", "line 1"),
+        ] {
+            let message = message(text);
+            assert!(message.contains(part), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn keys_that_exclude_one_another_are_refused() {
+        assert!(message("elements = 5\ncover = 0.5").contains("elements and cover"));
+        assert!(message("at = \"top\"\nat-triangle = 5").contains("at and at-triangle"));
+    }
+
+    #[test]
+    fn a_mesh_given_as_recipe_is_an_error() {
+        assert!(Settings::from_toml("v 0 0 0\nf 1 2 3\n").is_err());
+    }
+
+    fn place() -> impl Strategy<Value = SeedPlace> {
+        let real = proptest::num::f64::NORMAL;
+        let weights = (0.0..0.5f64, 0.0..0.5f64).prop_map(|(u, v)| [u, v]);
+        prop_oneof![
+            Just(SeedPlace::Top),
+            Just(SeedPlace::Highest),
+            Just(SeedPlace::Center),
+            Just(SeedPlace::Random),
+            (real, real, real).prop_map(|(x, y, z)| SeedPlace::Point([x, y, z])),
+            (any::<u32>(), proptest::option::of(weights))
+                .prop_map(|(triangle, uv)| SeedPlace::Triangle { triangle, uv }),
+        ]
+    }
+
+    fn stop() -> impl Strategy<Value = StopRule> {
+        prop_oneof![
+            (1..1_000_000_000u64).prop_map(StopRule::Elements),
+            (1e-300..1e300f64).prop_map(StopRule::Reach),
+            (1e-9..1.0f64).prop_map(StopRule::Cover),
+        ]
+    }
+
+    prop_compose! {
+        fn recipe()(
+            // Control characters, quotes and backslashes included.
+            file in "(\\PC|[\\x00-\\x1f\"'\\\\#]){0,20}",
+            radius in 2e-4..100.0f64,
+            radii in 2.0..1000.0f64,
+            numbers in (-1.0..2.0f64, 0.0..100.0f64, 1e-6..1.0f64, 1.1..100.0f64, 101.0..1e4f64),
+            seed in any::<u64>(),
+            at in place(),
+            stop in stop(),
+            choices in (any::<bool>(), any::<bool>(), any::<bool>()),
+        ) -> Recipe {
+            Recipe {
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                mesh: MeshId { file, hash: "ab12".to_owned() },
+                radius,
+                curvature_radius: radii * radius,
+                bias: numbers.0,
+                gain: numbers.1,
+                min_stick: numbers.2,
+                seed,
+                at,
+                launch: numbers.3,
+                kill: numbers.4,
+                join: if choices.0 { Join::Pack } else { Join::Touch },
+                steps: if choices.1 { Steps::Large } else { Steps::Small },
+                boundary: if choices.2 { Boundary::Reflect } else { Boundary::Absorb },
+                stop,
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn recipes_come_back_to_the_bit(recipe in recipe()) {
+            let text = recipe.to_toml();
+            let settings = Settings::from_toml(&text).unwrap();
+            let again = settings.complete().unwrap().measured(200.0, recipe.mesh.clone()).unwrap();
+            prop_assert_eq!(&again, &recipe);
+            prop_assert_eq!(again.to_toml(), text);
+        }
+
+        #[test]
+        fn mesh_names_come_back(recipe in recipe()) {
+            let settings = Settings::from_toml(&recipe.to_toml()).unwrap();
+            prop_assert_eq!(settings.mesh, Some(recipe.mesh.file));
+        }
+
+        #[test]
+        fn no_text_panics(text in "(\\PC|[\n=\"\\[\\],.#-]){0,60}") {
+            let _ = Settings::from_toml(&text);
+        }
+    }
+}

@@ -367,3 +367,187 @@ fn notation(info: &ParameterInfo, value: Length, problem: &'static str) -> Setti
         problem,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh() -> MeshId {
+        MeshId {
+            file: "rock.obj".to_owned(),
+            hash: "ab12".to_owned(),
+        }
+    }
+
+    fn resolve(settings: Settings) -> Result<Recipe, SettingsError> {
+        settings.complete()?.measured(200.0, mesh())
+    }
+
+    fn message(settings: Settings) -> String {
+        resolve(settings).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn nothing_said_is_the_default_in_mesh_units() {
+        let recipe = resolve(Settings::default()).unwrap();
+        assert_eq!(recipe.radius, 0.1);
+        assert_eq!(recipe.curvature_radius, 1.0);
+        assert_eq!(recipe.stop, StopRule::Elements(20_000));
+        assert_eq!(recipe.at, SeedPlace::Top);
+        assert_eq!(recipe.mesh, mesh());
+    }
+
+    #[test]
+    fn the_table_says_the_defaults_that_hold() {
+        let complete = Settings::default().complete().unwrap();
+        let number = |info: &ParameterInfo| info.default.parse::<f64>().unwrap();
+        let length = |info: &ParameterInfo| info.default.parse::<Length>().unwrap();
+        assert_eq!(complete.radius, length(&info::RADIUS));
+        assert_eq!(complete.curvature_radius, length(&info::CURVATURE_RADIUS));
+        assert_eq!(complete.bias, number(&info::BIAS));
+        assert_eq!(complete.gain, number(&info::GAIN));
+        assert_eq!(complete.min_stick, number(&info::MIN_STICK));
+        assert_eq!(complete.launch, number(&info::LAUNCH));
+        assert_eq!(complete.kill, number(&info::KILL));
+        let elements = number(&info::ELEMENTS) as u64;
+        assert_eq!(complete.stop, StopSetting::Elements(elements));
+    }
+
+    #[test]
+    fn layers_lie_over_one_another() {
+        let flags = Settings {
+            bias: Some(0.9),
+            ..Settings::default()
+        };
+        let recipe = Settings {
+            bias: Some(0.8),
+            gain: Some(2.0),
+            preset: Some("crustose".to_owned()),
+            stop: Some(StopSetting::Cover(0.2)),
+            ..Settings::default()
+        };
+        let recipe = resolve(flags.over(recipe)).unwrap();
+        assert_eq!(recipe.bias, 0.9, "flags over the recipe");
+        assert_eq!(recipe.gain, 2.0, "the recipe over the default");
+        assert_eq!(recipe.curvature_radius, 2.0, "the preset over the default");
+        assert_eq!(
+            recipe.stop,
+            StopRule::Cover(0.2),
+            "the recipe over the preset"
+        );
+        assert_eq!(recipe.kill, 10.0, "the default");
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_named_with_range_and_look() {
+        let bias = |bias| Settings {
+            bias: Some(bias),
+            ..Settings::default()
+        };
+        let message = message(bias(7.0));
+        for part in ["--bias 7", "-1 to 2", "Openness"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+        assert!(resolve(bias(f64::NAN)).is_err());
+        assert!(resolve(bias(-1.0)).is_ok() && resolve(bias(2.0)).is_ok());
+    }
+
+    #[test]
+    fn every_number_has_its_range() {
+        type Set = fn(&mut Settings, f64);
+        let fields: [(ParameterInfo, Set); 5] = [
+            (info::BIAS, |s, x| s.bias = Some(x)),
+            (info::GAIN, |s, x| s.gain = Some(x)),
+            (info::MIN_STICK, |s, x| s.min_stick = Some(x)),
+            (info::LAUNCH, |s, x| s.launch = Some(x)),
+            (info::COVER, |s, x| s.stop = Some(StopSetting::Cover(x))),
+        ];
+        for (info, set) in fields {
+            for value in [info.low - 0.5, info.high + 0.5, f64::INFINITY, f64::NAN] {
+                let mut settings = Settings {
+                    kill: Some(10_000.0),
+                    ..Settings::default()
+                };
+                set(&mut settings, value);
+                let message = message(settings);
+                assert!(
+                    message.contains(info.name) && message.contains(info.range),
+                    "{message}"
+                );
+            }
+        }
+        let elements = |n| Settings {
+            stop: Some(StopSetting::Elements(n)),
+            ..Settings::default()
+        };
+        assert!(message(elements(0)).contains("--elements 0"));
+        assert!(message(elements(1_000_000_001)).contains("--elements"));
+    }
+
+    #[test]
+    fn kill_lies_outside_launch() {
+        let settings = Settings {
+            launch: Some(5.0),
+            kill: Some(5.0),
+            ..Settings::default()
+        };
+        assert!(message(settings).contains("--kill 5.0 must be larger than --launch 5.0"));
+    }
+
+    #[test]
+    fn radii_suit_the_mesh() {
+        let radius = |radius| Settings {
+            radius: Some(radius),
+            ..Settings::default()
+        };
+        let large = message(radius(Length::Units(150.0)));
+        assert!(
+            large.contains("larger than the mesh") && large.contains("0.1"),
+            "{large}"
+        );
+        assert!(message(radius(Length::Units(1e-5))).contains("a millionth"));
+        assert!(message(radius(Length::Units(-1.0))).contains("--radius -1"));
+        assert!(message(radius(Length::Percent(0.0))).contains("--radius 0"));
+        assert!(message(radius(Length::Radii(3.0))).contains("by itself"));
+        assert!(resolve(radius(Length::Percent(50.0))).is_ok());
+    }
+
+    #[test]
+    fn other_lengths_are_checked_too() {
+        let curvature = |length| Settings {
+            curvature_radius: Some(length),
+            ..Settings::default()
+        };
+        assert!(message(curvature(Length::Radii(1.9))).contains("2r to 1000r"));
+        assert!(message(curvature(Length::Units(0.0))).contains("--curvature-radius"));
+        assert!(message(curvature(Length::Auto)).contains("only the radius"));
+        assert!(resolve(curvature(Length::Radii(2.0))).is_ok());
+        let reach = |length| Settings {
+            stop: Some(StopSetting::Reach(length)),
+            ..Settings::default()
+        };
+        assert!(message(reach(Length::Auto)).contains("--reach auto"));
+        assert!(message(reach(Length::Units(-2.0))).contains("above 0"));
+        assert_eq!(
+            resolve(reach(Length::Radii(30.0))).unwrap().stop,
+            StopRule::Reach(3.0)
+        );
+    }
+
+    #[test]
+    fn another_mesh_is_told_apart() {
+        let settings = Settings {
+            mesh_hash: Some("ab12".to_owned()),
+            ..Settings::default()
+        };
+        assert!(settings.check_mesh("rock.obj", "ab12").is_ok());
+        assert!(Settings::default().check_mesh("rock.obj", "cd34").is_ok());
+        let message = settings
+            .check_mesh("rock.obj", "cd34")
+            .unwrap_err()
+            .to_string();
+        for part in ["rock.obj", "ab12", "cd34"] {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

@@ -98,7 +98,16 @@ impl Substrate {
     /// # Errors
     /// When the file cannot be read or holds no triangle with an area.
     pub fn load(path: &Path) -> Result<Self, SubstrateError> {
-        let Loaded { soup, hash, format } = load_soup(path)?;
+        Self::from_loaded(load_soup(path)?)
+    }
+
+    /// Cleans and prepares what a mesh file held: [`load`](Self::load) in two steps, to be timed
+    /// apart.
+    ///
+    /// # Errors
+    /// As [`from_soup`](Self::from_soup).
+    pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
+        let Loaded { soup, hash, format } = loaded;
         let up = match format {
             Format::Obj | Format::Gltf | Format::Glb => DVec3::Y,
             Format::Stl | Format::Ply => DVec3::Z,

@@ -1,13 +1,14 @@
 //! Pearson's chi-square test.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 #![allow(dead_code)] // each test crate uses its own part of this
 
 /// Chance of a false alarm in each test. Seeds are fixed, so a test that passes always passes;
 /// this is the chance that a right program was refused when the seed was chosen.
-pub const FALSE_ALARM: f64 = 1e-3;
+pub(crate) const FALSE_ALARM: f64 = 1e-3;
 
 /// Regularised upper incomplete gamma function Q(a, x): by its series, or by its continued
 /// fraction (modified Lentz) where that converges faster (Press et al., *Numerical Recipes*, 6.2).
-pub fn gamma_q(a: f64, x: f64) -> f64 {
+pub(crate) fn gamma_q(a: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 1.0;
     }
@@ -39,7 +40,7 @@ pub fn gamma_q(a: f64, x: f64) -> f64 {
 
 /// Chance of counts at least this far from shares in proportion to `weights`; bins that expect
 /// fewer than 5 are put together.
-pub fn p_value(counts: &[u64], weights: &[f64]) -> f64 {
+pub(crate) fn p_value(counts: &[u64], weights: &[f64]) -> f64 {
     assert_eq!(counts.len(), weights.len());
     let total = counts.iter().sum::<u64>() as f64;
     let sum: f64 = weights.iter().sum();
@@ -66,7 +67,7 @@ pub fn p_value(counts: &[u64], weights: &[f64]) -> f64 {
 
 /// # Panics
 /// When the counts do not fit.
-pub fn assert_fits(what: &str, counts: &[u64], weights: &[f64]) {
+pub(crate) fn assert_fits(what: &str, counts: &[u64], weights: &[f64]) {
     let p = p_value(counts, weights);
     println!("{what}: p = {p:.4}");
     assert!(
@@ -76,6 +77,6 @@ pub fn assert_fits(what: &str, counts: &[u64], weights: &[f64]) {
 }
 
 /// Which of n equal bins a share in [0, 1] falls in.
-pub fn bin(share: f64, n: usize) -> usize {
+pub(crate) fn bin(share: f64, n: usize) -> usize {
     ((share * n as f64) as usize).min(n - 1)
 }

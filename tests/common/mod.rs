@@ -1,4 +1,5 @@
 //! Meshes and recipes that tests share.
+#![allow(clippy::print_stderr)] // a skipped test says so
 #![allow(dead_code)] // each test crate uses its own part of this
 
 use std::path::{Path, PathBuf};

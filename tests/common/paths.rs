@@ -9,9 +9,9 @@ use crate::shapes::direction;
 
 /// All that a trace tells.
 #[derive(Default)]
-pub struct Path {
-    pub crossings: Vec<(HalfEdge, f64, f64)>,
-    pub onward: DVec2,
+pub(crate) struct Path {
+    pub(crate) crossings: Vec<(HalfEdge, f64, f64)>,
+    pub(crate) onward: DVec2,
 }
 
 impl Visitor for Path {
@@ -27,16 +27,16 @@ impl Visitor for Path {
 
 /// The worst of some paths, lengths in local units.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Worst {
+pub(crate) struct Worst {
     /// Sum of the legs in space less the distance asked for, over that distance or 1 if it is less.
-    pub length: f64,
+    pub(crate) length: f64,
     /// Change of direction against the edge that is crossed, times the shorter leg.
-    pub bend: f64,
+    pub(crate) bend: f64,
     /// A barycentric weight's way out of [0, 1].
-    pub outside: f64,
-    pub crossings: u64,
+    pub(crate) outside: f64,
+    pub(crate) crossings: u64,
     /// Traces that gave up.
-    pub gave_up: u64,
+    pub(crate) gave_up: u64,
 }
 
 impl Worst {
@@ -61,7 +61,7 @@ fn on_edge(substrate: &Substrate, half_edge: HalfEdge, share: f64) -> (DVec3, DV
 ///
 /// # Panics
 /// When it goes from a triangle to one that is not its neighbour, or ends in another one.
-pub fn follow(
+pub(crate) fn follow(
     substrate: &Substrate,
     from: &SurfacePoint,
     step: DVec2,
@@ -110,7 +110,12 @@ pub fn follow(
 }
 
 /// Traces and follows.
-pub fn walk(substrate: &Substrate, from: &SurfacePoint, step: DVec2, path: &mut Path) -> Worst {
+pub(crate) fn walk(
+    substrate: &Substrate,
+    from: &SurfacePoint,
+    step: DVec2,
+    path: &mut Path,
+) -> Worst {
     path.crossings.clear();
     let end = trace_visiting(substrate, from, step, path);
     follow(substrate, from, step, path, &end)
@@ -118,7 +123,7 @@ pub fn walk(substrate: &Substrate, from: &SurfacePoint, step: DVec2, path: &mut 
 
 /// Many traces over one mesh: from anywhere in a triangle, from vertices and edges, aimed at
 /// nothing, at vertices, and along edges.
-pub fn survey(substrate: &Substrate, traces: usize, stream: &mut Stream) -> Worst {
+pub(crate) fn survey(substrate: &Substrate, traces: usize, stream: &mut Stream) -> Worst {
     let longest = (400.0 / edges_met(substrate)).min(20.0);
     let (mut worst, mut path) = (Worst::default(), Path::default());
     for i in 0..traces {

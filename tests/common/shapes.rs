@@ -10,13 +10,13 @@ use thallus::substrate::Substrate;
 use crate::common::substrate;
 
 /// A stream for a test; tests use indices that no run reaches.
-pub fn stream(index: u64) -> Stream {
+pub(crate) fn stream(index: u64) -> Stream {
     Stream::new(2001, Purpose::Walker, (1 << 40) + index)
 }
 
 /// Quads in rows as triangles: `at(i, j)` for i ≤ columns, j ≤ rows. With a stream, windings and
 /// diagonals are chosen at random.
-pub fn patch(
+pub(crate) fn patch(
     columns: usize,
     rows: usize,
     at: impl Fn(usize, usize) -> DVec3,
@@ -44,31 +44,31 @@ pub fn patch(
 }
 
 /// A rectangle in the plane z = 0 with grid lines at these places.
-pub fn rectangle(xs: &[f64], ys: &[f64], random: Option<Stream>) -> Substrate {
+pub(crate) fn rectangle(xs: &[f64], ys: &[f64], random: Option<Stream>) -> Substrate {
     let at = |i: usize, j: usize| DVec3::new(xs[i], ys[j], 0.0);
     let (positions, triangles) = patch(xs.len() - 1, ys.len() - 1, at, random);
     substrate(positions, triangles)
 }
 
 /// n + 1 places from 0 to `length`.
-pub fn even(length: f64, n: usize) -> Vec<f64> {
+pub(crate) fn even(length: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| length * i as f64 / n as f64).collect()
 }
 
 /// A prism inscribed in a cylinder of radius 1 about the y axis, open at both ends.
-pub struct Prism {
-    pub sides: usize,
-    pub height: f64,
+pub(crate) struct Prism {
+    pub(crate) sides: usize,
+    pub(crate) height: f64,
 }
 
 impl Prism {
     /// Width of one side.
-    pub fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         2.0 * (0.5 * TAU / self.sides as f64).sin()
     }
 
     /// A point of the unrolled surface in space; s is periodic.
-    pub fn roll(&self, s: f64, y: f64) -> DVec3 {
+    pub(crate) fn roll(&self, s: f64, y: f64) -> DVec3 {
         let side = (s / self.width()).floor();
         let edge = |k: f64| {
             let (sin, cos) = (TAU * k / self.sides as f64).sin_cos();
@@ -79,7 +79,7 @@ impl Prism {
         edge(k).lerp(edge(k + 1.0), along) + DVec3::Y * y
     }
 
-    pub fn mesh(&self, rows: usize) -> Substrate {
+    pub(crate) fn mesh(&self, rows: usize) -> Substrate {
         let at = |i: usize, j: usize| {
             // The seam's corners are the same bits: sin 2π is not 0.
             let (sin, cos) = (TAU * (i % self.sides) as f64 / self.sides as f64).sin_cos();
@@ -92,19 +92,19 @@ impl Prism {
 
 /// A cone of flat faces, apex at the origin, of any total angle: a pyramid below 2π, a saddle
 /// above, where the generators go up and down by turns.
-pub struct Cone {
-    pub angle: f64,
-    pub faces: usize,
+pub(crate) struct Cone {
+    pub(crate) angle: f64,
+    pub(crate) faces: usize,
 }
 
 impl Cone {
     /// Angle of one face at the apex.
-    pub fn face_angle(&self) -> f64 {
+    pub(crate) fn face_angle(&self) -> f64 {
         self.angle / self.faces as f64
     }
 
     /// Unit vector along a generator.
-    pub fn generator(&self, k: usize) -> DVec3 {
+    pub(crate) fn generator(&self, k: usize) -> DVec3 {
         let k = k % self.faces;
         let (sin, cos) = (TAU * k as f64 / self.faces as f64).sin_cos();
         let (half, turn) = (self.face_angle() / 2.0, 0.5 * TAU / self.faces as f64);
@@ -114,13 +114,13 @@ impl Cone {
         } else {
             let flat_sq = (1.0 + (2.0 * half).cos()) / (1.0 + (2.0 * turn).cos());
             let up = (1.0 - flat_sq).sqrt();
-            (flat_sq.sqrt(), if k % 2 == 0 { up } else { -up })
+            (flat_sq.sqrt(), if k.is_multiple_of(2) { up } else { -up })
         };
         DVec3::new(flat * cos, up, flat * sin)
     }
 
     /// The point at a distance from the apex and an angle about it, in space.
-    pub fn roll(&self, distance: f64, angle: f64) -> DVec3 {
+    pub(crate) fn roll(&self, distance: f64, angle: f64) -> DVec3 {
         let face = (angle / self.face_angle()).floor();
         let k = face.rem_euclid(self.faces as f64) as usize;
         let (a, b) = (self.generator(k), self.generator(k + 1));
@@ -130,7 +130,7 @@ impl Cone {
     }
 
     /// Distance from the apex and angle about it of a point in a face's plane.
-    pub fn unroll(&self, face: usize, p: DVec3) -> (f64, f64) {
+    pub(crate) fn unroll(&self, face: usize, p: DVec3) -> (f64, f64) {
         let (a, b) = (self.generator(face), self.generator(face + 1));
         let across = (b - a * a.dot(b)).normalize();
         let within = p.dot(across).atan2(p.dot(a));
@@ -138,7 +138,7 @@ impl Cone {
     }
 
     /// With rings of vertices at these distances; `face_of` gives each source triangle's face.
-    pub fn mesh(&self, rings: &[f64]) -> (Substrate, Vec<usize>) {
+    pub(crate) fn mesh(&self, rings: &[f64]) -> (Substrate, Vec<usize>) {
         let (mut positions, mut triangles, mut faces) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..self.faces {
             let (a, b) = (self.generator(k), self.generator(k + 1));
@@ -159,7 +159,7 @@ impl Cone {
 }
 
 /// A cube of side 2 about the origin, faces in n × n squares.
-pub fn cube(n: usize) -> Substrate {
+pub(crate) fn cube(n: usize) -> Substrate {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
@@ -181,7 +181,7 @@ pub fn cube(n: usize) -> Substrate {
 }
 
 /// A Möbius band of width 0.6 and radius 1, windings at random.
-pub fn moebius(n: usize, rows: usize) -> Substrate {
+pub(crate) fn moebius(n: usize, rows: usize) -> Substrate {
     let at = |i: usize, j: usize| {
         // The band's end is its start turned over: the same corners, bit for bit.
         let (i, j) = if i == n { (0, rows - j) } else { (i, j) };
@@ -195,7 +195,7 @@ pub fn moebius(n: usize, rows: usize) -> Substrate {
 }
 
 /// A lattice fan of needles: strips 1e-6 wide between strips of ordinary width, on a wavy sheet.
-pub fn needles() -> Substrate {
+pub(crate) fn needles() -> Substrate {
     let mut places = vec![0.0];
     for i in 1..12 {
         let x = f64::from(i) / 12.0;
@@ -212,7 +212,7 @@ pub fn needles() -> Substrate {
 }
 
 /// Five sheets that share one edge.
-pub fn book() -> Substrate {
+pub(crate) fn book() -> Substrate {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for page in 0..5u32 {
         let (sin, cos) = (TAU * f64::from(page) / 7.0).sin_cos();
@@ -226,7 +226,7 @@ pub fn book() -> Substrate {
 }
 
 /// Axes in space of a triangle's chart, made from its corners alone.
-pub fn axes(substrate: &Substrate, triangle: u32) -> [DVec3; 2] {
+pub(crate) fn axes(substrate: &Substrate, triangle: u32) -> [DVec3; 2] {
     let [a, b, c] = substrate.corners(triangle);
     let x = (b - a).normalize();
     let y = c - a - x * (c - a).dot(x);
@@ -234,12 +234,12 @@ pub fn axes(substrate: &Substrate, triangle: u32) -> [DVec3; 2] {
 }
 
 /// A vector in space in the frame of a triangle's chart.
-pub fn in_chart(substrate: &Substrate, triangle: u32, v: DVec3) -> DVec2 {
+pub(crate) fn in_chart(substrate: &Substrate, triangle: u32, v: DVec3) -> DVec2 {
     let [x, y] = axes(substrate, triangle);
     DVec2::new(v.dot(x), v.dot(y))
 }
 
 /// A direction uniform on the circle.
-pub fn direction(stream: &mut Stream) -> DVec2 {
+pub(crate) fn direction(stream: &mut Stream) -> DVec2 {
     stream.in_unit_disc().normalize()
 }

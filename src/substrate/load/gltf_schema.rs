@@ -1,9 +1,12 @@
 //! The part of a glTF 2.0 document that decides where its triangles are.
 //!
-//! A schema of our own and not the `gltf` crate's: that crate keeps node transforms as `f32`
-//! (half a metre lost at geocentric offsets), panics on an out-of-range `POSITION` accessor, and
-//! fails on faults in parts that do not concern us (materials, textures, animations). What is not
-//! named here is not looked at. All indices are unchecked.
+//! A schema of our own and not that of `gltf` 1.4.1: it keeps node transforms as `f32` (half a
+//! metre lost at geocentric offsets), panics on an out-of-range `POSITION` accessor, fails on faults
+//! in parts that do not concern us (animations), refuses a scene without `nodes` (which the
+//! specification allows), cuts indices to 32 bits (mesh 2³² is read as mesh 0), and forgets the
+//! number of an unknown mode or component type, which our messages name. Its container reader
+//! panics on a length below the header's and refuses unknown chunks after the JSON. What is not named
+//! here is not looked at. All indices are unchecked.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,0 +1,68 @@
+//! A camera with perspective.
+
+use glam::{Vec2, Vec3A};
+
+/// Where the picture is taken from: an eye, three axes, and an opening.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    pub(super) eye: Vec3A,
+    pub(super) forward: Vec3A,
+    pub(super) right: Vec3A,
+    pub(super) above: Vec3A,
+    /// Tangent of half the opening, bottom to top.
+    pub(super) half_height: f32,
+}
+
+/// Tangent of half the opening of [`Camera::best_view`]: 30° in all, as a portrait lens.
+pub(super) const PORTRAIT: f32 = 0.268;
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`, with `up` upwards in the picture; `half_height`
+    /// is the tangent of half the angle from the bottom to the top of the picture.
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3], half_height: f32) -> Self {
+        let [eye, target, up] = [eye, target, up].map(Vec3A::from_array);
+        Self::along(eye, target - eye, up, half_height)
+    }
+
+    pub(super) fn along(eye: Vec3A, forward: Vec3A, up: Vec3A, half_height: f32) -> Self {
+        let forward = forward.try_normalize().unwrap_or(Vec3A::NEG_Z);
+        let right = forward
+            .cross(up)
+            .try_normalize()
+            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        Self {
+            eye,
+            forward,
+            right,
+            above: right.cross(forward),
+            half_height,
+        }
+    }
+
+    /// Where the camera is.
+    pub fn eye(&self) -> [f32; 3] {
+        self.eye.to_array()
+    }
+
+    /// The unit direction in which it looks.
+    pub fn forward(&self) -> [f32; 3] {
+        self.forward.to_array()
+    }
+
+    /// Where a point falls in a picture of this width over height: x from the left and y from the
+    /// top, both 0 to 1 inside the picture. None for what is behind the eye.
+    pub fn project(&self, point: [f32; 3], aspect: f32) -> Option<[f32; 2]> {
+        let v = Vec3A::from_array(point) - self.eye;
+        let depth = v.dot(self.forward);
+        let x = v.dot(self.right) / (depth * self.half_height * aspect);
+        let y = v.dot(self.above) / (depth * self.half_height);
+        (depth > 0.0).then_some([0.5 + 0.5 * x, 0.5 - 0.5 * y])
+    }
+
+    /// The unit direction through a place of the picture, as [`Camera::project`] counts it.
+    pub(super) fn direction(&self, place: Vec2, aspect: f32) -> Vec3A {
+        let x = (2.0 * place.x - 1.0) * self.half_height * aspect;
+        let y = (1.0 - 2.0 * place.y) * self.half_height;
+        (self.forward + self.right * x + self.above * y).normalize()
+    }
+}

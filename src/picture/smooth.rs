@@ -1,0 +1,82 @@
+//! Normals for smooth shading that stay crisp at sharp edges.
+
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+
+/// Cosine of the angle between faces beyond which an edge stays sharp: 35°.
+const CREASE: f32 = 0.819;
+
+/// Faces looked at around a vertex, at most: bounds the work at the hub of a huge fan.
+const AROUND: usize = 64;
+
+/// For each triangle the normals at its corners: the mean, by area, of the faces that meet there
+/// within the crease angle. Vertices at the same place count as one, and faces wound the other
+/// way are turned.
+pub(super) fn corner_normals(triangles: &[[Vec3A; 3]]) -> Vec<[Vec3; 3]> {
+    let faces: Vec<Vec3A> = triangles
+        .par_iter()
+        .map(|[a, b, c]| (*b - *a).cross(*c - *a))
+        .collect();
+    let (welded, places) = weld(triangles);
+    let (starts, meeting) = fans(&welded, places);
+    let at = |face: usize, place: u32| {
+        let fan = starts[place as usize] as usize..starts[place as usize + 1] as usize;
+        corner(&faces, face, &meeting[fan])
+    };
+    (0..triangles.len())
+        .into_par_iter()
+        .map(|t| [0, 1, 2].map(|k| at(t, welded[3 * t + k])))
+        .collect()
+}
+
+fn corner(faces: &[Vec3A], face: usize, fan: &[u32]) -> Vec3 {
+    let own = faces[face].normalize_or_zero();
+    let mut sum = faces[face];
+    for &other in fan.iter().take(AROUND).filter(|&&o| o as usize != face) {
+        let n = faces[other as usize];
+        let along = own.dot(n);
+        if along.abs() > CREASE * n.length() {
+            sum += if along < 0.0 { -n } else { n };
+        }
+    }
+    sum.try_normalize().unwrap_or(own).into()
+}
+
+/// The number of the place of each corner, and how many places there are.
+fn weld(triangles: &[[Vec3A; 3]]) -> (Vec<u32>, usize) {
+    let bits = |p: Vec3A| (p + Vec3A::ZERO).to_array().map(f32::to_bits);
+    let mut corners: Vec<([u32; 3], u32)> = triangles
+        .iter()
+        .flatten()
+        .enumerate()
+        .map(|(i, &p)| (bits(p), i as u32))
+        .collect();
+    corners.par_sort_unstable();
+    let mut welded = vec![0; corners.len()];
+    let mut places = 0;
+    for (i, &(key, corner)) in corners.iter().enumerate() {
+        if i > 0 && corners[i - 1].0 != key {
+            places += 1;
+        }
+        welded[corner as usize] = places;
+    }
+    (welded, places as usize + 1)
+}
+
+/// The triangles at each place, as starts into one list.
+fn fans(welded: &[u32], places: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; places + 1];
+    for &p in welded {
+        starts[p as usize + 1] += 1;
+    }
+    for i in 0..places {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts.clone();
+    let mut meeting = vec![0u32; welded.len()];
+    for (corner, &p) in welded.iter().enumerate() {
+        meeting[next[p as usize] as usize] = corner as u32 / 3;
+        next[p as usize] += 1;
+    }
+    (starts, meeting)
+}

@@ -1,0 +1,141 @@
+//! Choosing where to take the picture from.
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use super::camera::PORTRAIT;
+use super::trace::World;
+use super::{Camera, Scene};
+
+/// Directions tried.
+const TRIED: u32 = 96;
+
+/// Discs, and triangles, looked at from each of them, at most.
+const LOOKED_AT: usize = 3000;
+
+/// The share of the picture that things may fill, across.
+const FILLED: f32 = 0.84;
+
+/// Where lichen alone would fill less than this share of the whole view, go nearer.
+const SMALL: f32 = 0.45;
+
+/// One place of the lichen, or of the substrate where there is none.
+struct Patch {
+    place: Vec3A,
+    normal: Vec3A,
+    area: f32,
+    clear: f32,
+}
+
+impl Camera {
+    /// A camera that sees the lichen well, for pictures of this width over height: from the
+    /// direction, upper ones preferred, in which most of it shows; of the whole substrate where
+    /// lichen covers a good share of that view, otherwise nearer, with some of what is around it.
+    pub fn best_view(scene: &Scene, aspect: f32) -> Self {
+        let world = World::new(scene);
+        let patches = patches(&world);
+        let score = |i: u32| {
+            let d = direction(i, world.up);
+            (score(&world, &patches, d), d)
+        };
+        let scored: Vec<(f32, Vec3A)> = (0..TRIED).into_par_iter().map(score).collect();
+        let first = (0.0, direction(TRIED / 3, world.up));
+        let best = |a: (f32, Vec3A), b: &(f32, Vec3A)| if b.0 > a.0 { *b } else { a };
+        let (_, towards) = scored.iter().fold(first, best);
+        frame(&world, &patches, towards, aspect)
+    }
+}
+
+/// Directions spread evenly about `up` (a Fibonacci sphere), from 60° above to 50° below.
+fn direction(i: u32, up: Vec3A) -> Vec3A {
+    const GOLDEN: f32 = 2.399_963_2;
+    let rise = 0.87 - 1.64 * i as f32 / TRIED as f32;
+    let flat = (1.0 - rise * rise).sqrt();
+    let (a, b) = up.any_orthonormal_pair();
+    let turn = GOLDEN * i as f32;
+    up * rise + (a * libm::cosf(turn) + b * libm::sinf(turn)) * flat
+}
+
+fn patches(world: &World) -> Vec<Patch> {
+    let step = world.domes.len() / LOOKED_AT + 1;
+    world
+        .domes
+        .iter()
+        .step_by(step)
+        .map(|d| Patch {
+            place: d.center,
+            normal: d.normal,
+            area: d.radius * d.radius,
+            clear: (0.3 * d.radius).max(1e-4 * world.size),
+        })
+        .collect()
+}
+
+fn score(world: &World, patches: &[Patch], towards: Vec3A) -> f32 {
+    let rise = towards.dot(world.up);
+    let liking = 1.0 - 0.5 * (0.45 - rise).max(0.0) - 0.25 * (rise - 0.7).max(0.0);
+    let seen: f32 = patches
+        .iter()
+        .filter(|p| p.is_seen(world, towards))
+        .map(|p| p.area * p.normal.dot(towards))
+        .sum();
+    seen * liking
+}
+
+impl Patch {
+    fn is_seen(&self, world: &World, towards: Vec3A) -> bool {
+        self.normal.dot(towards) > 0.05
+            && !world.is_behind(self.place + self.normal * self.clear, towards)
+    }
+}
+
+fn frame(world: &World, patches: &[Patch], towards: Vec3A, aspect: f32) -> Camera {
+    let camera = Camera::along(Vec3A::ZERO, -towards, world.up, PORTRAIT);
+    let everything = world
+        .some_corners(20_000)
+        .chain(patches.iter().map(|p| p.place));
+    let (whole, whole_depth) = fit(&camera, everything, aspect, world.size);
+    let seen: Vec<&Patch> = patches
+        .iter()
+        .filter(|p| p.is_seen(world, towards))
+        .collect();
+    let least = seen.iter().map(|p| p.area.sqrt()).fold(0.0, f32::max) * 16.0;
+    let (close, close_depth) = fit(&camera, seen.iter().map(|p| p.place), aspect, least);
+    let eye = if seen.is_empty() || close_depth > SMALL * whole_depth {
+        whole
+    } else {
+        let depth = close_depth / SMALL.sqrt();
+        close + towards * (depth.min(whole_depth) - close_depth)
+    };
+    Camera { eye, ..camera }
+}
+
+/// The nearest eye from which all of the points are in the picture, and how far it is from their
+/// middle; no nearer than would show a sphere of diameter `least`.
+fn fit(
+    camera: &Camera,
+    points: impl Iterator<Item = Vec3A>,
+    aspect: f32,
+    least: f32,
+) -> (Vec3A, f32) {
+    let open = [camera.half_height * aspect, camera.half_height].map(|t| t * FILLED);
+    let mut most = [[f32::NEG_INFINITY; 2]; 3];
+    for p in points {
+        let z = p.dot(camera.forward);
+        for (k, axis) in [camera.right, camera.above].into_iter().enumerate() {
+            let x = p.dot(axis);
+            most[k][0] = most[k][0].max(x - z * open[k]);
+            most[k][1] = most[k][1].max(-x - z * open[k]);
+        }
+        most[2] = [most[2][0].max(z), most[2][1].max(-z)];
+    }
+    if most[2][0] == f32::NEG_INFINITY {
+        most = [[0.0; 2]; 3];
+    }
+    let [x, y] = [0, 1].map(|k| 0.5 * (most[k][0] - most[k][1]));
+    let fitted = |k: usize| -0.5 * (most[k][0] + most[k][1]) / open[k];
+    let middle = 0.5 * (most[2][0] - most[2][1]);
+    let z = fitted(0).min(fitted(1)).min(middle - 0.5 * least / open[1]);
+    let eye = camera.right * x + camera.above * y + camera.forward * z;
+    (eye, middle - z)
+}

@@ -1,0 +1,279 @@
+//! The command on files: what reaches `recipe.toml`, what the bytes depend on, and disks that
+//! refuse.
+#![allow(clippy::print_stderr)] // a skipped test says so
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn rock() -> String {
+    let rock = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rock.obj");
+    rock.display().to_string()
+}
+
+/// Runs `thallus` in a folder.
+fn thallus(folder: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.args(words).current_dir(folder).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Grows a few elements on the rock and gives the folder.
+fn grown(folder: &Path, name: &str, flags: &str) -> PathBuf {
+    let rock = rock();
+    let mut words = vec!["grow", &rock, "-o", name, "--quiet"];
+    words.extend(flags.split_whitespace());
+    let output = thallus(folder, &words);
+    assert!(output.status.success(), "{flags}: {}", said(&output));
+    folder.join(name)
+}
+
+fn recipe(folder: &Path) -> toml::Table {
+    let text = fs::read_to_string(folder.join("recipe.toml")).unwrap();
+    text.parse().unwrap()
+}
+
+#[test]
+fn every_flag_changes_its_line_of_the_recipe_and_no_other() {
+    let desk = tempfile::tempdir().unwrap();
+    let plain = recipe(&grown(desk.path(), "plain", "--elements 8"));
+    let cases: [(&str, &[(&str, toml::Value)]); 14] = [
+        (
+            "--radius 0.002 --curvature-radius 0.02",
+            &[("radius", 0.002.into()), ("curvature-radius", 0.02.into())],
+        ),
+        (
+            "--curvature-radius 0.012",
+            &[("curvature-radius", 0.012.into())],
+        ),
+        ("--bias -0.25", &[("bias", (-0.25).into())]),
+        ("--gain 2.5", &[("gain", 2.5.into())]),
+        ("--min-stick 0.125", &[("min-stick", 0.125.into())]),
+        ("--seed 77", &[("seed", 77.into())]),
+        ("--at -1,2,0.5", &[("at", vec![-1.0, 2.0, 0.5].into())]),
+        ("--at highest", &[("at", "highest".into())]),
+        ("--launch 2", &[("launch", 2.0.into())]),
+        ("--kill 20", &[("kill", 20.0.into())]),
+        ("--join touch", &[("join", "touch".into())]),
+        ("--steps small", &[("steps", "small".into())]),
+        ("--boundary absorb", &[("boundary", "absorb".into())]),
+        ("--threads 2", &[]),
+    ];
+    for (i, (flags, changes)) in cases.iter().enumerate() {
+        let flags = format!("--elements 8 {flags}");
+        let mut expected = plain.clone();
+        for (key, value) in *changes {
+            expected.insert((*key).to_owned(), value.clone());
+        }
+        let found = recipe(&grown(desk.path(), &i.to_string(), &flags));
+        assert_eq!(found, expected, "{flags}");
+    }
+    let triangle = recipe(&grown(
+        desk.path(),
+        "t",
+        "--elements 8 --at-triangle 12,0.25,0.5",
+    ));
+    assert!(triangle.contains_key("at-triangle") && !triangle.contains_key("at"));
+    for (flags, key) in [("--reach 4r", "reach"), ("--cover 0.00001", "cover")] {
+        let found = recipe(&grown(desk.path(), key, flags));
+        assert!(
+            found.contains_key(key) && !found.contains_key("elements"),
+            "{found}"
+        );
+    }
+}
+
+/// Two separate bumpy sheets, the first larger, in either order in the file.
+fn two_pieces(swapped: bool) -> String {
+    let sheet = |n: i64, at: f64| {
+        let cells = (0..n).flat_map(move |i| (0..n).map(move |j| (i, j)));
+        let corner = move |i: i64, j: i64| {
+            let y = ((i * 7 + j * 13) % 5) as f64 * 0.0625;
+            [at + i as f64 * 0.5, y, j as f64 * 0.5]
+        };
+        cells.flat_map(move |(i, j)| {
+            let [a, b, c, d] = [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(x, y)| corner(i + x, j + y));
+            [[a, b, c], [a, c, d]]
+        })
+    };
+    let (large, small) = (sheet(12, 0.0), sheet(7, 50.0));
+    let triangles: Vec<_> = match swapped {
+        false => large.chain(small).collect(),
+        true => small.chain(large).collect(),
+    };
+    let mut obj = String::new();
+    for (t, corners) in triangles.iter().enumerate() {
+        for [x, y, z] in corners {
+            obj += &format!("v {x} {y} {z}\n");
+        }
+        obj += &format!("f {} {} {}\n", 3 * t + 1, 3 * t + 2, 3 * t + 3);
+    }
+    obj
+}
+
+#[test]
+fn the_order_of_unrelated_pieces_in_the_file_changes_no_byte() {
+    let desk = tempfile::tempdir().unwrap();
+    let mut tables = Vec::new();
+    for (name, swapped) in [("a", false), ("b", true)] {
+        let mesh = format!("{name}.obj");
+        fs::write(desk.path().join(&mesh), two_pieces(swapped)).unwrap();
+        for (place, at) in [("top", "top"), ("small", "51,0,1"), ("random", "random")] {
+            let folder = format!("{name}-{place}");
+            let words = [
+                "grow",
+                &mesh,
+                "-o",
+                &folder,
+                "--elements",
+                "200",
+                "--at",
+                at,
+            ];
+            let output = thallus(desk.path(), &words);
+            assert!(output.status.success(), "{}", said(&output));
+            tables.push(fs::read(desk.path().join(folder).join("elements.ply")).unwrap());
+        }
+    }
+    assert_ne!(tables[0], tables[1], "the places differ");
+    assert_eq!(tables[..3], tables[3..]);
+}
+
+#[test]
+fn the_shipped_rock_gives_the_same_bytes_whatever_the_threads() {
+    let desk = tempfile::tempdir().unwrap();
+    let table = |threads: &str| {
+        let flags = format!("--elements 400 --threads {threads}");
+        fs::read(grown(desk.path(), threads, &flags).join("elements.ply")).unwrap()
+    };
+    let one = table("1");
+    for threads in ["2", "4", "1024"] {
+        assert_eq!(table(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn errors_are_one_line() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("broken.toml"), "seed = 1\nbias = = 2\n").unwrap();
+    fs::write(desk.path().join("typed.toml"), "bias = \"much\"\n").unwrap();
+    fs::write(desk.path().join("key.toml"), "seed = 1\nbiass = 2\n").unwrap();
+    fs::write(
+        desk.path().join("picture.obj"),
+        b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR",
+    )
+    .unwrap();
+    let rock = rock();
+    for (words, code, place) in [
+        (vec!["grow", &rock, "--recipe", "broken.toml"], 2, "line 2"),
+        (vec!["grow", &rock, "--recipe", "typed.toml"], 2, "line 1"),
+        (vec!["grow", &rock, "--recipe", "key.toml"], 2, "line 2"),
+        (vec!["grow", &rock, "--recipe", "none.toml"], 1, "none.toml"),
+        (vec!["grow", &rock, "--bogus"], 2, "--bogus"),
+        (vec!["grow", &rock, "--bias", "x"], 2, "--bias"),
+        (vec!["grow", &rock, "--threads", "1025"], 2, "--threads"),
+        (vec!["grow", &rock, "--seed", "-1"], 2, "--seed"),
+        (vec!["grow", &rock, "--elements", "-1"], 2, "--elements"),
+        (vec!["grow", &rock, "--threads", "-1"], 2, "--threads"),
+        (vec!["grow", &rock, "--at", "1,2"], 2, "--at"),
+        (vec!["grow", &rock, "--reach", "auto"], 2, "--reach"),
+        (vec!["export", &rock], 2, "--to"),
+        (vec!["check", "picture.obj"], 1, "picture.obj"),
+    ] {
+        let output = thallus(desk.path(), &words);
+        let err = said(&output);
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {err}");
+        assert!(
+            err.starts_with("error: ") && err.contains(place),
+            "{words:?}: {err}"
+        );
+        assert_eq!(err.lines().count(), 1, "{words:?}: {err}");
+        assert!(output.stdout.is_empty(), "{words:?}");
+    }
+}
+
+#[test]
+fn a_file_that_is_not_what_its_name_says_is_read_by_its_content() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::copy(rock(), desk.path().join("rock.stl")).unwrap();
+    let output = thallus(desk.path(), &["check", "rock.stl", "--json"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["triangles"], 4608);
+    assert!(answer["repairs"].to_string().contains("OBJ"), "{answer}");
+}
+
+#[test]
+fn every_format_is_exported() {
+    let desk = tempfile::tempdir().unwrap();
+    grown(desk.path(), "run", "--elements 30");
+    let head = |name: &str, start: &[u8]| {
+        let output = thallus(desk.path(), &["export", "run", "--to", name]);
+        assert!(output.status.success(), "{name}: {}", said(&output));
+        let bytes = fs::read(desk.path().join(name)).unwrap();
+        assert!(bytes.starts_with(start), "{name}");
+    };
+    let starts: [(&str, &[u8]); 4] = [
+        ("ply", b"ply\n"),
+        ("csv", b""),
+        ("npy", b"\x93NUMPY"),
+        ("npz", b"PK"),
+    ];
+    assert_eq!(
+        starts.len(),
+        thallus::export::FORMATS.len(),
+        "a new format needs a line here"
+    );
+    for (extension, start) in starts {
+        head(&format!("out.{extension}"), start);
+    }
+}
+
+/// A file system of 64 kB, unmounted when dropped. Only root may have one.
+#[cfg(target_os = "linux")]
+struct TinyDisk(tempfile::TempDir);
+
+#[cfg(target_os = "linux")]
+impl TinyDisk {
+    fn new() -> Option<Self> {
+        let at = tempfile::tempdir().unwrap();
+        let mount = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "size=64k", "tmpfs"])
+            .arg(at.path())
+            .output();
+        let mounted = mount.is_ok_and(|output| output.status.success());
+        mounted.then_some(Self(at))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for TinyDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0.path()).status();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error_that_leaves_nothing() {
+    let Some(disk) = TinyDisk::new() else {
+        eprintln!("skipped: no tmpfs may be mounted here");
+        return;
+    };
+    let place = disk.0.path();
+    let rock = rock();
+    let output = thallus(
+        place,
+        &["grow", &rock, "-o", "out", "--elements", "3000", "--quiet"],
+    );
+    let err = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(
+        err.contains("elements.ply") && err.contains("make room"),
+        "{err}"
+    );
+    assert_eq!(fs::read_dir(place).unwrap().count(), 0);
+}
