@@ -24,7 +24,7 @@ fn said(output: &Output) -> String {
 /// Grows a few elements on the rock and gives the folder.
 fn grown(folder: &Path, name: &str, flags: &str) -> PathBuf {
     let rock = rock();
-    let mut words = vec!["grow", &rock, "-o", name, "--quiet"];
+    let mut words = vec!["grow", &rock, "-o", name, "--quiet", "--preview", "64"];
     words.extend(flags.split_whitespace());
     let output = thallus(folder, &words);
     assert!(output.status.success(), "{flags}: {}", said(&output));
