@@ -2,8 +2,7 @@
 //!
 //!     cargo bench
 //!
-//! `load` reports time per triangle of a height field of a million triangles; peak memory is a
-//! matter for the whole process: see `docs/performance.md`.
+//! `load` reports time per triangle of a height field of a million triangles.
 
 use std::hint::black_box;
 

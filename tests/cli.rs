@@ -40,6 +40,9 @@ impl Desk {
         command
             .args(words.split_whitespace())
             .current_dir(self.0.path());
+        if words.starts_with("grow") && !words.contains("--help") {
+            command.args(["--preview", "64"]); // a full picture takes longer than the growth
+        }
         command
     }
 

@@ -14,7 +14,11 @@ fn rock() -> String {
 /// Runs `thallus` in a folder.
 fn thallus(folder: &Path, words: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.args(words).current_dir(folder).output().unwrap()
+    command.args(words).current_dir(folder);
+    if words.first() == Some(&"grow") {
+        command.args(["--preview", "64"]); // a full picture takes longer than the growth
+    }
+    command.output().unwrap()
 }
 
 fn said(output: &Output) -> String {

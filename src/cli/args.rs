@@ -103,6 +103,9 @@ pub(crate) struct GrowArgs {
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
+    /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
+    #[arg(long, value_name = "PIXELS", default_value_t = 1280, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
+    pub(crate) preview: u32,
     /// Replace what an earlier run wrote to DIR
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,

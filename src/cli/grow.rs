@@ -47,6 +47,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         growth: &growth,
         execution: &execution,
         seconds,
+        preview: args.preview,
     };
     let report = finished.report();
     finished.write(output)?;

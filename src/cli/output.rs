@@ -25,6 +25,8 @@ pub(crate) struct Finished<'a> {
     pub(crate) growth: &'a Growth,
     pub(crate) execution: &'a Execution,
     pub(crate) seconds: Timings,
+    /// Width of the picture in pixels.
+    pub(crate) preview: u32,
 }
 
 impl Finished<'_> {
@@ -34,7 +36,7 @@ impl Finished<'_> {
         self.write_elements(&mut folder)?;
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
-        let preview = preview(self.substrate, &self.growth.cluster);
+        let preview = preview(self.substrate, &self.growth.cluster, self.preview);
         folder.write(PREVIEW, |out| out.write_all(&preview))?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report().to_json();
@@ -58,6 +60,7 @@ impl Finished<'_> {
             growth,
             execution,
             seconds,
+            ..
         } = self;
         RunReport::new(substrate, recipe, growth, *seconds, execution)
     }

@@ -4,8 +4,9 @@ use thallus::cluster::{Cluster, Element};
 use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render};
 use thallus::substrate::Substrate;
 
-/// The substrate with its lichen coloured by age, as PNG.
-pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster) -> Vec<u8> {
+/// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
+/// in height.
+pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> Vec<u8> {
     let vertices: Vec<_> = substrate
         .vertices()
         .iter()
@@ -18,7 +19,11 @@ pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster) -> Vec<u8> {
         discs: &discs,
         up: substrate.up().as_vec3().to_array(),
     };
-    let settings = Settings::default();
+    let settings = Settings {
+        width,
+        height: width * 3 / 4,
+        ..Settings::default()
+    };
     let aspect = settings.width as f32 / settings.height as f32;
     render(&scene, &Camera::best_view(&scene, aspect), &settings).to_png()
 }

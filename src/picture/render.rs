@@ -32,7 +32,7 @@ impl Default for Settings {
 const WITHIN_PIXEL: u32 = 0;
 
 /// After this many samples that differ by less than the share `ALIKE`, a pixel is done.
-const ENOUGH: u32 = 6;
+const ENOUGH: u32 = 4;
 const ALIKE: f32 = 0.1;
 
 /// Takes the picture; the same bytes for any number of threads. Zeros in the settings count as 1.

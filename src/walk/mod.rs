@@ -1,7 +1,7 @@
 //! Walking straight over a triangle mesh.
 //!
 //! A walk is plane geometry: the triangles it crosses are laid flat one after the other beside the
-//! one it starts in (Sumner 2001, 6.1). See [`trace`].
+//! one it starts in (Sumner 2001, 6.1). See [`trace()`].
 
 mod connect;
 mod plane;
