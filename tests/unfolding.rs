@@ -353,12 +353,25 @@ const TRACES: usize = 1_000_000;
 fn checked(name: &str, mesh: &Substrate, traces: usize, index: u64) {
     let worst = survey(mesh, traces, &mut stream((1 << 20) + index));
     println!("{name}: {worst:?}");
-    assert!(worst.gave_up == 0, "{name}: {worst:?}");
     assert!(worst.outside < 1e-12, "{name}: {worst:?}");
-    assert!(
-        worst.length < 1e-7 && worst.bend < 1e-7,
-        "{name}: {worst:?}"
-    );
+    assert!(worst.bend < CLOSE, "{name}: {worst:?}");
+    // A path into a corner is reflected up to π/angle times before it comes out: it may give up
+    // in one narrower than this, and only there.
+    let narrow = sharpest_angle(mesh) < 1e-5;
+    assert!(worst.gave_up == 0 || narrow, "{name}: {worst:?}");
+    let long = if narrow { 1e-6 } else { CLOSE };
+    assert!(worst.length < long, "{name}: {worst:?}");
+}
+
+/// The least angle of any triangle, or rather its sine.
+fn sharpest_angle(mesh: &Substrate) -> f64 {
+    let of_triangle = |t| {
+        let [a, b, c] = mesh.corners(t);
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        2.0 * mesh.area(t) / (longest * longest)
+    };
+    let all = 0..mesh.triangles().len() as u32;
+    all.map(of_triangle).fold(1.0, f64::min)
 }
 
 /// The meshes we ship, and those that were lent to us where they are.
@@ -371,14 +384,9 @@ fn files() -> Vec<PathBuf> {
         .filter(|p| p.extension().is_some_and(|e| e != "md"))
         .collect();
     files.sort();
-    let shared = std::env::var_os("THALLUS_SHARED_MESHES")
-        .map_or_else(|| root.join("../shared/meshes"), PathBuf::from);
-    match std::fs::read_to_string(shared.join("MANIFEST.tsv")) {
-        Ok(manifest) => files.extend(loadable(&manifest).map(|file| shared.join(file))),
-        Err(_) => println!(
-            "no shared meshes at {}: walked on ours only",
-            shared.display()
-        ),
+    if let Some(shared) = common::shared_folder() {
+        let manifest = std::fs::read_to_string(shared.join("MANIFEST.tsv")).expect("a manifest");
+        files.extend(loadable(&manifest).map(|file| shared.join(file)));
     }
     files
 }

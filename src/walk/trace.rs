@@ -102,13 +102,22 @@ pub fn trace_visiting<V: Visitor>(
         end,
         crossings,
     };
-    let mut front = Front::leaving(from.triangle, &corners, step);
-    let stays = step == DVec2::ZERO || contains(&corners, step) || !front.is_passed(step);
-    if stays && let Some(point) = weigh(from.triangle, corners, step) {
+    if contains(&corners, step) || step == DVec2::ZERO {
         if V::WATCHES {
             visitor.arrive(step);
         }
+        let point = weigh(from.triangle, areas(&corners, step));
         return ended(point, End::Distance, 0);
+    }
+    let mut front = Front::leaving(from.triangle, &corners, step);
+    if !front.is_passed(step) {
+        let weights = areas(&corners, step);
+        if is_near(&corners, step, weights) {
+            if V::WATCHES {
+                visitor.arrive(step);
+            }
+            return ended(weigh(from.triangle, weights), End::Distance, 0);
+        }
     }
     for crossings in 1..=MOST_CROSSINGS {
         if V::WATCHES {
@@ -120,13 +129,16 @@ pub fn trace_visiting<V: Visitor>(
         }
         let unfolded = front.cross(charts);
         front = unfolded.next_front(step);
-        if !front.is_passed(step)
-            && let Some(point) = weigh(unfolded.triangle, unfolded.corners(), step)
-        {
+        if front.is_passed(step) {
+            continue;
+        }
+        let corners = unfolded.corners();
+        let weights = areas(&corners, step);
+        if is_near(&corners, step, weights) {
             if V::WATCHES {
                 visitor.arrive(unfolded.in_chart(charts, step));
             }
-            return ended(point, End::Distance, crossings);
+            return ended(weigh(unfolded.triangle, weights), End::Distance, crossings);
         }
     }
     ended(front.point_on_edge(step), End::Crossings, MOST_CROSSINGS)
@@ -139,31 +151,35 @@ fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
         && (*a - *c).perp_dot(p - *c) >= 0.0
 }
 
-/// Round-off of a place in the plane, beside the path's length; far above what builds up.
-const ROUND_OFF: f64 = 1e-11;
+/// Doubled areas of the triangles that a point makes with the edges across from each corner: the
+/// point's weights, not normalised, all of one sign inside. A mirrored triangle's are negative.
+fn areas([a, b, c]: &[DVec2; 3], p: DVec2) -> [f64; 3] {
+    let (a, b, c) = (*a - p, *b - p, *c - p);
+    [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)]
+}
 
-/// The surface point of a triangle laid flat with these corners; none where it lies outside by
-/// more than round-off.
+/// Whether the point with these areas is in the triangle, or outside by no more than round-off.
 ///
-/// That is asked because a path along an edge is only by round-off on the one or other side of it,
-/// and then seems to end at any edge that it runs along.
-fn weigh(triangle: u32, [a, b, c]: [DVec2; 3], p: DVec2) -> Option<SurfacePoint> {
-    let weights = [
-        (b - p).perp_dot(c - p),
-        (c - p).perp_dot(a - p),
-        (a - p).perp_dot(b - p),
-    ];
-    let sum = (b - a).perp_dot(c - a);
-    // Mirrored triangles lie clockwise.
-    let least = weights.iter().map(|w| w * sum.signum()).fold(0.0, f64::min);
-    let longest_sq = (b - a)
-        .length_squared()
-        .max((c - b).length_squared())
-        .max((a - c).length_squared());
-    // Not so far out, or NaN.
-    let error_sq = (p.length_squared() + longest_sq) * longest_sq * (ROUND_OFF * ROUND_OFF);
-    let outside = least * least > error_sq;
-    (!outside).then(|| SurfacePoint::from_weights(triangle, weights.map(|w| w / sum)))
+/// That is asked at the end of a path because one along an edge is only by round-off on this or
+/// that side of it, and then seems to end at any edge that it runs along.
+fn is_near([a, b, c]: &[DVec2; 3], p: DVec2, areas: [f64; 3]) -> bool {
+    /// Of a place in the plane, beside the path's length; far above what builds up.
+    const ROUND_OFF: f64 = 1e-11;
+    let least = areas[0].min(areas[1]).min(areas[2]);
+    let most = areas[0].max(areas[1]).max(areas[2]);
+    if least * most >= 0.0 {
+        return true;
+    }
+    let out = least.abs().min(most.abs());
+    let edges_sq = (*b - *a).length_squared() + (*c - *a).length_squared();
+    let error_sq = (p.length_squared() + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
+    out * out <= error_sq
+}
+
+/// The surface point with these areas.
+fn weigh(triangle: u32, areas: [f64; 3]) -> SurfacePoint {
+    let sum: f64 = areas.iter().sum();
+    SurfacePoint::from_weights(triangle, areas.map(|w| w * sum.signum()))
 }
 
 /// An edge that the path is about to cross: `left` and `right` of it as the path looks.

@@ -124,8 +124,7 @@ pub(crate) fn walk(
 /// Many traces over one mesh: from anywhere in a triangle, from vertices and edges, aimed at
 /// nothing, at vertices, and along edges.
 pub(crate) fn survey(substrate: &Substrate, traces: usize, stream: &mut Stream) -> Worst {
-    let bases: f64 = substrate.charts().iter().map(|c| c.base).sum();
-    let longest = (400.0 * bases / substrate.charts().len() as f64).min(20.0);
+    let longest = (400.0 / edges_met(substrate)).min(20.0);
     let (mut worst, mut path) = (Worst::default(), Path::default());
     for i in 0..traces {
         let triangle = (stream.uniform() * substrate.triangles().len() as f64) as u32;
@@ -143,6 +142,18 @@ pub(crate) fn survey(substrate: &Substrate, traces: usize, stream: &mut Stream) 
         worst.take(walk(substrate, &from, step, &mut path));
     }
     worst
+}
+
+/// Edges that a path meets in unit length, on average over all straight paths: the length of the
+/// triangles' edges over π times their area (Crofton).
+fn edges_met(substrate: &Substrate) -> f64 {
+    let all = 0..substrate.triangles().len() as u32;
+    let perimeter = |t| {
+        let [a, b, c] = substrate.corners(t);
+        a.distance(b) + b.distance(c) + c.distance(a)
+    };
+    let length: f64 = all.clone().map(perimeter).sum();
+    length / (std::f64::consts::PI * all.map(|t| substrate.area(t)).sum::<f64>())
 }
 
 /// A point inside, two kinds on an edge, a corner.
