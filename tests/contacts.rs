@@ -5,7 +5,7 @@ mod common;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use thallus::cluster::{Cluster, Element, ElementIndex, GridIndex, NO_PARENT};
+use thallus::cluster::{Cluster, Element, ElementIndex, NO_PARENT, SparseIndex};
 use thallus::growth::{GrowthModel, Join, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, grow};
@@ -197,9 +197,13 @@ fn parameters(radius: f64) -> Parameters {
 }
 
 /// A cluster of scattered elements, with an index of them.
-fn scattered(substrate: &Substrate, radius: f64, points: &[SurfacePoint]) -> (Cluster, GridIndex) {
+fn scattered(
+    substrate: &Substrate,
+    radius: f64,
+    points: &[SurfacePoint],
+) -> (Cluster, SparseIndex) {
     let mut cluster = Cluster::new(radius);
-    let mut index = GridIndex::new(radius, 10.0 * radius, 2.0);
+    let mut index = SparseIndex::new(radius, 10.0 * radius, substrate.bounds());
     for &at in points {
         let position = substrate.position(&at);
         cluster.push(Element {
@@ -238,13 +242,17 @@ fn contacts_and_counts_equal_brute_force() {
             let at = trace(&substrate, near, stream.in_unit_disc() * 0.06, false).point;
             let p = substrate.position(&at);
             let nearest = nearest_in_contact(&substrate, cluster.elements(), &at, 0.02);
-            let found = around.touching(&mut scratch, &at, p, 0.04);
+            let found = around.touching(&mut scratch, (at.triangle, p), 0.04);
             assert_eq!(found, nearest, "{name}: contact");
             let reached = joined_by_brute_force(&substrate, at.triangle, p, 0.22);
             let counts =
                 |e: &&Element| p.distance(e.position) < 0.2 && reached[e.at.triangle as usize];
             let n = cluster.elements().iter().filter(counts).count();
-            assert_eq!(around.count(&mut scratch, &at, p), n, "{name}: density");
+            assert_eq!(
+                around.count(&mut scratch, (at.triangle, p)),
+                n,
+                "{name}: density"
+            );
         }
     }
 }
@@ -292,7 +300,7 @@ fn faces_of_a_slab_never_touch_but_its_rim_is_crossed() {
                 cluster: &cluster,
                 index: &index,
             };
-            let touches = around.in_contact(&mut scratch, &front, slab.position(&front));
+            let touches = around.in_contact(&mut scratch, (front.triangle, slab.position(&front)));
             // Round the rim from face to face is 2·depth + thickness; the rule allows 3r.
             assert_eq!(
                 touches,

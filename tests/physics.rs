@@ -3,7 +3,7 @@
 mod common;
 
 use glam::DVec3;
-use thallus::cluster::{Cluster, Element, ElementIndex, GridIndex, NO_PARENT};
+use thallus::cluster::{Cluster, Element, ElementIndex, NO_PARENT, SparseIndex};
 use thallus::growth::{Join, Parameters, Stickiness, Surroundings};
 use thallus::run::{Execution, Growth, Recipe, StopRule, grow};
 use thallus::substrate::Substrate;
@@ -117,7 +117,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
         seed: 1,
     };
     let mut cluster = Cluster::new(scale);
-    let mut index = GridIndex::new(scale, 10.0 * scale, 2.0);
+    let mut index = SparseIndex::new(scale, 10.0 * scale, plane.bounds());
     for row in -20..=20 {
         for column in -20..=20 {
             let shift = if row % 2 == 0 { 0.0 } else { 1.0 };
@@ -147,7 +147,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
         index: &index,
     };
     let at = plane.nearest(plane.units().to_local(place.to_array())).0;
-    let n = around.count(&mut Connectivity::new(), &at, plane.position(&at));
+    let n = around.count(&mut Connectivity::new(), (at.triangle, plane.position(&at)));
     Stickiness::new(&parameters).curvature(n)
 }
 

@@ -3,10 +3,12 @@
 mod element;
 mod extent;
 mod index;
+mod sparse;
 
 pub use element::{Element, NO_PARENT};
 pub use extent::Extent;
-pub use index::{ElementIndex, GridIndex};
+pub use index::{ElementIndex, Look};
+pub use sparse::{Notes, SparseIndex};
 
 /// The append-only list of elements, in birth order.
 ///

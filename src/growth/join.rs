@@ -50,8 +50,12 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// DESIGN section 3, step 5: after packing on a curved mesh, check again.
     fn overlaps(&self, scratch: &mut Connectivity, at: &SurfacePoint) -> bool {
         let distance = self.contact_distance() * (1.0 - OVERLAP);
-        self.touching(scratch, at, self.substrate.position(at), distance)
-            .is_some()
+        self.touching(
+            scratch,
+            (at.triangle, self.substrate.position(at)),
+            distance,
+        )
+        .is_some()
     }
 
     /// The first place on a path that is at contact distance from an element of its sheet.
@@ -98,7 +102,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         let touched = |scratch: &mut Connectivity, t: f64| {
             let at = path.surface_point(self.substrate, t);
             let p = self.substrate.position(&at);
-            self.touching(scratch, &at, p, self.contact_distance())
+            self.touching(scratch, (at.triangle, p), self.contact_distance())
         };
         let mut touching = touched(scratch, met).unwrap_or(0);
         for _ in 0..60 {

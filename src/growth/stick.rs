@@ -11,7 +11,6 @@ use glam::DVec3;
 
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
-use crate::substrate::SurfacePoint;
 use crate::walk::Connectivity;
 
 /// The sticking law with its constants worked out.
@@ -58,48 +57,37 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         &self,
         scratch: &mut Connectivity,
         law: &Stickiness,
-        (at, p): (&SurfacePoint, DVec3),
+        (triangle, p): (u32, DVec3),
         chance: f64,
     ) -> Option<f64> {
         if law.gain == 0.0 {
             let probability = law.probability(0);
             return (chance < probability).then_some(probability);
         }
-        let mut most = 0;
-        let mut elsewhere = false;
-        let elements = self.cluster.elements();
-        self.index
-            .within(p, self.parameters.curvature_radius, &mut |id, _| {
-                most += 1;
-                elsewhere |= elements[id as usize].at.triangle != at.triangle;
-            });
+        let most = self.index.count(p, self.parameters.curvature_radius);
         if law.gain > 0.0 && chance >= law.probability(most) {
             return None;
         }
-        let n = if elsewhere {
-            self.count(scratch, at, p)
-        } else {
-            most
-        };
-        let probability = law.probability(n);
+        let probability = law.probability(self.count(scratch, (triangle, p)));
         (chance < probability).then_some(probability)
     }
 
     /// n: elements of the same sheet with their centre within L of a place.
     ///
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
-    pub fn count(&self, scratch: &mut Connectivity, at: &SurfacePoint, p: DVec3) -> usize {
+    pub fn count(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> usize {
         let reach = self.parameters.curvature_radius;
-        scratch.reach(
-            self.substrate,
-            at.triangle,
-            p,
-            reach + self.parameters.radius,
-        );
+        let ball = reach + self.parameters.radius;
         let elements = self.cluster.elements();
+        let mut searched = false;
         let mut n = 0;
         self.index.within(p, reach, &mut |id, _| {
-            n += usize::from(scratch.has_reached(elements[id as usize].at.triangle));
+            let other = elements[id as usize].at.triangle;
+            if other != triangle && !searched {
+                scratch.reach(self.substrate, triangle, p, ball);
+                searched = true;
+            }
+            n += usize::from(other == triangle || scratch.has_reached(other));
         });
         n
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Parameters;
 use crate::cluster::{Cluster, ElementIndex};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::Substrate;
 use crate::walk::Connectivity;
 
 /// The surface and the lichen on it, as they are while one walker walks.
@@ -41,13 +41,13 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         scratch.joined(self.substrate, [triangle, other], (p + q) * 0.5, ball)
     }
 
-    /// The nearest element on the same sheet with its centre nearer than `distance`, which is at
+    /// The nearest element on the sheet of a place, which is given by its triangle and its position
+    /// in space, with its centre nearer than `distance`, which is at
     /// most that of contact.
     pub fn touching(
         &self,
         scratch: &mut Connectivity,
-        at: &SurfacePoint,
-        p: DVec3,
+        (triangle, p): (u32, DVec3),
         distance: f64,
     ) -> Option<u32> {
         let mut nearest: Option<(f64, u32)> = None;
@@ -56,7 +56,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             let candidate = (p.distance_squared(q), id);
             let nearer = nearest.is_none_or(|n| candidate < n);
             let there = (elements[id as usize].at.triangle, q);
-            if nearer && self.same_sheet(scratch, (at.triangle, p), there) {
+            if nearer && self.same_sheet(scratch, (triangle, p), there) {
                 nearest = Some(candidate);
             }
         });
@@ -64,8 +64,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     /// Whether an element on the same sheet is in contact with a walker.
-    pub fn in_contact(&self, scratch: &mut Connectivity, at: &SurfacePoint, p: DVec3) -> bool {
-        self.touching(scratch, at, p, self.contact_distance())
+    pub fn in_contact(&self, scratch: &mut Connectivity, place: (u32, DVec3)) -> bool {
+        self.touching(scratch, place, self.contact_distance())
             .is_some()
     }
 }

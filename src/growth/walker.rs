@@ -7,19 +7,20 @@ use glam::DVec3;
 use super::launch::{AreaSampler, LaunchRing};
 use super::step::random_step;
 use super::{Boundary, Counts, GrowthModel, Halt, Parameters, Steps, Stickiness, Surroundings};
-use crate::cluster::{Cluster, Element, ElementIndex, GridIndex};
+use crate::cluster::{Cluster, Element, ElementIndex, Look, SparseIndex};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Substrate, SurfacePoint};
-use crate::walk::{Connectivity, End, trace};
+use crate::walk::{Connectivity, End, Stand};
 
 /// Diffusion-limited aggregation with curvature-based sticking.
-pub struct WalkerModel<'a, I = GridIndex> {
+pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     substrate: &'a Substrate,
     parameters: Parameters,
     law: Stickiness,
     index: I,
     launcher: Launcher,
     scratch: Connectivity,
+    notes: I::Notes,
     counts: Counts,
 }
 
@@ -32,8 +33,8 @@ const LEAST_GAP: f64 = 4.0;
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: u32 = 20_000;
 
-/// More than round-off can add to a sum of distances.
-const SLACK: f64 = 1.0 + 1e-9;
+/// A bound from the launcher's sphere serves when it is this share of the sphere's radius.
+const FAR_OUTSIDE: f64 = 0.2;
 
 /// Steps between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 4096;
@@ -41,25 +42,16 @@ const STEPS_PER_LOOK: u64 = 4096;
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// A model of its own index, for a cluster that is still empty.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let [low, high] = substrate.units().bounding_box();
-        let diagonal = substrate.units().length_to_local(low.distance(high));
+        let wide = parameters.curvature_radius;
         Self {
             law: Stickiness::new(&parameters),
-            index: I::new(parameters.radius, parameters.curvature_radius, diagonal),
+            index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
             scratch: Connectivity::new(),
+            notes: I::Notes::default(),
             counts: Counts::default(),
             substrate,
             parameters,
-        }
-    }
-
-    fn around<'b>(&'b self, cluster: &'b Cluster) -> Surroundings<'b, I> {
-        Surroundings {
-            substrate: self.substrate,
-            parameters: &self.parameters,
-            cluster,
-            index: &self.index,
         }
     }
 }
@@ -67,6 +59,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
 impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     fn born(&mut self, cluster: &Cluster) {
         if let Some(last) = cluster.elements().last() {
+            self.index.adopt(&mut self.notes);
             self.index.insert(last.position);
             self.launcher
                 .update(self.substrate, &self.parameters, cluster);
@@ -74,19 +67,21 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: &dyn Fn() -> bool) -> Result<Element, Halt> {
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let mut counts = std::mem::take(&mut self.counts);
         let mut walk = Walk {
-            around: self.around(cluster),
+            around: Surroundings {
+                substrate: self.substrate,
+                parameters: &self.parameters,
+                cluster,
+                index: &self.index,
+            },
             law: &self.law,
             launcher: &self.launcher,
-            scratch: &mut scratch,
-            counts: &mut counts,
+            scratch: &mut self.scratch,
+            notes: &mut self.notes,
+            counts: &mut self.counts,
             cancelled,
         };
-        let result = walk.until_one_sticks();
-        (self.scratch, self.counts) = (scratch, counts);
-        result
+        walk.until_one_sticks()
     }
 
     fn counts(&self) -> &Counts {
@@ -100,6 +95,10 @@ struct Launcher {
     components: Vec<Range<u32>>,
     centre: DVec3,
     radius: f64,
+    /// All elements are within this distance of the centre.
+    reach: f64,
+    /// Walkers farther from the centre are dropped.
+    kill: f64,
     ring: LaunchRing,
     area: Option<AreaSampler>,
 }
@@ -120,14 +119,26 @@ impl Launcher {
         let radius = launch_radius(parameters, extent.effective_radius());
         let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
         let gap = self.radius - extent.effective_radius();
-        if is_new || drift > gap / 16.0 {
-            (self.centre, self.radius) = (extent.centroid(), radius);
+        let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
+        if is_new || drift > gap / 16.0 || reach > self.reach {
+            self.set_out(parameters, cluster);
             self.ring = LaunchRing::new(substrate, &self.components, self.centre, radius);
             if self.ring.length() == 0.0 && self.area.is_none() {
                 let triangles = self.components.iter().flat_map(Clone::clone);
                 self.area = Some(AreaSampler::new(substrate, triangles));
             }
         }
+    }
+
+    /// Takes the spheres from the cluster as it is now.
+    fn set_out(&mut self, parameters: &Parameters, cluster: &Cluster) {
+        let extent = cluster.extent();
+        let effective = extent.effective_radius();
+        self.centre = extent.centroid();
+        self.radius = launch_radius(parameters, effective);
+        self.reach = effective + (self.radius - effective) / 8.0;
+        let kill = parameters.kill * floored_extent(parameters, effective);
+        self.kill = kill.max(self.radius + LEAST_GAP * parameters.radius);
     }
 
     /// Whether the launch sphere encloses all that carries lichen.
@@ -146,13 +157,22 @@ fn launch_radius(parameters: &Parameters, effective_radius: f64) -> f64 {
 }
 
 /// A walker on its way, and what it needs for that.
-struct Walk<'b, I> {
+struct Walk<'b, I: ElementIndex> {
     around: Surroundings<'b, I>,
     law: &'b Stickiness,
     launcher: &'b Launcher,
     scratch: &'b mut Connectivity,
+    notes: &'b mut I::Notes,
     counts: &'b mut Counts,
     cancelled: &'b dyn Fn() -> bool,
+}
+
+/// What comes of a walker near enough to an element.
+enum Meeting {
+    /// The element is on another sheet.
+    Elsewhere,
+    Refused,
+    Sticks(f64),
 }
 
 /// What becomes of one walker.
@@ -192,85 +212,95 @@ impl<I: ElementIndex> Walk<'_, I> {
         };
         (0..MOST_TRIES).map(|_| area.sample(stream)).find(|at| {
             let p = self.around.substrate.position(at);
-            !self.around.in_contact(self.scratch, at, p)
+            !self.around.in_contact(self.scratch, (at.triangle, p))
         })
     }
 
-    fn walk(&mut self, mut at: SurfacePoint, stream: &mut Stream) -> Fate {
-        let parameters = self.around.parameters;
+    fn walk(&mut self, start: SurfacePoint, stream: &mut Stream) -> Fate {
+        let (substrate, parameters) = (self.around.substrate, self.around.parameters);
         let absorb = parameters.boundary == Boundary::Absorb;
-        let mut position = self.around.substrate.position(&at);
-        let extent = self.around.cluster.extent();
-        let farthest = position.distance(extent.centroid()) + extent.effective_radius();
-        let mut nearest = self
-            .around
-            .index
-            .nearest_distance(position, SLACK * farthest);
-        let Some(mut bound) = self.step_bound(position, nearest) else {
+        let mut here = Stand::new(substrate, &start);
+        let Some(look) = self.look(here.position) else {
             return self.kill();
         };
+        let mut bound = self.step_bound(&look);
         loop {
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8).
             let step = random_step(stream, bound, parameters.radius);
-            let traced = trace(self.around.substrate, &at, step, absorb);
+            let moved = here.step(substrate, step, absorb);
             self.counts.steps += 1;
-            self.counts.crossings += u64::from(traced.crossings);
+            self.counts.crossings += u64::from(moved.crossings);
             if self.counts.steps.is_multiple_of(STEPS_PER_LOOK) && (self.cancelled)() {
                 return Fate::Halted(Halt::Cancelled);
             }
-            if traced.end == End::Boundary {
+            if moved.end == End::Boundary {
                 self.counts.absorbed += 1;
                 return Fate::Lost;
             }
+            let Some(look) = self.look(moved.to.position) else {
+                return self.kill();
+            };
             // 4. Contact: stick, or go back to the last position and walk on.
-            let there = self.around.substrate.position(&traced.point);
-            let at_most = SLACK * (nearest + step.length());
-            let next = self.around.index.nearest_distance(there, at_most);
-            let near = next < self.around.contact_distance();
-            if near && self.around.in_contact(self.scratch, &traced.point, there) {
-                self.counts.contacts += 1;
-                let chance = stream.uniform();
-                let place = (&traced.point, there);
-                if let Some(p) = self.around.sticks(self.scratch, self.law, place, chance) {
-                    return self.join(&at, step, p);
+            if look.touching {
+                match self.meet(&moved.to, stream) {
+                    Meeting::Elsewhere => {}
+                    Meeting::Refused => continue,
+                    Meeting::Sticks(probability) => return self.join(&here, step, probability),
                 }
-                self.counts.refusals += 1;
-                continue;
             }
-            (at, position, nearest) = (traced.point, there, next);
-            match self.step_bound(position, nearest) {
-                Some(next) => bound = next,
-                None => return self.kill(),
+            here = moved.to;
+            bound = self.step_bound(&look);
+        }
+    }
+
+    /// How far it is to the lichen at least; none beyond the kill radius.
+    fn look(&mut self, p: DVec3) -> Option<Look> {
+        let from_centre = p.distance(self.launcher.centre);
+        if from_centre > self.launcher.kill && !self.launcher.encloses() {
+            return None;
+        }
+        let clear = from_centre - self.launcher.reach;
+        let contact = self.around.contact_distance();
+        if clear > (FAR_OUTSIDE * self.launcher.reach).max(contact) {
+            return Some(Look {
+                clear,
+                touching: false,
+            });
+        }
+        Some(self.around.index.look(p, self.notes))
+    }
+
+    /// What becomes of a walker that an element is near enough to touch.
+    fn meet(&mut self, there: &Stand, stream: &mut Stream) -> Meeting {
+        let place = (there.triangle, there.position);
+        if !self.around.in_contact(self.scratch, place) {
+            return Meeting::Elsewhere;
+        }
+        self.counts.contacts += 1;
+        let chance = stream.uniform();
+        match self.around.sticks(self.scratch, self.law, place, chance) {
+            Some(probability) => Meeting::Sticks(probability),
+            None => {
+                self.counts.refusals += 1;
+                Meeting::Refused
             }
         }
     }
 
-    /// The bound s = max(D − 2r, r) on the next step, or none beyond the kill radius; D is the
-    /// distance to the nearest element. The cluster lies inside R_e, so this s₂ includes s₁.
+    /// The bound s = max(D − 2r, r) on the next step, from any lower bound D on the distance to the
+    /// nearest element.
     ///
     /// Departure: Sumner 6.3 goes as far as D − r, so that a long step may end r inside contact.
     /// A walker refused there is thrown back far, which makes another law of every bound: on the
     /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
-    fn step_bound(&self, p: DVec3, nearest: f64) -> Option<f64> {
-        let Parameters {
-            radius,
-            kill,
-            steps,
-            ..
-        } = *self.around.parameters;
-        let extent = self.around.cluster.extent();
-        let from_centroid = p.distance(extent.centroid());
-        let floored = floored_extent(self.around.parameters, extent.effective_radius());
-        let limit = (kill * floored).max(self.launcher.radius + LEAST_GAP * radius);
-        if from_centroid > limit && !self.launcher.encloses() {
-            return None;
+    fn step_bound(&self, look: &Look) -> f64 {
+        let Parameters { radius, steps, .. } = *self.around.parameters;
+        match steps {
+            Steps::Small => radius,
+            Steps::Large => (look.clear - self.around.contact_distance()).max(radius),
         }
-        if steps == Steps::Small {
-            return Some(radius);
-        }
-        Some((nearest - self.around.contact_distance()).max(radius))
     }
 
     /// 3. Kill: dropped, and the next one is launched.
@@ -280,8 +310,9 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 5. Join.
-    fn join(&mut self, at: &SurfacePoint, step: glam::DVec2, probability: f64) -> Fate {
-        let joined = self.around.join(self.scratch, at, step);
+    fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Fate {
+        let from = from.surface_point(self.around.substrate);
+        let joined = self.around.join(self.scratch, &from, step);
         self.counts.packed += u64::from(joined.packed);
         let colony = self.around.cluster.elements()[joined.touched as usize].colony;
         Fate::Joined(Element {

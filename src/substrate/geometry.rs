@@ -54,6 +54,31 @@ impl Chart {
     }
 }
 
+/// Where a triangle's chart lies in space.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// The first corner.
+    pub origin: DVec3,
+    /// The direction of the first edge, a unit vector.
+    pub x: DVec3,
+    /// At right angles to it in the triangle's plane, towards the third corner; a unit vector.
+    pub y: DVec3,
+}
+
+impl Frame {
+    pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let x = (b - a).normalize_or(DVec3::X);
+        let along = (c - a).dot(x);
+        let y = (c - a - x * along).normalize_or(x.any_orthonormal_vector());
+        Self { origin: a, x, y }
+    }
+
+    /// A point of the chart in space.
+    pub fn lift(&self, p: DVec2) -> DVec3 {
+        self.origin + self.x * p.x + self.y * p.y
+    }
+}
+
 /// Barycentric weights of the point of a triangle that is nearest to p, after Ericson,
 /// *Real-Time Collision Detection* (2005), 5.1.5.
 pub(crate) fn nearest_weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {

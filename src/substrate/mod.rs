@@ -26,7 +26,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use adjacency::{HalfEdge, Twin};
-pub use geometry::{Chart, Crossing};
+pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
 pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
 pub use report::{PieceReport, SubstrateReport};
@@ -83,6 +83,7 @@ pub struct Substrate {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     charts: Vec<Chart>,
+    frames: Vec<Frame>,
     corners: VertexCorners,
     source: Vec<u32>,
     components: Vec<Component>,
@@ -142,11 +143,13 @@ impl Substrate {
         let bvh = Bvh::new(&welded.vertices, &welded.triangles);
         let report = report::report(read, notes, &welded, &adjacency);
         let charts = charts(&welded, &adjacency);
+        let frames = frames(&welded);
         Ok(Self {
             units: welded.units,
             vertices: welded.vertices,
             triangles: welded.triangles,
             charts,
+            frames,
             corners: adjacency.corners,
             source: welded.source,
             components,
@@ -195,6 +198,19 @@ impl Substrate {
     /// The flat layout of every triangle.
     pub fn charts(&self) -> &[Chart] {
         &self.charts
+    }
+
+    /// Where every triangle's chart lies in space.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// Lower and upper corner of the bounding box, local units.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let boxes = || self.components.iter().map(|c| c.bounds);
+        let low = boxes().fold(DVec3::INFINITY, |m, [low, _]| m.min(low));
+        let high = boxes().fold(DVec3::NEG_INFINITY, |m, [_, high]| m.max(high));
+        [low, high]
     }
 
     /// Connected components, largest area first.
@@ -324,6 +340,11 @@ fn charts(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Chart> {
         Chart::new(corners.map(|i| welded.vertices[i as usize]), twins)
     };
     welded.triangles.par_iter().enumerate().map(chart).collect()
+}
+
+fn frames(welded: &weld::Welded) -> Vec<Frame> {
+    let frame = |corners: &[u32; 3]| Frame::new(corners.map(|i| welded.vertices[i as usize]));
+    welded.triangles.par_iter().map(frame).collect()
 }
 
 /// Area of a triangle.

@@ -5,10 +5,12 @@
 
 mod connect;
 mod plane;
+mod stand;
 mod trace;
 
 pub use connect::Connectivity;
 pub use plane::TrianglePlane;
+pub use stand::{Moved, Stand};
 pub use trace::{End, MOST_CROSSINGS, Trace, Visitor, trace, trace_visiting};
 
 pub use crate::substrate::SurfacePoint;

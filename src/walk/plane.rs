@@ -2,36 +2,23 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{Frame, Substrate, SurfacePoint};
 
-/// Axes in space of a triangle's chart: x along its first edge, y towards its third corner.
+/// A triangle's chart and where it lies in space.
 #[derive(Clone, Copy, Debug)]
 pub struct TrianglePlane {
     triangle: u32,
-    origin: DVec3,
-    x: DVec3,
-    y: DVec3,
+    frame: Frame,
     corners: [DVec2; 3],
 }
 
 impl TrianglePlane {
     /// The plane of a triangle.
     pub fn new(substrate: &Substrate, triangle: u32) -> Self {
-        let [a, b, c] = substrate.corners(triangle);
-        let x = (b - a).normalize_or(DVec3::X);
-        let along = (c - a).dot(x);
-        let y = (c - a - x * along).normalize_or(x.any_orthonormal_vector());
-        let corners = [
-            DVec2::ZERO,
-            DVec2::new((b - a).dot(x), 0.0),
-            DVec2::new(along, (c - a).dot(y)),
-        ];
         Self {
             triangle,
-            origin: a,
-            x,
-            y,
-            corners,
+            frame: substrate.frames()[triangle as usize],
+            corners: substrate.charts()[triangle as usize].corners(),
         }
     }
 
@@ -42,17 +29,15 @@ impl TrianglePlane {
 
     /// A point in space as its foot in the plane, and its squared distance from the plane.
     pub fn project(&self, p: DVec3) -> (DVec2, f64) {
-        let d = p - self.origin;
-        let foot = DVec2::new(d.dot(self.x), d.dot(self.y));
-        (
-            foot,
-            (d - self.x * foot.x - self.y * foot.y).length_squared(),
-        )
+        let Frame { origin, x, y } = self.frame;
+        let d = p - origin;
+        let foot = DVec2::new(d.dot(x), d.dot(y));
+        (foot, (d - x * foot.x - y * foot.y).length_squared())
     }
 
     /// A point of the plane in space.
     pub fn lift(&self, p: DVec2) -> DVec3 {
-        self.origin + self.x * p.x + self.y * p.y
+        self.frame.lift(p)
     }
 
     /// A point of the plane as a surface point, clamped to the triangle.

@@ -93,10 +93,27 @@ pub fn trace_visiting<V: Visitor>(
     visitor: &mut V,
 ) -> Trace {
     let charts = substrate.charts();
-    let mut corners = charts[from.triangle as usize].corners();
+    let corners = charts[from.triangle as usize].corners();
     let [w0, w1, w2] = from.weights();
     let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
-    corners.iter_mut().for_each(|c| *c -= at);
+    trace_in_chart(
+        charts,
+        from.triangle,
+        corners.map(|c| c - at),
+        step,
+        visitor,
+    )
+}
+
+/// As [`trace_visiting`], from the origin of a frame in which the start triangle's corners are
+/// given: its chart's, shifted.
+pub(super) fn trace_in_chart<V: Visitor>(
+    charts: &[Chart],
+    triangle: u32,
+    corners: [DVec2; 3],
+    step: DVec2,
+    visitor: &mut V,
+) -> Trace {
     let ended = |point, end, crossings| Trace {
         point,
         end,
@@ -106,17 +123,17 @@ pub fn trace_visiting<V: Visitor>(
         if V::WATCHES {
             visitor.arrive(step);
         }
-        let point = weigh(from.triangle, areas(&corners, step));
+        let point = weigh(triangle, areas(&corners, step));
         return ended(point, End::Distance, 0);
     }
-    let mut front = Front::leaving(from.triangle, &corners, step);
+    let mut front = Front::leaving(triangle, &corners, step);
     if !front.is_passed(step) {
         let weights = areas(&corners, step);
         if is_near(&corners, step, weights) {
             if V::WATCHES {
                 visitor.arrive(step);
             }
-            return ended(weigh(from.triangle, weights), End::Distance, 0);
+            return ended(weigh(triangle, weights), End::Distance, 0);
         }
     }
     for crossings in 1..=MOST_CROSSINGS {
@@ -145,7 +162,7 @@ pub fn trace_visiting<V: Visitor>(
 }
 
 /// True when a point is in a counter-clockwise triangle, its edges included.
-fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
+pub(super) fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
     (*b - *a).perp_dot(p - *a) >= 0.0
         && (*c - *b).perp_dot(p - *b) >= 0.0
         && (*a - *c).perp_dot(p - *c) >= 0.0

@@ -1,0 +1,253 @@
+//! Lists of centres by the cell of a cubic grid that they are in.
+//!
+//! Centres are kept eight to a chunk, coordinate by coordinate and relative to their cell, so that
+//! f32 resolves them and the compiler's vector code tests several at once. What f32 cannot decide
+//! is decided again from the full positions.
+
+use glam::DVec3;
+
+use super::block_map::{Block, BlockMap, about};
+
+/// Eight centres, relative to the corner of their cell; free places are infinitely far away.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Chunk {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    id: [u32; LANES],
+}
+
+const LANES: usize = 8;
+
+const FREE: Chunk = Chunk {
+    x: [f32::INFINITY; LANES],
+    y: [f32::INFINITY; LANES],
+    z: [f32::INFINITY; LANES],
+    id: [u32::MAX; LANES],
+};
+
+/// No chunk.
+const NONE: u32 = u32::MAX;
+
+/// A linked list of chunks; only the first may have free places.
+#[derive(Clone, Copy)]
+pub(super) struct List {
+    head: u32,
+    len: u32,
+}
+
+impl Default for List {
+    fn default() -> Self {
+        Self { head: NONE, len: 0 }
+    }
+}
+
+/// Storage of the chunks of many lists.
+#[derive(Default)]
+pub(super) struct Chunks {
+    chunks: Vec<Chunk>,
+    next: Vec<u32>,
+}
+
+/// Squared distances off by this share of the limit, or less, are not decided in f32. Rounding
+/// adds up to less than a twentieth of it for cells as large as the limit's root.
+const UNSURE: f32 = 4e-6;
+
+/// Centres within a limit, as far as f32 can tell.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tally {
+    pub(super) inside: u32,
+    pub(super) unsure: u32,
+}
+
+impl Chunks {
+    pub(super) fn push(&mut self, list: &mut List, offset: DVec3, id: u32) {
+        let lane = list.len as usize % LANES;
+        if lane == 0 {
+            self.next.push(list.head);
+            self.chunks.push(FREE);
+            list.head = self.chunks.len() as u32 - 1;
+        }
+        let chunk = &mut self.chunks[list.head as usize];
+        (chunk.x[lane], chunk.y[lane], chunk.z[lane]) =
+            (offset.x as f32, offset.y as f32, offset.z as f32);
+        chunk.id[lane] = id;
+        list.len += 1;
+    }
+
+    /// Counts the centres of a list within √`limit` of a point.
+    pub(super) fn tally(&self, list: List, p: DVec3, limit: f32) -> Tally {
+        let (sure, possible) = (limit * (1.0 - UNSURE), limit * (1.0 + UNSURE));
+        let mut tally = Tally::default();
+        let mut at = list.head;
+        while at != NONE {
+            let d = self.chunks[at as usize].distances_sq(p);
+            let inside: u32 = d.iter().map(|&d| u32::from(d < sure)).sum();
+            let all: u32 = d.iter().map(|&d| u32::from(d < possible)).sum();
+            tally.inside += inside;
+            tally.unsure += all - inside;
+            at = self.next[at as usize];
+        }
+        tally
+    }
+
+    /// Visits the ids in a list that may be within √`limit` of a point.
+    pub(super) fn visit(&self, list: List, p: DVec3, limit: f32, visit: &mut dyn FnMut(u32)) {
+        let possible = limit * (1.0 + UNSURE);
+        let mut at = list.head;
+        while at != NONE {
+            let chunk = &self.chunks[at as usize];
+            let d = chunk.distances_sq(p);
+            for (&d, &id) in d.iter().zip(&chunk.id) {
+                if d < possible {
+                    visit(id);
+                }
+            }
+            at = self.next[at as usize];
+        }
+    }
+}
+
+impl Chunks {
+    /// Visits the ids in a list.
+    fn each(&self, list: List, mut visit: impl FnMut(u32)) {
+        let (mut at, mut left) = (list.head, list.len as usize);
+        while at != NONE {
+            let here = (left - 1) % LANES + 1;
+            self.chunks[at as usize].id[..here]
+                .iter()
+                .for_each(|&id| visit(id));
+            left -= here;
+            at = self.next[at as usize];
+        }
+    }
+}
+
+impl Chunk {
+    fn distances_sq(&self, p: DVec3) -> [f32; LANES] {
+        let p = p.as_vec3();
+        let mut d = [0.0; LANES];
+        for (i, d) in d.iter_mut().enumerate() {
+            let (x, y, z) = (self.x[i] - p.x, self.y[i] - p.y, self.z[i] - p.z);
+            *d = x * x + y * y + z * z;
+        }
+        d
+    }
+}
+
+/// Centres by cell. Lengths are in units of the radius, and so is the cells' size.
+pub(super) struct CellLists {
+    size: f64,
+    inverse: f64,
+    map: BlockMap,
+    cells: Vec<Cell>,
+    chunks: Chunks,
+}
+
+struct Cell {
+    corner: DVec3,
+    list: List,
+    /// The cells that touch this one and hold something, itself included.
+    beside: Vec<u32>,
+}
+
+impl CellLists {
+    pub(super) fn new(size: f64) -> Self {
+        Self {
+            size,
+            inverse: 1.0 / size,
+            map: BlockMap::default(),
+            cells: Vec::new(),
+            chunks: Chunks::default(),
+        }
+    }
+
+    pub(super) fn block(&self, p: DVec3) -> Block {
+        (p * self.inverse).to_array().map(|x| x as u32)
+    }
+
+    pub(super) fn insert(&mut self, p: DVec3, id: u32) {
+        let block = self.block(p);
+        let new = self.cells.len() as u32;
+        let number = self.map.get_or_insert(block, new);
+        if number == new {
+            self.add_cell(block);
+        }
+        let cell = &mut self.cells[number as usize];
+        self.chunks.push(&mut cell.list, p - cell.corner, id);
+    }
+
+    fn add_cell(&mut self, block: Block) {
+        let new = self.cells.len() as u32;
+        let mut beside = Vec::new();
+        self.map.visit(about(block, 1), |_, n| beside.push(n));
+        for &other in beside.iter().filter(|&&o| o != new) {
+            self.cells[other as usize].beside.push(new);
+        }
+        self.cells.push(Cell {
+            corner: DVec3::from(block.map(f64::from)) * self.size,
+            list: List::default(),
+            beside,
+        });
+    }
+
+    /// The lists of the cells that a ball no larger than a cell may touch, with the point relative
+    /// to each.
+    fn near(&self, p: DVec3, limit: f64, mut visit: impl FnMut(List, DVec3)) {
+        let block = self.block(p);
+        let mut one = |number: u32| {
+            let cell = &self.cells[number as usize];
+            let offset = p - cell.corner;
+            if (offset - offset.clamp(DVec3::ZERO, DVec3::splat(self.size))).length_squared()
+                < limit
+            {
+                visit(cell.list, offset);
+            }
+        };
+        match self.map.get(block) {
+            Some(number) => self.cells[number as usize]
+                .beside
+                .iter()
+                .for_each(|&n| one(n)),
+            None => self.map.visit(about(block, 1), |_, n| one(n)),
+        }
+    }
+
+    /// Number of centres within a radius of at most the cells' size, as far as f32 can tell.
+    pub(super) fn tally(&self, p: DVec3, radius: f64) -> Tally {
+        let mut sum = Tally::default();
+        let limit = radius * radius;
+        self.near(p, limit, |list, offset| {
+            let tally = self.chunks.tally(list, offset, limit as f32);
+            sum.inside += tally.inside;
+            sum.unsure += tally.unsure;
+        });
+        sum
+    }
+
+    /// Visits the ids in all cells from one corner to another.
+    pub(super) fn visit_cells(&self, corners: [Block; 2], mut visit: impl FnMut(u32)) {
+        self.map.visit(corners, |_, number| {
+            self.chunks
+                .each(self.cells[number as usize].list, &mut visit);
+        });
+    }
+
+    /// Visits all that may be within a radius.
+    pub(super) fn visit(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32)) {
+        let limit = radius * radius;
+        if radius <= self.size {
+            self.near(p, limit, |list, offset| {
+                self.chunks.visit(list, offset, limit as f32, visit);
+            });
+            return;
+        }
+        let reach = (radius * self.inverse).ceil() as u32;
+        self.map.visit(about(self.block(p), reach), |_, number| {
+            let cell = &self.cells[number as usize];
+            self.chunks
+                .visit(cell.list, p - cell.corner, limit as f32, visit);
+        });
+    }
+}
