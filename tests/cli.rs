@@ -263,6 +263,8 @@ fn meshes_that_cannot_be_used_are_1_and_explained() {
         desk.fails(&format!("grow {mesh} -o out"), 1, &[mesh, said]);
         desk.fails(&format!("check {mesh}"), 1, &[mesh, said]);
     }
+    let missing = desk.run("check missing.obj").err;
+    assert!(!missing.contains("unfit"), "{missing}");
     assert!(!desk.path("out").exists(), "a failed run leaves nothing");
 }
 
@@ -710,7 +712,7 @@ fn a_surface_without_room_is_unfit() {
     desk.put("loose.obj", confetti(20));
     desk.put(
         "speck.obj",
-        format!("{PLANE}v 0 1e6 0\nv 1 1e6 0\nv 0 1e6 1\nf 5 6 7\n"),
+        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
     );
     for (mesh, cure) in [
         ("loose.obj", "merge vertices"),
@@ -738,6 +740,20 @@ fn the_radius_that_check_proposes_is_one_to_grow_with() {
     let proposed = said.split("--radius ").nth(1).unwrap();
     let radius = proposed.split(',').next().unwrap();
     desk.done(&format!("grow speck.obj --radius {radius} --elements 200"));
+}
+
+#[test]
+fn no_radius_is_proposed_that_would_be_refused() {
+    let desk = Desk::new();
+    desk.put(
+        "far.obj",
+        format!("{PLANE}v 0 1e9 0\nv 1 1e9 0\nv 0 1e9 1\nf 5 6 7\n"),
+    );
+    let said = desk.run("check far.obj").err;
+    assert!(
+        said.contains("remove what lies far") && !said.contains("--radius"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -33,10 +33,13 @@ fn surface(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
     }
 }
 
-/// A file that holds no surface: what to do is in the error.
+/// No file, or one that holds no surface: what to do is in the error.
 fn no_surface(args: &CheckArgs, error: &SubstrateError) -> Result<(), Failure> {
     let reason = load_error(&args.mesh, error);
-    if args.json && args.mesh.is_file() {
+    if !args.mesh.is_file() {
+        return Err(Failure::Failed(anyhow::Error::msg(reason)));
+    }
+    if args.json {
         Answer::no_surface(std::slice::from_ref(&reason)).say()?;
     }
     Err(failure(&reason))

@@ -29,6 +29,9 @@ const FEWEST: f64 = 100.0;
 /// Elements that a radius is proposed for: the size of a run that says none.
 const DEFAULT_ELEMENTS: f64 = 20_000.0;
 
+/// The smallest radius that a run takes, in diagonals.
+const SMALLEST_RADIUS: f64 = 1e-6;
+
 /// Share of a surface that discs of one size fill when lichen packs them.
 const PACKED: f64 = 0.8;
 
@@ -60,13 +63,16 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
     let area = units.area_to_file(substrate.components().first()?.area);
     let room = PACKED * area / (PI * radius * radius);
     let finer = (PACKED * area / (PI * DEFAULT_ELEMENTS)).sqrt();
+    let cure = match finer > SMALLEST_RADIUS * units.diagonal() {
+        true => format!("give --radius {}, join the pieces, or", short(finer)),
+        false => "join the pieces, or".to_owned(),
+    };
     let number = plural(room as usize, "element", "elements");
     (room < FEWEST).then(|| {
         format!(
-            "the largest piece has room for about {number} of radius {}: give --radius {}, join \
-             the pieces, or remove what lies far from the rest",
+            "the largest piece has room for about {number} of radius {}: {cure} remove what lies \
+             far from the rest",
             short(radius),
-            short(finer)
         )
     })
 }

@@ -149,23 +149,25 @@ fn lower(a: DVec3, b: DVec3) -> DVec3 {
 ///
 /// Four grids have cells four noises wide, and each lies one noise further along all axes. Of two
 /// places within a noise of each other an axis can part them in one grid only, so three axes leave
-/// one grid in which they share a cell. That takes four look-ups a place, however many crowd.
+/// one grid in which they share a cell. That takes four look-ups a place, however many crowd; and
+/// only places that have company are looked up at all.
 fn noise_classes(units: &Units, places: &[DVec3]) -> Vec<u32> {
     let [min, _] = units.bounding_box();
     let per_unit = 1.0 / (units.diagonal() * NOISE);
+    let cell = |i: u32| {
+        let noises = (places[i as usize] - min) * per_unit;
+        // Half a room away from a room's wall, in which a flat mesh would lie otherwise.
+        noises
+            .to_array()
+            .map(|x| (x as u64).saturating_add(ROOM / 2))
+    };
     let mut one: Vec<u32> = (0..places.len() as u32).collect();
+    let company = in_company(cell, places.len());
     for shift in 0..4 {
-        let cell = |i: u32| {
-            let noises = (places[i as usize] - min) * per_unit;
-            noises
-                .to_array()
-                .map(|x| (x as u64).saturating_add(shift) / 4)
-        };
-        let mut seen = HashIndex::with_capacity(places.len());
-        for i in 0..places.len() as u32 {
-            let here = cell(i);
-            let low_bits = here.map(|x| x as u32);
-            let found = seen.find_or_insert(low_bits, i, |j| cell(j) == here);
+        let shifted = |i: u32| cell(i).map(|x| x.saturating_add(shift) / 4);
+        let mut seen = HashIndex::with_capacity(company.len());
+        for &i in &company {
+            let found = seen.find_or_insert_cell(i, shifted);
             if found != i {
                 unite(&mut one, found, i);
             }
@@ -173,6 +175,28 @@ fn noise_classes(units: &Units, places: &[DVec3]) -> Vec<u32> {
     }
     flatten(&mut one);
     one
+}
+
+/// Width in noises of the rooms that places are sorted into first: wide enough that few places are
+/// at a wall, narrow enough that few share a room.
+const ROOM: u64 = 1024;
+
+/// Places that share a room with another or touch a wall, beyond which the other may be.
+fn in_company(cell: impl Fn(u32) -> [u64; 3], places: usize) -> Vec<u32> {
+    let room = |i: u32| cell(i).map(|x| x / ROOM);
+    let at_wall = |x: &u64| x % ROOM == 0 || x % ROOM == ROOM - 1;
+    let mut seen = HashIndex::with_capacity(places);
+    let mut company = vec![false; places];
+    for i in 0..places as u32 {
+        let found = seen.find_or_insert_cell(i, room);
+        if found != i || cell(i).iter().any(at_wall) {
+            company[i as usize] = true;
+            company[found as usize] = true;
+        }
+    }
+    (0..places as u32)
+        .filter(|&i| company[i as usize])
+        .collect()
 }
 
 /// Bits of a coordinate as f32, the two zeros being one.
@@ -258,6 +282,13 @@ impl HashIndex {
                 _ => slot = (slot + 1) & self.mask,
             }
         }
+    }
+
+    /// The first number that was stored for a cell, or `i` after storing it for its own.
+    fn find_or_insert_cell(&mut self, i: u32, cell: impl Fn(u32) -> [u64; 3]) -> u32 {
+        let here = cell(i);
+        let low_bits = here.map(|x| x as u32);
+        self.find_or_insert(low_bits, i, |j| cell(j) == here)
     }
 }
 
