@@ -184,7 +184,7 @@ const ROOM: u64 = 1024;
 /// Places that share a room with another or touch a wall, beyond which the other may be.
 fn in_company(cell: impl Fn(u32) -> [u64; 3], places: usize) -> Vec<u32> {
     let room = |i: u32| cell(i).map(|x| x / ROOM);
-    let at_wall = |x: &u64| x % ROOM == 0 || x % ROOM == ROOM - 1;
+    let at_wall = |x: &u64| [0, ROOM - 1].contains(&(x % ROOM));
     let mut seen = HashIndex::with_capacity(places);
     let mut company = vec![false; places];
     for i in 0..places as u32 {
