@@ -2,7 +2,8 @@
 //!
 //!     cargo bench
 //!
-//! `load` reports time per triangle of a height field of a million triangles.
+//! `load` reports the time per triangle to prepare a height field of a million; reading files too is
+//! in `tests/load_cost.rs`.
 
 use std::hint::black_box;
 

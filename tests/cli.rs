@@ -263,6 +263,8 @@ fn meshes_that_cannot_be_used_are_1_and_explained() {
         desk.fails(&format!("grow {mesh} -o out"), 1, &[mesh, said]);
         desk.fails(&format!("check {mesh}"), 1, &[mesh, said]);
     }
+    let missing = desk.run("check missing.obj").err;
+    assert!(!missing.contains("unfit"), "{missing}");
     assert!(!desk.path("out").exists(), "a failed run leaves nothing");
 }
 
@@ -293,6 +295,27 @@ fn without_a_folder_it_goes_by_the_mesh() {
     let desk = Desk::new();
     desk.done("grow plane.obj --elements 5");
     assert!(desk.path("out/plane/elements.ply").is_file());
+}
+
+#[test]
+fn without_a_folder_no_earlier_run_is_touched() {
+    let desk = Desk::new();
+    desk.done("grow plane.obj --elements 5");
+    let ran = desk.done("grow --recipe out/plane/recipe.toml");
+    assert!(
+        ran.err
+            .contains("out/plane is taken: writing to out/plane-2"),
+        "{}",
+        ran.err
+    );
+    assert!(ran.out.contains("out/plane-2: 5 elements"), "{}", ran.out);
+    desk.done("grow plane.obj --elements 6 --quiet");
+    assert_eq!(desk.names_in("out"), ["plane", "plane-2", "plane-3"]);
+    let first = desk.read("out/plane/elements.ply");
+    assert_eq!(desk.read("out/plane-2/elements.ply"), first);
+    desk.done("grow plane.obj --elements 7 --force");
+    assert_ne!(desk.read("out/plane/elements.ply"), first);
+    assert_eq!(desk.names_in("out").len(), 3);
 }
 
 #[test]
@@ -665,6 +688,79 @@ fn check_of_an_unfit_mesh_answers_in_json_too() {
     assert_eq!(answer["fit"], false);
     assert!(KEYS.iter().all(|key| answer.get(key).is_some()), "{answer}");
     assert!(answer["warnings"][0].as_str().unwrap().contains("line.obj"));
+}
+
+/// Triangles of side 1 that touch nowhere.
+fn confetti(n: usize) -> String {
+    let triangle = |i: usize| {
+        let (x, z) = (2 * (i % 5), 2 * (i / 5));
+        let corner = 3 * i + 1;
+        format!(
+            "v {x} 0 {z}\nv {} 0 {z}\nv {x} 0 {}\nf {corner} {} {}\n",
+            x + 1,
+            z + 1,
+            corner + 2,
+            corner + 1
+        )
+    };
+    (0..n).map(triangle).collect()
+}
+
+#[test]
+fn a_surface_without_room_is_unfit() {
+    let desk = Desk::new();
+    desk.put("loose.obj", confetti(20));
+    desk.put(
+        "speck.obj",
+        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
+    );
+    for (mesh, cure) in [
+        ("loose.obj", "merge vertices"),
+        ("speck.obj", "give --radius"),
+    ] {
+        desk.fails(&format!("check {mesh}"), 1, &["unfit", mesh, cure]);
+        let ran = desk.run(&format!("check {mesh} --json"));
+        assert_eq!(ran.code, 1);
+        let answer: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+        assert_eq!(answer["fit"], false);
+        assert!(answer["auto_radius"].as_f64().unwrap() > 0.0, "{answer}");
+        let warning = answer["warnings"][0].as_str().unwrap();
+        assert!(warning.contains(cure), "{warning}");
+    }
+}
+
+#[test]
+fn the_radius_that_check_proposes_is_one_to_grow_with() {
+    let desk = Desk::new();
+    desk.put(
+        "speck.obj",
+        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
+    );
+    let said = desk.run("check speck.obj").err;
+    let proposed = said.split("--radius ").nth(1).unwrap();
+    let radius = proposed.split(',').next().unwrap();
+    desk.done(&format!("grow speck.obj --radius {radius} --elements 200"));
+}
+
+#[test]
+fn no_radius_is_proposed_that_would_be_refused() {
+    let desk = Desk::new();
+    desk.put(
+        "far.obj",
+        format!("{PLANE}v 0 1e9 0\nv 1 1e9 0\nv 0 1e9 1\nf 5 6 7\n"),
+    );
+    let said = desk.run("check far.obj").err;
+    assert!(
+        said.contains("remove what lies far") && !said.contains("--radius"),
+        "{said}"
+    );
+}
+
+#[test]
+fn few_loose_triangles_are_still_a_surface() {
+    let desk = Desk::new();
+    desk.put("tiles.obj", confetti(10));
+    desk.done("check tiles.obj");
 }
 
 #[test]

@@ -1,6 +1,8 @@
-//! What loading costs: time and peak memory a triangle, on a mesh of a million triangles.
+//! What loading costs: time and peak memory a triangle, on a mesh of a million triangles, to read
+//! the file and to have a substrate ready to walk on.
 //!
-//! Measured by hand, on Linux, which tells the peak:
+//! It prints and judges nothing: how long a thing takes is not a matter of right and wrong.
+//! Measured by hand, on Linux, which tells the peak (docs/performance.md has the results):
 //! `cargo test --test load_cost -- --ignored --nocapture --test-threads 1`.
 
 use std::fmt::Write;
@@ -9,12 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use thallus::substrate::load_soup;
+use thallus::substrate::{Substrate, load_soup};
 
 /// Squares on a side: half a million squares.
 const SIDE: u32 = 708;
-const MOST_MICROSECONDS: f64 = 2.0;
-const MOST_BYTES: f64 = 300.0;
 
 /// A hilly sheet: positions and triangles.
 fn sheet() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
@@ -169,18 +169,34 @@ fn kilobytes(key: &str) -> f64 {
 /// flatter this one.
 const FILE: &str = "THALLUS_COST_OF";
 
-/// Time in microseconds and peak memory in bytes, a triangle.
-fn cost(path: &Path) -> (f64, f64) {
+/// What one file costs, a triangle.
+struct Cost {
+    /// Microseconds to read the file.
+    read: f64,
+    /// Microseconds to read and prepare it.
+    whole: f64,
+    /// Peak of memory in bytes.
+    memory: f64,
+}
+
+fn cost(path: &Path) -> Cost {
     // Writing 5 resets the peak (proc(5)).
     fs::write("/proc/self/clear_refs", "5").unwrap();
     let before = kilobytes("VmRSS");
     let begun = Instant::now();
-    let soup = load_soup(path).unwrap().soup;
-    let seconds = begun.elapsed().as_secs_f64();
+    let loaded = load_soup(path).unwrap();
+    let read = begun.elapsed().as_secs_f64();
+    assert_eq!(loaded.soup.triangles.len() as u32, 2 * SIDE * SIDE);
+    let substrate = Substrate::from_loaded(loaded).unwrap();
+    let whole = begun.elapsed().as_secs_f64();
     let peak = kilobytes("VmHWM") - before;
-    let count = soup.triangles.len() as f64;
-    assert_eq!(soup.triangles.len() as u32, 2 * SIDE * SIDE);
-    (1e6 * seconds / count, 1024.0 * peak / count)
+    let count = f64::from(2 * SIDE * SIDE);
+    assert_eq!(substrate.triangles().len() as f64, count);
+    Cost {
+        read: 1e6 * read / count,
+        whole: 1e6 * whole / count,
+        memory: 1024.0 * peak / count,
+    }
 }
 
 #[test]
@@ -190,17 +206,20 @@ fn cost_of_one_file() {
     let Some(path) = std::env::var_os(FILE).map(PathBuf::from) else {
         return;
     };
-    let (time, memory) = cost(&path);
+    let Cost {
+        read,
+        whole,
+        memory,
+    } = cost(&path);
     let name = path.file_name().unwrap().to_string_lossy();
-    eprintln!("{name:12} {time:5.2} µs {memory:5.0} bytes a triangle");
-    assert!(time < MOST_MICROSECONDS && memory < MOST_BYTES);
+    eprintln!("{name:12} read {read:5.2} µs, ready {whole:5.2} µs, {memory:4.0} bytes a triangle");
 }
 
 type WriteMesh = fn() -> Vec<u8>;
 
 #[test]
 #[ignore = "measures a million triangles in every format: by hand"]
-fn loading_costs_little() {
+fn what_loading_costs() {
     let formats: [(&str, WriteMesh); 7] = [
         ("sheet.obj", obj),
         ("binary.stl", binary_stl),

@@ -1,6 +1,7 @@
 //! Every shared mesh that should load has the topology that its manifest states.
 //!
-//! The manifest welds vertices that are equal as f32, as we do, but counts unused ones too. Its
+//! The manifest welds vertices that are equal as f32, as we do (noise near 0, which we weld too,
+//! makes no difference to any of these meshes), but counts unused ones too. Its
 //! pieces are joined at shared vertices (its README says edges; its numbers say vertices), ours at
 //! shared edges, because no walker can cross a vertex: so pieces are counted its way here. Where we
 //! drop degenerate or duplicate triangles the edges about them change, and there only the numbers

@@ -81,8 +81,8 @@ pub(crate) struct GrowArgs {
     /// The mesh: OBJ, glTF (.gltf, .glb), STL or PLY. Not needed with a recipe that names it
     #[arg(value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
-    /// Folder to write to: elements.ply, recipe.toml, report.json and preview.png [default:
-    /// out/ and the mesh's name]
+    /// Folder to write to: elements.ply, recipe.toml, report.json and preview.png [default: out/
+    /// and the mesh's name, with -2, -3 and so on when that is taken]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -106,7 +106,7 @@ pub(crate) struct GrowArgs {
     /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
     #[arg(long, value_name = "PIXELS", default_value_t = 1280, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
     pub(crate) preview: u32,
-    /// Replace what an earlier run wrote to DIR
+    /// Replace what an earlier run wrote to the folder
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
 }

@@ -13,30 +13,40 @@ use super::{terminal, warnings};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     match Substrate::load(&args.mesh) {
-        Ok(substrate) => fit(args, &substrate),
-        Err(error) => unfit(args, &error),
+        Ok(substrate) => surface(args, &substrate),
+        Err(error) => no_surface(args, &error),
     }
 }
 
-fn fit(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
+/// A file that holds a surface, which may still be unfit.
+fn surface(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
     let radius = substrate.auto_radius();
     let warnings = warnings::warnings(substrate, radius);
-    if args.json {
-        return Answer::fit(substrate.report(), radius, &warnings).say();
+    let unfit = warnings::unfit(substrate, radius);
+    match args.json {
+        true => Answer::surface(substrate.report(), radius, &warnings, unfit.is_none()).say()?,
+        false => terminal::say_text(&text(&args.mesh, substrate, &warnings, unfit.is_none()))?,
     }
-    terminal::say_text(&text(&args.mesh, substrate, &warnings))?;
-    Ok(())
+    match unfit {
+        None => Ok(()),
+        Some(reason) => Err(failure(&format!("{}: {reason}", args.mesh.display()))),
+    }
 }
 
-/// A file that holds no surface: what to do is in the error.
-fn unfit(args: &CheckArgs, error: &SubstrateError) -> Result<(), Failure> {
+/// No file, or one that holds no surface: what to do is in the error.
+fn no_surface(args: &CheckArgs, error: &SubstrateError) -> Result<(), Failure> {
     let reason = load_error(&args.mesh, error);
-    if args.json && args.mesh.is_file() {
-        Answer::unfit(std::slice::from_ref(&reason)).say()?;
+    if !args.mesh.is_file() {
+        return Err(Failure::Failed(anyhow::Error::msg(reason)));
     }
-    Err(Failure::Failed(anyhow::anyhow!(
-        "unfit to grow on: {reason}"
-    )))
+    if args.json {
+        Answer::no_surface(std::slice::from_ref(&reason)).say()?;
+    }
+    Err(failure(&reason))
+}
+
+fn failure(reason: &str) -> Failure {
+    Failure::Failed(anyhow::anyhow!("unfit to grow on: {reason}"))
 }
 
 /// Why a mesh could not be loaded, with the file's name.
@@ -47,7 +57,7 @@ pub(crate) fn load_error(mesh: &Path, error: &SubstrateError) -> String {
     }
 }
 
-fn text(mesh: &Path, substrate: &Substrate, warnings: &[String]) -> String {
+fn text(mesh: &Path, substrate: &Substrate, warnings: &[String], fit: bool) -> String {
     let mut lines = vec![mesh.display().to_string()];
     let rows = rows(substrate);
     let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
@@ -56,7 +66,8 @@ fn text(mesh: &Path, substrate: &Substrate, warnings: &[String]) -> String {
             .map(|(name, value)| format!("  {name:width$}  {value}")),
     );
     lines.extend(warnings.iter().map(|w| format!("  warning: {w}")));
-    lines.push("  fit to grow on".to_owned());
+    let verdict = if fit { "fit" } else { "unfit" };
+    lines.push(format!("  {verdict} to grow on"));
     lines.join("\n") + "\n"
 }
 
@@ -170,7 +181,12 @@ struct Percentiles {
 }
 
 impl<'a> Answer<'a> {
-    fn fit(report: &'a SubstrateReport, auto_radius: f64, warnings: &'a [String]) -> Self {
+    fn surface(
+        report: &'a SubstrateReport,
+        auto_radius: f64,
+        warnings: &'a [String],
+        fit: bool,
+    ) -> Self {
         let pieces = report.components.iter();
         let [p5, p50, p95] = report.edge_length;
         Self {
@@ -188,11 +204,11 @@ impl<'a> Answer<'a> {
             auto_radius: Some(auto_radius),
             repairs: &report.repairs,
             warnings,
-            fit: true,
+            fit,
         }
     }
 
-    fn unfit(reason: &'a [String]) -> Self {
+    fn no_surface(reason: &'a [String]) -> Self {
         Self {
             warnings: reason,
             ..Self::default()

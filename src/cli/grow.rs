@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use thallus::export::OutputDir;
+use thallus::export::{OutputDir, OutputError};
 use thallus::run::{
     Execution, GrowError, Growth, Recipe, RunReport, Settings, Stopped, Timings,
     grow as grow_lichen,
@@ -23,9 +23,9 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let settings = settings(&args, voice)?;
     settings.clone().complete()?;
     let mesh = mesh_file(&args, &settings)?;
-    let folder = args.output.clone().unwrap_or_else(|| default_folder(&mesh));
     let execution = execution(&args)?;
-    let output = OutputDir::create(&folder, args.force)?;
+    let output = output(&args, &mesh, voice)?;
+    let folder = output.path().to_owned();
     interrupt::listen(execution.cancel.clone());
 
     let (substrate, mut seconds) = load(&mesh)?;
@@ -137,8 +137,37 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
     }
 }
 
-fn default_folder(mesh: &Path) -> PathBuf {
-    Path::new("out").join(mesh.file_stem().unwrap_or("lichen".as_ref()))
+/// Folders of one mesh that are tried before giving up.
+const MOST_FOLDERS: u32 = 10_000;
+
+/// The folder asked for, or the first by the mesh's name that holds no other run.
+fn output(args: &GrowArgs, mesh: &Path, voice: Voice) -> Result<OutputDir, OutputError> {
+    if let Some(folder) = &args.output {
+        return OutputDir::create(folder, args.force);
+    }
+    let first = default_folder(mesh, 1);
+    for number in 1..MOST_FOLDERS {
+        let folder = default_folder(mesh, number);
+        match OutputDir::create(&folder, args.force) {
+            Err(OutputError::FolderExists(_) | OutputError::Locked { .. }) if !args.force => {}
+            Ok(output) if number > 1 => {
+                let (first, folder) = (first.display(), folder.display());
+                voice.note(&format!("{first} is taken: writing to {folder}"));
+                return Ok(output);
+            }
+            other => return other,
+        }
+    }
+    Err(OutputError::FolderExists(first))
+}
+
+/// `out/rock`, `out/rock-2`, `out/rock-3`.
+fn default_folder(mesh: &Path, number: u32) -> PathBuf {
+    let mut name = mesh.file_stem().unwrap_or("lichen".as_ref()).to_owned();
+    if number > 1 {
+        name.push(format!("-{number}"));
+    }
+    Path::new("out").join(name)
 }
 
 fn execution(args: &GrowArgs) -> Result<Execution, Failure> {

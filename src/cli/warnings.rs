@@ -1,14 +1,17 @@
 //! What a mesh's report means for lichen, in words.
 
+use std::f64::consts::PI;
+
 use thallus::substrate::{Substrate, SubstrateReport};
 
-use super::number::{percent, place, plural, short};
+use super::number::{count, percent, place, plural, short};
 
 /// Everything about a mesh that its owner should know before growing elements of this radius.
 pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
     let report = substrate.report();
     let diagonal = substrate.units().diagonal();
     let found = [
+        unfit(substrate, radius),
         pieces(report),
         open_edges(report),
         non_manifold_edges(report),
@@ -18,6 +21,60 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         scale(diagonal),
     ];
     found.into_iter().flatten().collect()
+}
+
+/// Elements for which the largest piece must have room: fewer make no lichen.
+const FEWEST: f64 = 100.0;
+
+/// Elements that a radius is proposed for: the size of a run that says none.
+const DEFAULT_ELEMENTS: f64 = 20_000.0;
+
+/// The smallest radius that a run takes, in diagonals.
+const SMALLEST_RADIUS: f64 = 1e-6;
+
+/// Share of a surface that discs of one size fill when lichen packs them.
+const PACKED: f64 = 0.8;
+
+/// A mesh of more pieces than this, none with more triangles than the next, is no surface.
+const LOOSE_PIECES: usize = 10;
+const LOOSE_TRIANGLES: usize = 4;
+
+/// Why lichen cannot grow on a mesh that has a surface, and what to do.
+pub(crate) fn unfit(substrate: &Substrate, radius: f64) -> Option<String> {
+    loose(substrate.report()).or_else(|| cramped(substrate, radius))
+}
+
+fn loose(report: &SubstrateReport) -> Option<String> {
+    let n = report.components.len();
+    let largest = report.components.iter().map(|c| c.triangles).max()?;
+    let size = plural(largest, "triangle", "triangles");
+    (n > LOOSE_PIECES && largest <= LOOSE_TRIANGLES).then(|| {
+        format!(
+            "the triangles lie loose: {} pieces, none of more than {size}; merge vertices by \
+             distance where the mesh was made (Blender: Mesh, Merge, By Distance) and export it \
+             again",
+            count(n as u64)
+        )
+    })
+}
+
+fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
+    let units = substrate.units();
+    let area = units.area_to_file(substrate.components().first()?.area);
+    let room = PACKED * area / (PI * radius * radius);
+    let finer = (PACKED * area / (PI * DEFAULT_ELEMENTS)).sqrt();
+    let cure = match finer > SMALLEST_RADIUS * units.diagonal() {
+        true => format!("give --radius {}, join the pieces, or", short(finer)),
+        false => "join the pieces, or".to_owned(),
+    };
+    let number = plural(room as usize, "element", "elements");
+    (room < FEWEST).then(|| {
+        format!(
+            "the largest piece has room for about {number} of radius {}: {cure} remove what lies \
+             far from the rest",
+            short(radius),
+        )
+    })
 }
 
 fn pieces(report: &SubstrateReport) -> Option<String> {

@@ -47,6 +47,11 @@ pub struct Settings {
     pub stop: Option<StopSetting>,
 }
 
+/// A measured number with the digits that a reader needs.
+fn four_digits(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
 /// When growth is done, its length not resolved yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StopSetting {
@@ -86,7 +91,8 @@ pub enum SettingsError {
     /// Elements that do not fit on the mesh.
     #[error(
         "--radius {radius:?} (in mesh units) is larger than the mesh: an element would be {times:.1} \
-         times the bounding box's diagonal of {diagonal:?}; try --radius auto, which is {auto:?} here"
+         times the bounding box's diagonal of {:?}; try --radius auto, which is {:?} here",
+        four_digits(*.diagonal), four_digits(*.auto)
     )]
     RadiusLargerThanMesh {
         /// Radius, file units.

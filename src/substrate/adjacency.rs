@@ -212,13 +212,14 @@ fn root(parents: &mut [u32], mut node: u32) -> u32 {
     node
 }
 
-fn unite(parents: &mut [u32], a: u32, b: u32) {
+/// Makes one set of two; the lower root stands for both.
+pub(super) fn unite(parents: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parents, a), root(parents, b));
     parents[a.max(b) as usize] = a.min(b);
 }
 
 /// Points every node straight at its root, which is the lowest number of its set.
-fn flatten(parents: &mut [u32]) {
+pub(super) fn flatten(parents: &mut [u32]) {
     for node in 0..parents.len() as u32 {
         parents[node as usize] = root(parents, node);
     }

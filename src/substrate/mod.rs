@@ -48,8 +48,9 @@ pub enum SubstrateError {
     NoTriangles,
     /// Cleaning left nothing.
     #[error(
-        "all {degenerate} triangles are degenerate (no area): there is nothing to grow on; \
-         check the mesh's scale and export it again"
+        "{} degenerate (no area): there is nothing to grow on; \
+         check the mesh's scale and export it again",
+        all(*.degenerate)
     )]
     OnlyDegenerate {
         /// How many there were.
@@ -61,6 +62,13 @@ pub enum SubstrateError {
         /// How many there were.
         triangles: usize,
     },
+}
+
+fn all(triangles: usize) -> String {
+    match triangles {
+        1 => "its only triangle is".to_owned(),
+        n => format!("all {n} triangles are"),
+    }
 }
 
 /// Half-edges are numbered in 31 bits.

@@ -2,10 +2,23 @@
 //!
 //! Exporters split vertices at UV and normal seams, so vertices are welded by position before
 //! adjacency is built, or every seam would be a wall (DESIGN section 2).
+//!
+//! Two vertices are one
+//!
+//! - when their coordinates are equal as f32, counted from the file's origin, or from the mesh's
+//!   own centre where the mesh lies more than 16 diagonals away from it: nearly every file and
+//!   every exporter means that by one place;
+//! - or when they are within 2⁻³⁴ of the mesh's diagonal (6e-11) of each other in every coordinate:
+//!   near 0 an f32 resolves the noise of computing, and sin 2π = -2.4e-16 is meant to be 0;
+//! - or when both are one with a third.
+//!
+//! Vertices 2⁻³² of the diagonal apart are never one by the second; the smallest element is
+//! thousands of times as large. Nothing here depends on the order of vertices or triangles.
 
 use glam::DVec3;
 
 use super::Soup;
+use super::adjacency::{flatten, unite};
 use super::units::Units;
 
 /// A soup after welding: no two vertices at one place, no degenerate or duplicate triangle.
@@ -29,6 +42,9 @@ const FLAT: f64 = 1e-12;
 
 /// Coordinates this many diagonals away from the origin are rounded from the mesh's own centre.
 const FAR: f64 = 16.0;
+
+/// Differences up to this share of the diagonal are noise.
+const NOISE: f64 = 1.0 / (1u64 << 34) as f64;
 
 pub(super) fn weld(soup: Soup) -> Welded {
     let Soup {
@@ -85,30 +101,101 @@ fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> 
 }
 
 /// Replaces corner indices by those of merged vertices and returns the merged positions.
-///
-/// Two vertices are one when their coordinates are equal as f32, counted from the file's origin,
-/// or from the mesh's own centre where the mesh lies more than 16 diagonals away from it.
 fn merge_vertices(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+    let mut places = merge_equal(units, positions, triangles);
+    let one = noise_classes(units, &places);
+    if one.iter().enumerate().any(|(i, &root)| root as usize != i) {
+        for (i, &root) in one.iter().enumerate() {
+            places[root as usize] = lower(places[root as usize], places[i]);
+        }
+        let corners = triangles.as_flattened_mut();
+        corners.iter_mut().for_each(|c| *c = one[*c as usize]);
+        forget_unused(&mut places, triangles);
+    }
+    places
+        .iter_mut()
+        .for_each(|p| *p = units.to_local(p.to_array()));
+    places
+}
+
+/// Merges vertices that are equal as f32; the positions that are left, in the file's units.
+fn merge_equal(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let far = units.offset() > FAR * units.diagonal();
     let shift = if far { units.origin() } else { DVec3::ZERO };
-    let key = |i: u32| {
-        (DVec3::from(positions[i as usize]) - shift)
-            .to_array()
-            .map(rounded_bits)
-    };
+    let place = |i: u32| DVec3::from(positions[i as usize]);
+    let key = |p: DVec3| (p - shift).to_array().map(rounded_bits);
     let mut seen = HashIndex::with_capacity(positions.len());
-    let mut first: Vec<u32> = Vec::with_capacity(positions.len().min(triangles.len()));
+    let mut places: Vec<DVec3> = Vec::with_capacity(positions.len().min(triangles.len()));
     for corner in triangles.as_flattened_mut() {
-        let (k, next) = (key(*corner), first.len() as u32);
-        let found = seen.find_or_insert(k, next, |i| key(first[i as usize]) == k);
-        if found == next {
-            first.push(*corner);
+        let (p, next) = (place(*corner), places.len() as u32);
+        let k = key(p);
+        let found = seen.find_or_insert(k, next, |i| key(places[i as usize]) == k);
+        match found == next {
+            true => places.push(p),
+            false => places[found as usize] = lower(places[found as usize], p),
         }
         *corner = found;
     }
-    first
-        .into_iter()
-        .map(|i| units.to_local(positions[i as usize]))
+    places
+}
+
+/// The first of two places by x, then y, then z: which of many stands for all must not depend on
+/// their order.
+fn lower(a: DVec3, b: DVec3) -> DVec3 {
+    if b.to_array() < a.to_array() { b } else { a }
+}
+
+/// For each place, the number of the place that stands for all within the noise of it.
+///
+/// Four grids have cells four noises wide, and each lies one noise further along all axes. Of two
+/// places within a noise of each other an axis can part them in one grid only, so three axes leave
+/// one grid in which they share a cell. That takes four look-ups a place, however many crowd; and
+/// only places that have company are looked up at all.
+fn noise_classes(units: &Units, places: &[DVec3]) -> Vec<u32> {
+    let [min, _] = units.bounding_box();
+    let per_unit = 1.0 / (units.diagonal() * NOISE);
+    let cell = |i: u32| {
+        let noises = (places[i as usize] - min) * per_unit;
+        // Half a room away from a room's wall, in which a flat mesh would lie otherwise.
+        noises
+            .to_array()
+            .map(|x| (x as u64).saturating_add(ROOM / 2))
+    };
+    let mut one: Vec<u32> = (0..places.len() as u32).collect();
+    let company = in_company(cell, places.len());
+    for shift in 0..4 {
+        let shifted = |i: u32| cell(i).map(|x| x.saturating_add(shift) / 4);
+        let mut seen = HashIndex::with_capacity(company.len());
+        for &i in &company {
+            let found = seen.find_or_insert_cell(i, shifted);
+            if found != i {
+                unite(&mut one, found, i);
+            }
+        }
+    }
+    flatten(&mut one);
+    one
+}
+
+/// Width in noises of the rooms that places are sorted into first: wide enough that few places are
+/// at a wall, narrow enough that few share a room.
+const ROOM: u64 = 1024;
+
+/// Places that share a room with another or touch a wall, beyond which the other may be.
+fn in_company(cell: impl Fn(u32) -> [u64; 3], places: usize) -> Vec<u32> {
+    let room = |i: u32| cell(i).map(|x| x / ROOM);
+    let at_wall = |x: &u64| [0, ROOM - 1].contains(&(x % ROOM));
+    let mut seen = HashIndex::with_capacity(places);
+    let mut company = vec![false; places];
+    for i in 0..places as u32 {
+        let found = seen.find_or_insert_cell(i, room);
+        if found != i || cell(i).iter().any(at_wall) {
+            company[i as usize] = true;
+            company[found as usize] = true;
+        }
+    }
+    (0..places as u32)
+        .filter(|&i| company[i as usize])
         .collect()
 }
 
@@ -195,6 +282,13 @@ impl HashIndex {
                 _ => slot = (slot + 1) & self.mask,
             }
         }
+    }
+
+    /// The first number that was stored for a cell, or `i` after storing it for its own.
+    fn find_or_insert_cell(&mut self, i: u32, cell: impl Fn(u32) -> [u64; 3]) -> u32 {
+        let here = cell(i);
+        let low_bits = here.map(|x| x as u32);
+        self.find_or_insert(low_bits, i, |j| cell(j) == here)
     }
 }
 

@@ -1,0 +1,271 @@
+//! Welding and adjacency against brute force, on small random meshes.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+use proptest::prelude::*;
+use thallus::substrate::{Soup, Substrate};
+
+fn soup(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Soup {
+    Soup {
+        positions,
+        triangles,
+        notes: Vec::new(),
+    }
+}
+
+/// A tube about the y axis, open at both ends, whose last column of vertices is computed again at
+/// 2π: with `noise` 0 as it comes, else that far off the first.
+fn tube(columns: u32, rows: u32, noise: f64) -> Soup {
+    let place = |i: u32, j: u32| {
+        let angle = TAU * f64::from(i) / f64::from(columns);
+        let off = if i == columns { noise } else { 0.0 };
+        [angle.cos() + off, f64::from(j), angle.sin() - off]
+    };
+    let positions = (0..=columns)
+        .flat_map(|i| (0..=rows).map(move |j| place(i, j)))
+        .collect();
+    let at = |i: u32, j: u32| i * (rows + 1) + j;
+    let cell = |i: u32, j: u32| {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    };
+    let triangles = (0..columns)
+        .flat_map(|i| (0..rows).flat_map(move |j| cell(i, j)))
+        .collect();
+    soup(positions, triangles)
+}
+
+#[test]
+fn a_seam_computed_at_two_pi_closes() {
+    let mesh = tube(12, 5, 0.0);
+    let at_seam = mesh.positions[12 * 6][2];
+    assert!(at_seam != 0.0 && at_seam.abs() < 1e-15, "no noise to close");
+    let tube = Substrate::from_soup(mesh).unwrap();
+    assert_eq!(tube.report().boundary_edges, 2 * 12);
+    assert_eq!(tube.report().vertices, 12 * 6);
+}
+
+#[test]
+fn sheets_a_millionth_of_the_diagonal_apart_stay_two() {
+    let mut mesh = tube(12, 5, 0.0);
+    let diagonal = Substrate::from_soup(mesh.clone())
+        .unwrap()
+        .units()
+        .diagonal();
+    let shells = [mesh.positions.clone(), mesh.positions.clone()];
+    let n = mesh.positions.len() as u32;
+    mesh.positions = shells.concat();
+    for p in &mut mesh.positions[n as usize..] {
+        *p = p.map(|x| x + 1e-6 * diagonal);
+    }
+    let other: Vec<_> = mesh.triangles.iter().map(|t| t.map(|v| v + n)).collect();
+    mesh.triangles.extend(other);
+    let two = Substrate::from_soup(mesh).unwrap();
+    assert_eq!(two.report().components.len(), 2);
+    assert_eq!(two.report().vertices, 2 * 12 * 6);
+}
+
+/// What two vertices may differ by and be one, in diagonals; beyond four of these they are two.
+const NOISE: f64 = 1.0 / (1u64 << 34) as f64;
+
+/// Classes of vertices by the rule, by comparing every two; `None` where the rule leaves it open.
+fn welded_by_hand(positions: &[[f64; 3]], diagonal: f64) -> Option<Vec<usize>> {
+    let n = positions.len();
+    let mut class: Vec<usize> = (0..n).collect();
+    for _ in 0..n {
+        for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let (p, q) = (positions[i], positions[j]);
+            let apart = (0..3).map(|k| (p[k] - q[k]).abs()).fold(0.0, f64::max) / diagonal;
+            let equal = (0..3).all(|k| p[k] as f32 == q[k] as f32);
+            if equal || apart < NOISE {
+                let least = class[i].min(class[j]);
+                (class[i], class[j]) = (least, least);
+            } else if apart <= 4.0 * NOISE {
+                return None;
+            }
+        }
+    }
+    Some(class)
+}
+
+/// The welded number of every vertex, by where the triangles that use it ended up.
+fn welded(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<BTreeSet<u32>> {
+    let substrate = Substrate::from_soup(soup(positions.to_vec(), triangles.to_vec())).unwrap();
+    let mut numbers = vec![BTreeSet::new(); positions.len()];
+    for (t, corners) in substrate.triangles().iter().enumerate() {
+        let source = triangles[substrate.source_triangle(t as u32) as usize];
+        for k in 0..3 {
+            numbers[source[k] as usize].insert(corners[k]);
+        }
+    }
+    numbers
+}
+
+/// Places on a lattice, some of them moved by less than noise or by clearly more.
+fn places() -> impl Strategy<Value = Vec<[f64; 3]>> {
+    let step = prop::sample::select(vec![0.0, 0.0, 1e-16, -3e-13, 4e-11, 1e-8, -1e-6]);
+    let coordinate = (-2i32..3, step).prop_map(|(x, off)| f64::from(x) + off);
+    let place = [coordinate.clone(), coordinate.clone(), coordinate];
+    prop::collection::vec(place, 4..24)
+}
+
+/// A triangle of every vertex and two far corners of its own, so that none is degenerate.
+fn fans(places: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let n = places.len() as u32;
+    let far = |i: u32, k: u32| {
+        [
+            5.0 + f64::from(i),
+            7.0 + f64::from(2 * k),
+            f64::from(i * i % 7),
+        ]
+    };
+    let corners = (0..n).flat_map(|i| [far(i, 0), far(i, 1)]);
+    let positions = places.iter().copied().chain(corners).collect();
+    let triangles = (0..n).map(|i| [i, n + 2 * i, n + 2 * i + 1]).collect();
+    (positions, triangles)
+}
+
+/// Any mesh of few vertices, so that edges of one, two and more triangles all occur.
+fn tangle() -> impl Strategy<Value = Vec<[u32; 3]>> {
+    prop::collection::vec([0..9u32, 0..9u32, 0..9u32], 1..40)
+}
+
+/// Vertices in general position: none is on a line with two others.
+fn on_a_curve(n: u32) -> Vec<[f64; 3]> {
+    let t = |i: u32| f64::from(i) / 2.0;
+    (0..n).map(|i| [t(i), t(i).powi(2), t(i).powi(3)]).collect()
+}
+
+/// The triangles at every edge, as (triangle, side).
+fn edges(triangles: &[[u32; 3]]) -> BTreeMap<[u32; 2], Vec<(usize, usize)>> {
+    let mut edges: BTreeMap<[u32; 2], Vec<(usize, usize)>> = BTreeMap::new();
+    for (t, corners) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            edges.entry([a.min(b), a.max(b)]).or_default().push((t, k));
+        }
+    }
+    edges
+}
+
+proptest! {
+    // A failure becomes a test by hand, not a file.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn noise_at_a_seam_closes_it(columns in 3..20u32, noise in -1e-15..1e-15f64) {
+        let tube = Substrate::from_soup(tube(columns, 3, noise)).unwrap();
+        prop_assert_eq!(tube.report().boundary_edges as u32, 2 * columns);
+    }
+
+    #[test]
+    fn vertices_are_one_as_by_comparing_every_two(places in places()) {
+        let (positions, triangles) = fans(&places);
+        let diagonal = Substrate::from_soup(soup(positions.clone(), triangles.clone())).unwrap()
+            .units().diagonal();
+        let Some(class) = welded_by_hand(&places, diagonal) else {
+            return Ok(());
+        };
+        let numbers = welded(&positions, &triangles);
+        for (i, j) in (0..places.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            prop_assert_eq!(numbers[i] == numbers[j], class[i] == class[j], "{} {}", i, j);
+        }
+    }
+
+    #[test]
+    fn welding_does_not_depend_on_the_order_of_vertices(
+        places in places(),
+        order in Just((0..72usize).collect::<Vec<_>>()).prop_shuffle(),
+    ) {
+        let (positions, triangles) = fans(&places);
+        let order: Vec<usize> = order.into_iter().filter(|&i| i < positions.len()).collect();
+        let mut new = vec![0u32; order.len()];
+        order.iter().enumerate().for_each(|(n, &old)| new[old] = n as u32);
+        let moved: Vec<_> = order.iter().map(|&old| positions[old]).collect();
+        let renamed: Vec<_> = triangles.iter().map(|t| t.map(|v| new[v as usize])).collect();
+        let mut turned = renamed.clone();
+        turned.reverse();
+        let set = |positions: &[[f64; 3]], triangles: &[[u32; 3]]| {
+            let mesh = Substrate::from_soup(soup(positions.to_vec(), triangles.to_vec())).unwrap();
+            let bits = |p: &glam::DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
+            mesh.vertices().iter().map(bits).collect::<BTreeSet<_>>()
+        };
+        let first = set(&positions, &triangles);
+        prop_assert_eq!(&set(&moved, &renamed), &first);
+        prop_assert_eq!(&set(&moved, &turned), &first);
+    }
+
+    #[test]
+    fn twins_are_each_others_and_share_an_edge(triangles in tangle()) {
+        let Ok(mesh) = Substrate::from_soup(soup(on_a_curve(9), triangles)) else {
+            return Ok(());
+        };
+        let twin = |h: u32| mesh.charts()[h as usize / 3].crossings[h as usize % 3].twin;
+        let ends = |h: u32| {
+            let t = mesh.triangles()[h as usize / 3];
+            [t[h as usize % 3], t[(h as usize + 1) % 3]]
+        };
+        for h in 0..3 * mesh.triangles().len() as u32 {
+            let across = twin(h).half_edge();
+            prop_assert_eq!(twin(across).half_edge(), h);
+            prop_assert_eq!(twin(across).is_flipped(), twin(h).is_flipped());
+            let [a, b] = ends(across);
+            let same_way = if twin(h).is_flipped() { [a, b] } else { [b, a] };
+            prop_assert_eq!(ends(h), same_way);
+            prop_assert!(across == h || across / 3 != h / 3);
+        }
+    }
+
+    #[test]
+    fn edges_are_counted_and_joined_as_by_hand(triangles in tangle()) {
+        let Ok(mesh) = Substrate::from_soup(soup(on_a_curve(9), triangles)) else {
+            return Ok(());
+        };
+        let edges = edges(mesh.triangles());
+        let count = |which: fn(usize) -> bool| edges.values().filter(|e| which(e.len())).count();
+        prop_assert_eq!(mesh.report().boundary_edges, count(|n| n == 1));
+        prop_assert_eq!(mesh.report().non_manifold_edges, count(|n| n > 2));
+        for sides in edges.values() {
+            let own = |&&(t, k): &&(usize, usize)| {
+                mesh.charts()[t].crossings[k].twin.half_edge() as usize == 3 * t + k
+            };
+            prop_assert_eq!(sides.iter().filter(own).count(), sides.len() % 2);
+        }
+    }
+
+    #[test]
+    fn components_are_what_twins_reach(triangles in tangle()) {
+        let Ok(mesh) = Substrate::from_soup(soup(on_a_curve(9), triangles)) else {
+            return Ok(());
+        };
+        let mut reached: Vec<usize> = (0..mesh.triangles().len()).collect();
+        for _ in 0..reached.len() {
+            for (t, chart) in mesh.charts().iter().enumerate() {
+                for crossing in chart.crossings {
+                    let other = crossing.twin.half_edge() as usize / 3;
+                    let least = reached[t].min(reached[other]);
+                    (reached[t], reached[other]) = (least, least);
+                }
+            }
+        }
+        let sets: BTreeSet<_> = reached.iter().collect();
+        prop_assert_eq!(sets.len(), mesh.components().len());
+        for component in mesh.components() {
+            let range = component.triangles.clone();
+            prop_assert!(range.clone().all(|t| reached[t as usize] == range.start as usize));
+        }
+    }
+
+    #[test]
+    fn half_edges_at_a_vertex_are_all_that_leave_it(triangles in tangle()) {
+        let Ok(mesh) = Substrate::from_soup(soup(on_a_curve(9), triangles)) else {
+            return Ok(());
+        };
+        let flat = mesh.triangles().as_flattened();
+        for v in 0..mesh.vertices().len() as u32 {
+            let leaving: Vec<u32> = (0..flat.len() as u32).filter(|&h| flat[h as usize] == v).collect();
+            prop_assert_eq!(mesh.half_edges_at(v), &leaving[..]);
+        }
+    }
+}
