@@ -295,7 +295,7 @@ fn touching_lichen_on_the_rock() {
         shapes::rock(24),
         params,
         1000,
-        64,
+        80,
     ));
 }
 
