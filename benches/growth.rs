@@ -19,7 +19,7 @@ struct Workload {
     join: Join,
 }
 
-const WORKLOADS: [Workload; 6] = [
+const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "plane, P = 1, touch",
         mesh: "meshes/plane.obj",
@@ -51,13 +51,6 @@ const WORKLOADS: [Workload; 6] = [
     Workload {
         name: "boulder, B = 0.5, pack",
         mesh: "meshes/boulder.glb",
-        bias: 0.5,
-        gain: 1.0,
-        join: Join::Pack,
-    },
-    Workload {
-        name: "slab, B = 0.5, pack",
-        mesh: "meshes/slab.stl",
         bias: 0.5,
         gain: 1.0,
         join: Join::Pack,
