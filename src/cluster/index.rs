@@ -6,8 +6,8 @@ use glam::DVec3;
 ///
 /// Growth depends on nothing else, so an index can be replaced without touching it. Looking never
 /// changes an index: what it would like to keep for the next time goes into `Notes`, which each
-/// walker has of its own and hands in at its end. Answers depend on the elements alone, never on
-/// what was asked or handed in before.
+/// walker has of its own and hands in at its end. Answers depend on the elements and on where the walker
+/// has been, never on what others asked or handed in.
 pub trait ElementIndex {
     /// What looking found out that is worth keeping.
     type Notes: Default;
@@ -25,7 +25,12 @@ pub trait ElementIndex {
     /// Keeps what looking found out. No element was inserted in between.
     fn adopt(&mut self, notes: &mut Self::Notes);
 
+    /// A new walker starts: forgets where the last one was.
+    fn begin(&self, notes: &mut Self::Notes);
+
     /// How near the nearest centre is.
+    ///
+    /// How good the bound is may depend on where the walker has been.
     fn look(&self, p: DVec3, notes: &mut Self::Notes) -> Look;
 
     /// Number of centres nearer than `radius` to a point.

@@ -42,8 +42,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     /// The nearest element on the sheet of a place, which is given by its triangle and its position
-    /// in space, with its centre nearer than `distance`, which is at
-    /// most that of contact.
+    /// in space, with its centre nearer than `distance`, which is at most that of contact.
     pub fn touching(
         &self,
         scratch: &mut Connectivity,
@@ -64,8 +63,14 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     /// Whether an element on the same sheet is in contact with a walker.
-    pub fn in_contact(&self, scratch: &mut Connectivity, place: (u32, DVec3)) -> bool {
-        self.touching(scratch, place, self.contact_distance())
-            .is_some()
+    pub fn in_contact(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> bool {
+        let mut found = false;
+        let elements = self.cluster.elements();
+        self.index
+            .within(p, self.contact_distance(), &mut |id, q| {
+                let there = (elements[id as usize].at.triangle, q);
+                found = found || self.same_sheet(scratch, (triangle, p), there);
+            });
+        found
     }
 }

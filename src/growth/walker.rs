@@ -219,6 +219,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     fn walk(&mut self, start: SurfacePoint, stream: &mut Stream) -> Fate {
         let (substrate, parameters) = (self.around.substrate, self.around.parameters);
         let absorb = parameters.boundary == Boundary::Absorb;
+        self.around.index.begin(self.notes);
         let mut here = Stand::new(substrate, &start);
         let Some(look) = self.look(here.position) else {
             return self.kill();

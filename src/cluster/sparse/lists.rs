@@ -125,6 +125,7 @@ impl Chunks {
 }
 
 impl Chunk {
+    #[inline(always)]
     fn distances_sq(&self, p: DVec3) -> [f32; LANES] {
         let p = p.as_vec3();
         let mut d = [0.0; LANES];

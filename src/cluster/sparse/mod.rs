@@ -68,6 +68,10 @@ const MOST_LEVELS: usize = 32;
 /// Contact distance in radii.
 const CONTACT: f64 = 2.0;
 
+/// The grid to begin with: cells of 32 radii. Where it is not the right one, the search costs a few
+/// looks more.
+const FIRST_LEVEL: usize = 5;
+
 /// Cells in a block, along an axis.
 const BLOCK: f64 = 4.0;
 
@@ -120,6 +124,10 @@ impl ElementIndex for SparseIndex {
         }
     }
 
+    fn begin(&self, notes: &mut Notes) {
+        notes.level = self.coarser.len().min(FIRST_LEVEL);
+    }
+
     fn look(&self, position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         let cell = cell_of(p);
@@ -168,19 +176,30 @@ impl ElementIndex for SparseIndex {
     }
 
     fn within(&self, position: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3)) {
-        let reach = radius * self.inverse;
-        let lists = if reach > 1.5 * BLOCK {
-            &self.wide
-        } else {
-            &self.small
-        };
-        let limit = radius * radius;
-        lists.visit(self.scaled(position), reach, &mut |id| {
+        let (p, reach, limit) = (
+            self.scaled(position),
+            radius * self.inverse,
+            radius * radius,
+        );
+        let mut one = |id: u32| {
             let q = self.positions[id as usize];
             if q.distance_squared(position) < limit {
                 visit(id, q);
             }
-        });
+        };
+        let (block, _) = address(cell_of(p));
+        let known = self.finest.asked.get(block).filter(|_| reach <= CONTACT);
+        if let Some(number) = known {
+            let (list, limit) = (self.finest.touching[number as usize], reach * reach);
+            let offset = p - corner_of(block);
+            self.finest
+                .chunks
+                .visit(list, offset, limit as f32, &mut one);
+        } else if reach > 1.5 * BLOCK {
+            self.wide.visit(p, reach, &mut one);
+        } else {
+            self.small.visit(p, reach, &mut one);
+        }
     }
 }
 
@@ -275,7 +294,7 @@ impl SparseIndex {
     fn touches(&self, position: DVec3, p: DVec3, block: Option<u32>) -> bool {
         let limit = (CONTACT * CONTACT) as f32;
         if let Some(number) = block {
-            let offset = p - (p * (1.0 / BLOCK)).trunc() * BLOCK;
+            let offset = p - corner_of(address(cell_of(p)).0);
             let list = self.finest.touching[number as usize];
             let tally = self.finest.chunks.tally(list, offset, limit);
             if tally.inside > 0 || tally.unsure == 0 {
