@@ -201,7 +201,7 @@ proptest! {
         let Ok(mesh) = Substrate::from_soup(soup(on_a_curve(9), triangles)) else {
             return Ok(());
         };
-        let twin = |h: u32| mesh.charts()[h as usize / 3].crossings[h as usize % 3].twin;
+        let twin = |h: u32| mesh.twin(h);
         let ends = |h: u32| {
             let t = mesh.triangles()[h as usize / 3];
             [t[h as usize % 3], t[(h as usize + 1) % 3]]
@@ -228,7 +228,7 @@ proptest! {
         prop_assert_eq!(mesh.report().non_manifold_edges, count(|n| n > 2));
         for sides in edges.values() {
             let own = |&&(t, k): &&(usize, usize)| {
-                mesh.charts()[t].crossings[k].twin.half_edge() as usize == 3 * t + k
+                mesh.twin((3 * t + k) as u32).half_edge() as usize == 3 * t + k
             };
             prop_assert_eq!(sides.iter().filter(own).count(), sides.len() % 2);
         }
@@ -241,9 +241,9 @@ proptest! {
         };
         let mut reached: Vec<usize> = (0..mesh.triangles().len()).collect();
         for _ in 0..reached.len() {
-            for (t, chart) in mesh.charts().iter().enumerate() {
-                for crossing in chart.crossings {
-                    let other = crossing.twin.half_edge() as usize / 3;
+            for t in 0..reached.len() {
+                for k in 0..3 {
+                    let other = mesh.twin((3 * t + k) as u32).half_edge() as usize / 3;
                     let least = reached[t].min(reached[other]);
                     (reached[t], reached[other]) = (least, least);
                 }

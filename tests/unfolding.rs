@@ -341,9 +341,12 @@ fn there_and_back_returns_to_round_off() {
             "{name}: back within {:e}, pointing within {:e}",
             worst.0, worst.1
         );
-        // Over an edge of 1e-6 a direction is only known to 1e-10.
-        let pointing = if name == "needles" { 1e-7 } else { CLOSE };
-        assert!(worst.0 < CLOSE && worst.1 < pointing, "{name}: {worst:?}");
+        // Over an edge of 1e-6 a direction is only known to 1e-10, and a path is up to 5 long.
+        let (place, pointing) = match name {
+            "needles" => (1e-8, 1e-7),
+            _ => (CLOSE, CLOSE),
+        };
+        assert!(worst.0 < place && worst.1 < pointing, "{name}: {worst:?}");
     }
 }
 

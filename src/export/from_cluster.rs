@@ -17,7 +17,10 @@ impl Elements {
             normals: elements.iter().map(normal).collect(),
             parent: elements.iter().map(parent).collect(),
             colony: elements.iter().map(|e| e.colony).collect(),
-            triangle: elements.iter().map(triangle).collect(),
+            triangle: elements
+                .iter()
+                .map(|e| substrate.canonical_triangle(triangle(e)))
+                .collect(),
             uv: elements
                 .iter()
                 .map(|e| [e.at.u as f32, e.at.v as f32])

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::Surroundings;
 use super::launch::circle_crossings;
 use crate::cluster::ElementIndex;
-use crate::substrate::SurfacePoint;
+use crate::substrate::{HalfEdge, SurfacePoint};
 use crate::walk::{Connectivity, TrianglePlane};
 
 /// Arcs that one rotation may follow: a full turn over triangles a hundredth of r in size.
@@ -176,10 +176,10 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
 
     /// Goes on in the triangle beyond an exit; none at a boundary edge.
     fn cross(&self, here: &Here, exit: &Exit) -> Option<Here> {
-        let chart = &self.around.substrate.charts()[here.triangle as usize];
-        let twin = chart.crossings[exit.edge].twin;
+        let left = 3 * here.triangle + exit.edge as HalfEdge;
+        let twin = self.around.substrate.twin(left);
         let entry = twin.half_edge();
-        if entry == 3 * here.triangle + exit.edge as u32 {
+        if entry == left {
             return None;
         }
         let (triangle, k) = (entry / 3, entry as usize % 3);

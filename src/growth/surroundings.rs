@@ -66,11 +66,10 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     pub fn in_contact(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> bool {
         let mut found = false;
         let elements = self.cluster.elements();
-        self.index
-            .within(p, self.contact_distance(), &mut |id, q| {
-                let there = (elements[id as usize].at.triangle, q);
-                found = found || self.same_sheet(scratch, (triangle, p), there);
-            });
+        self.index.within(p, self.contact_distance(), &mut |id, q| {
+            let there = (elements[id as usize].at.triangle, q);
+            found = found || self.same_sheet(scratch, (triangle, p), there);
+        });
         found
     }
 }

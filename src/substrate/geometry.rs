@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::adjacency::Twin;
 
-/// What a walk needs to know of one half-edge.
+/// What a walk needs to know when it comes into a triangle through one of its half-edges.
 ///
 /// The triangle's third corner (the apex) is at start + along·e + height·e⊥, with e the vector of
 /// the half-edge and e⊥ the same vector turned to the triangle's inside. No length is stored, so
@@ -15,8 +15,9 @@ pub struct Crossing {
     pub along: f64,
     /// Apex away from the half-edge, in lengths of the half-edge; positive.
     pub height: f64,
-    /// What lies across.
-    pub twin: Twin,
+    /// What lies across the other two: the one from this half-edge's end to the apex, and the one
+    /// from there to its start.
+    pub exits: [Twin; 2],
 }
 
 /// A triangle laid flat: its first corner at the origin, its second on the positive x axis.
@@ -24,33 +25,37 @@ pub struct Crossing {
 pub struct Chart {
     /// Length of the edge from the first to the second corner.
     pub base: f64,
-    /// The half-edges that leave the first, second and third corner.
-    pub crossings: [Crossing; 3],
+    /// The third corner.
+    pub apex: DVec2,
+}
+
+/// A triangle's crossings by the half-edges that leave its first, second and third corner.
+pub(super) fn crossings(corners: [DVec3; 3], twins: [Twin; 3]) -> [Crossing; 3] {
+    [0, 1, 2].map(|k| {
+        let (next, previous) = ((k + 1) % 3, (k + 2) % 3);
+        let (e, f) = (corners[next] - corners[k], corners[previous] - corners[k]);
+        let length_sq = e.length_squared();
+        Crossing {
+            along: e.dot(f) / length_sq,
+            height: e.cross(f).length() / length_sq,
+            exits: [twins[next], twins[previous]],
+        }
+    })
 }
 
 impl Chart {
-    pub(super) fn new(corners: [DVec3; 3], twins: [Twin; 3]) -> Self {
-        let crossing = |k: usize| {
-            let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            let (e, f) = (b - a, c - a);
-            let length_sq = e.length_squared();
-            let (along, height) = (e.dot(f) / length_sq, e.cross(f).length() / length_sq);
-            Crossing {
-                along,
-                height,
-                twin: twins[k],
-            }
-        };
+    pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let (e, f) = (b - a, c - a);
+        let base = e.length();
         Self {
-            base: (corners[1] - corners[0]).length(),
-            crossings: [0, 1, 2].map(crossing),
+            base,
+            apex: DVec2::new(e.dot(f), e.cross(f).length()) / base,
         }
     }
 
     /// The corners in the triangle's own frame, counter-clockwise.
     pub fn corners(&self) -> [DVec2; 3] {
-        let apex = DVec2::new(self.crossings[0].along, self.crossings[0].height);
-        [DVec2::ZERO, DVec2::new(self.base, 0.0), apex * self.base]
+        [DVec2::ZERO, DVec2::new(self.base, 0.0), self.apex]
     }
 }
 

@@ -4,9 +4,10 @@
 //! triangles, and gets adjacency, charts to walk in and a bounding volume hierarchy. What was done
 //! and what is left is in the [`SubstrateReport`].
 //!
-//! Triangles are numbered anew: connected pieces from the largest area down, in the file's order
-//! inside each piece, so that a result does not depend on where in the file unrelated pieces
-//! stand. [`Substrate::source_triangle`] gives back the file's number.
+//! Triangles are stored in an order that suits walks: connected pieces from the largest area down,
+//! and along a curve that fills space inside each. Results name a triangle by its
+//! [canonical number](Substrate::canonical_triangle), which does not depend on where in the file
+//! unrelated pieces stand; [`Substrate::source_triangle`] gives back the file's own.
 
 mod adjacency;
 mod bvh;
@@ -91,9 +92,12 @@ pub struct Substrate {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     charts: Vec<Chart>,
+    /// Three a triangle.
+    crossings: Vec<Crossing>,
     frames: Vec<Frame>,
     corners: VertexCorners,
     source: Vec<u32>,
+    numbers: Vec<u32>,
     components: Vec<Component>,
     bvh: Bvh,
     report: SubstrateReport,
@@ -147,19 +151,23 @@ impl Substrate {
                 degenerate: welded.degenerate,
             });
         }
-        let (adjacency, components) = order::canonical(&mut welded);
+        let (adjacency, components) = order::order(&mut welded);
         let bvh = Bvh::new(&welded.vertices, &welded.triangles);
         let report = report::report(read, notes, &welded, &adjacency);
-        let charts = charts(&welded, &adjacency);
-        let frames = frames(&welded);
+        let charts = of_corners(&welded, Chart::new);
+        let frames = of_corners(&welded, Frame::new);
+        let crossings = crossings(&welded, &adjacency);
+        let numbers = order::canonical_numbers(&welded.source, &components);
         Ok(Self {
             units: welded.units,
             vertices: welded.vertices,
             triangles: welded.triangles,
             charts,
+            crossings,
             frames,
             corners: adjacency.corners,
             source: welded.source,
+            numbers,
             components,
             bvh,
             report,
@@ -208,6 +216,17 @@ impl Substrate {
         &self.charts
     }
 
+    /// How walks cross every half-edge.
+    pub fn crossings(&self) -> &[Crossing] {
+        &self.crossings
+    }
+
+    /// What lies across a half-edge.
+    pub fn twin(&self, half_edge: HalfEdge) -> Twin {
+        let (first, k) = (half_edge / 3 * 3, half_edge % 3);
+        self.crossings[(first + (k + 2) % 3) as usize].exits[0]
+    }
+
     /// Where every triangle's chart lies in space.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
@@ -232,6 +251,12 @@ impl Substrate {
             .components
             .partition_point(|c| c.triangles.end <= triangle);
         &self.components[i]
+    }
+
+    /// The number that results name a triangle by: pieces from the largest area down, in the file's
+    /// order inside each. In a clean file of one piece it is the file's own number.
+    pub fn canonical_triangle(&self, triangle: u32) -> u32 {
+        self.numbers[triangle as usize]
     }
 
     /// The number that a triangle had in the file, polygons being counted as their triangles.
@@ -342,17 +367,18 @@ impl Substrate {
     }
 }
 
-fn charts(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Chart> {
-    let chart = |(t, corners): (usize, &[u32; 3])| {
-        let twins = [0, 1, 2].map(|k| adjacency.twins[3 * t + k]);
-        Chart::new(corners.map(|i| welded.vertices[i as usize]), twins)
-    };
-    welded.triangles.par_iter().enumerate().map(chart).collect()
+fn of_corners<T: Send>(welded: &weld::Welded, make: impl Fn([DVec3; 3]) -> T + Sync) -> Vec<T> {
+    let one = |corners: &[u32; 3]| make(corners.map(|i| welded.vertices[i as usize]));
+    welded.triangles.par_iter().map(one).collect()
 }
 
-fn frames(welded: &weld::Welded) -> Vec<Frame> {
-    let frame = |corners: &[u32; 3]| Frame::new(corners.map(|i| welded.vertices[i as usize]));
-    welded.triangles.par_iter().map(frame).collect()
+fn crossings(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Crossing> {
+    let of_triangle = |(corners, twins): (&[u32; 3], &[Twin; 3])| {
+        geometry::crossings(corners.map(|i| welded.vertices[i as usize]), *twins)
+    };
+    let triangles = welded.triangles.par_iter();
+    let twins = adjacency.twins.as_chunks().0.par_iter();
+    triangles.zip(twins).flat_map_iter(of_triangle).collect()
 }
 
 /// Area of a triangle.

@@ -1,16 +1,22 @@
-//! One numbering for one surface: pieces by area, so that the order in which unrelated pieces
-//! stand in the file changes nothing.
+//! One order for one surface.
+//!
+//! Triangles are stored along a curve that fills space, piece by piece, so that what a walk crosses
+//! next is near in memory too. Outside they have canonical numbers: pieces by area, in the file's
+//! order inside each, so that the order in which unrelated pieces stand in the file changes nothing.
 
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::adjacency::{self, Adjacency};
 use super::weld::{Welded, forget_unused};
 use super::{Component, area};
 
-/// Brings the triangles into canonical order and builds their adjacency.
-pub(super) fn canonical(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
+/// Orders the triangles and builds their adjacency.
+pub(super) fn order(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
+    let along_curve = along_curve(welded);
+    permute(welded, &along_curve);
     let adjacency = adjacency::build(&welded.vertices, &welded.triangles);
     let mut pieces = pieces(welded, &adjacency.walkable);
     if pieces.len() == 1 {
@@ -25,6 +31,50 @@ pub(super) fn canonical(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
         adjacency::build(&welded.vertices, &welded.triangles),
         components,
     )
+}
+
+/// Canonical numbers of the triangles: consecutive in each component, in the order of the file.
+pub(super) fn canonical_numbers(source: &[u32], components: &[Component]) -> Vec<u32> {
+    let mut numbers = vec![0; source.len()];
+    for component in components {
+        let mut by_source: Vec<u32> = component.triangles.clone().collect();
+        by_source.sort_unstable_by_key(|&t| source[t as usize]);
+        for (number, t) in component.triangles.clone().zip(by_source) {
+            numbers[t as usize] = number;
+        }
+    }
+    numbers
+}
+
+/// Bits of each coordinate that order triangles along the curve.
+const CURVE_BITS: u32 = 16;
+
+/// The triangles' numbers, ordered by their centroids along a Morton curve.
+fn along_curve(welded: &Welded) -> Vec<u32> {
+    let bounds = welded.vertices.iter();
+    let [low, high] = bounds.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], &v| {
+        [l.min(v), h.max(v)]
+    });
+    let cells = f64::from(1u32 << CURVE_BITS) / (high - low).max_element();
+    let key = |(i, t): (usize, &[u32; 3])| {
+        let [a, b, c] = t.map(|v| welded.vertices[v as usize]);
+        let cell = ((a + b + c) / 3.0 - low) * cells;
+        let [x, y, z] = cell.to_array().map(|x| spread(x as u64));
+        (x | y << 1 | z << 2, i as u32)
+    };
+    let mut keys: Vec<(u64, u32)> = welded.triangles.par_iter().enumerate().map(key).collect();
+    keys.par_sort_unstable();
+    keys.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Spreads 16 bits, or as many as there are, to every third place.
+fn spread(x: u64) -> u64 {
+    let x = x.min((1 << CURVE_BITS) - 1);
+    let x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    let x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    let x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
 }
 
 /// A component before it has its final place.

@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use crate::substrate::{Substrate, segment_distance_sq};
+use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
 
 /// Scratch space for searches over triangles: stored by whoever searches, never part of a result.
 #[derive(Default)]
@@ -100,14 +100,14 @@ impl Connectivity {
     /// Marks what lies across the edges, and about the vertices, that touch the ball.
     fn spread(&mut self, substrate: &Substrate, t: u32, centre: DVec3, limit: f64) {
         let corners = substrate.corners(t);
-        let crossings = &substrate.charts()[t as usize].crossings;
         let inside = corners.map(|c| (c - centre).length_squared() <= limit);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
             let touches =
                 inside[k] || inside[(k + 1) % 3] || segment_distance_sq(centre, a, b) <= limit;
             if touches {
-                self.mark(crossings[k].twin.half_edge() / 3);
+                let twin = substrate.twin(3 * t + k as HalfEdge);
+                self.mark(twin.half_edge() / 3);
             }
             if inside[k] {
                 let vertex = substrate.triangles()[t as usize][k];

@@ -56,8 +56,7 @@ impl Stand {
 
     /// A straight step, a vector in the triangle's chart.
     pub fn step(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
-        let charts = substrate.charts();
-        let corners = charts[self.triangle as usize].corners();
+        let corners = substrate.charts()[self.triangle as usize].corners();
         if contains(&corners, self.at + step) {
             return Moved {
                 to: Self::lifted(substrate, self.triangle, self.at + step),
@@ -67,8 +66,8 @@ impl Stand {
         }
         let about = corners.map(|c| c - self.at);
         let traced = match absorb {
-            true => trace_in_chart(charts, self.triangle, about, step, &mut Absorbing),
-            false => trace_in_chart(charts, self.triangle, about, step, &mut Reflecting),
+            true => trace_in_chart(substrate, self.triangle, about, step, &mut Absorbing),
+            false => trace_in_chart(substrate, self.triangle, about, step, &mut Reflecting),
         };
         Moved {
             to: Self::new(substrate, &traced.point),

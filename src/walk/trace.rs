@@ -12,7 +12,7 @@
 
 use glam::DVec2;
 
-use crate::substrate::{Chart, HalfEdge, Substrate, SurfacePoint};
+use crate::substrate::{Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
 
 /// Why a trace ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,12 +92,11 @@ pub fn trace_visiting<V: Visitor>(
     step: DVec2,
     visitor: &mut V,
 ) -> Trace {
-    let charts = substrate.charts();
-    let corners = charts[from.triangle as usize].corners();
+    let corners = substrate.charts()[from.triangle as usize].corners();
     let [w0, w1, w2] = from.weights();
     let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
     trace_in_chart(
-        charts,
+        substrate,
         from.triangle,
         corners.map(|c| c - at),
         step,
@@ -108,7 +107,7 @@ pub fn trace_visiting<V: Visitor>(
 /// As [`trace_visiting`], from the origin of a frame in which the start triangle's corners are
 /// given: its chart's, shifted.
 pub(super) fn trace_in_chart<V: Visitor>(
-    charts: &[Chart],
+    substrate: &Substrate,
     triangle: u32,
     corners: [DVec2; 3],
     step: DVec2,
@@ -126,7 +125,7 @@ pub(super) fn trace_in_chart<V: Visitor>(
         let point = weigh(triangle, areas(&corners, step));
         return ended(point, End::Distance, 0);
     }
-    let mut front = Front::leaving(triangle, &corners, step);
+    let mut front = Front::leaving(substrate, triangle, &corners, step);
     if !front.is_passed(step) {
         let weights = areas(&corners, step);
         if is_near(&corners, step, weights) {
@@ -138,13 +137,18 @@ pub(super) fn trace_in_chart<V: Visitor>(
     }
     for crossings in 1..=MOST_CROSSINGS {
         if V::WATCHES {
+            let half_edge = front.half_edge(substrate);
             let (share, distance_share) = front.meeting(step);
-            visitor.leave(front.half_edge, share, distance_share);
+            visitor.leave(half_edge, share, distance_share);
         }
-        if V::ABSORB && front.is_boundary(charts) {
-            return ended(front.point_on_edge(step), End::Boundary, crossings - 1);
+        if V::ABSORB && front.is_boundary(substrate) {
+            return ended(
+                front.point_on_edge(substrate, step),
+                End::Boundary,
+                crossings - 1,
+            );
         }
-        let unfolded = front.cross(charts);
+        let unfolded = front.cross(substrate.crossings());
         front = unfolded.next_front(step);
         if front.is_passed(step) {
             continue;
@@ -153,12 +157,16 @@ pub(super) fn trace_in_chart<V: Visitor>(
         let weights = areas(&corners, step);
         if is_near(&corners, step, weights) {
             if V::WATCHES {
-                visitor.arrive(unfolded.in_chart(charts, step));
+                visitor.arrive(unfolded.in_chart(substrate, step));
             }
-            return ended(weigh(unfolded.triangle, weights), End::Distance, crossings);
+            return ended(weigh(unfolded.entry / 3, weights), End::Distance, crossings);
         }
     }
-    ended(front.point_on_edge(step), End::Crossings, MOST_CROSSINGS)
+    ended(
+        front.point_on_edge(substrate, step),
+        End::Crossings,
+        MOST_CROSSINGS,
+    )
 }
 
 /// True when a point is in a counter-clockwise triangle, its edges included.
@@ -203,14 +211,15 @@ fn weigh(triangle: u32, areas: [f64; 3]) -> SurfacePoint {
 struct Front {
     left: DVec2,
     right: DVec2,
-    half_edge: HalfEdge,
+    /// The half-edge through which the path comes into what lies beyond.
+    entry: Twin,
     /// The triangle being left lies as its mirror image.
     mirrored: bool,
 }
 
 impl Front {
     /// The edge through which a path from the origin leaves a counter-clockwise triangle.
-    fn leaving(triangle: u32, corners: &[DVec2; 3], step: DVec2) -> Self {
+    fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3], step: DVec2) -> Self {
         let side = corners.map(|c| step.perp_dot(c));
         let pair = |k: usize| (side[k], side[(k + 1) % 3]);
         let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
@@ -218,7 +227,7 @@ impl Front {
         Self {
             left: corners[(k + 1) % 3],
             right: corners[k],
-            half_edge: 3 * triangle + k as u32,
+            entry: substrate.twin(3 * triangle + k as HalfEdge),
             mirrored: false,
         }
     }
@@ -228,40 +237,34 @@ impl Front {
         (self.left - self.right).perp_dot(step - self.right) < 0.0
     }
 
-    fn is_boundary(&self, charts: &[Chart]) -> bool {
-        let h = self.half_edge;
-        charts[h as usize / 3].crossings[h as usize % 3]
-            .twin
-            .half_edge()
-            == h
+    /// The half-edge on the near side.
+    fn half_edge(&self, substrate: &Substrate) -> HalfEdge {
+        substrate.twin(self.entry.half_edge()).half_edge()
+    }
+
+    fn is_boundary(&self, substrate: &Substrate) -> bool {
+        self.half_edge(substrate) == self.entry.half_edge()
     }
 
     /// Lays the triangle beyond the edge flat.
-    fn cross(self, charts: &[Chart]) -> Unfolded {
-        let h = self.half_edge;
-        let twin = charts[h as usize / 3].crossings[h as usize % 3].twin;
-        let mirrored = self.mirrored ^ twin.is_flipped();
-        let entry = twin.half_edge();
-        let (triangle, k) = (entry / 3, entry % 3);
-        let crossing = &charts[triangle as usize].crossings[k as usize];
-        let (start, end) = if mirrored {
-            (self.right, self.left)
+    #[inline(always)]
+    fn cross(self, crossings: &[Crossing]) -> Unfolded {
+        let mirrored = self.mirrored ^ self.entry.is_flipped();
+        let entry = self.entry.half_edge();
+        let crossing = &crossings[entry as usize];
+        let e = self.right - self.left;
+        // A mirrored triangle's half-edge runs from right to left.
+        let along = if mirrored {
+            1.0 - crossing.along
         } else {
-            (self.left, self.right)
+            crossing.along
         };
-        let e = end - start;
-        let inward = if mirrored {
-            DVec2::new(e.y, -e.x)
-        } else {
-            DVec2::new(-e.y, e.x)
-        };
-        let apex = start + e * crossing.along + inward * crossing.height;
         Unfolded {
             left: self.left,
             right: self.right,
-            apex,
-            triangle,
-            entry: k,
+            apex: self.left + e * along + e.perp() * crossing.height,
+            entry,
+            exits: crossing.exits,
             mirrored,
         }
     }
@@ -296,13 +299,14 @@ impl Front {
         )
     }
 
-    fn point_on_edge(&self, step: DVec2) -> SurfacePoint {
+    fn point_on_edge(&self, substrate: &Substrate, step: DVec2) -> SurfacePoint {
         let (share, _) = self.meeting(step);
-        let k = self.half_edge as usize % 3;
+        let half_edge = self.half_edge(substrate);
+        let k = half_edge as usize % 3;
         let mut weights = [0.0; 3];
         weights[k] = 1.0 - share;
         weights[(k + 1) % 3] = share;
-        SurfacePoint::from_weights(self.half_edge / 3, weights)
+        SurfacePoint::from_weights(half_edge / 3, weights)
     }
 }
 
@@ -323,14 +327,15 @@ struct Unfolded {
     left: DVec2,
     right: DVec2,
     apex: DVec2,
-    triangle: u32,
-    /// Which of its half-edges the path came through.
-    entry: u32,
+    /// The half-edge that the path came through, and what lies across the two after it.
+    entry: HalfEdge,
+    exits: [Twin; 2],
     mirrored: bool,
 }
 
 impl Unfolded {
     /// The edge that the path leaves by.
+    #[inline(always)]
     fn next_front(&self, step: DVec2) -> Front {
         let apex_is_left = step.perp_dot(self.apex) > 0.0;
         let (right, left) = if apex_is_left {
@@ -340,12 +345,11 @@ impl Unfolded {
         };
         // In its own winding the triangle runs entry, then the edge at the entry's end. That end
         // is on the right, or on the left where the triangle lies mirrored.
-        let turn = if apex_is_left != self.mirrored { 1 } else { 2 };
-        let half_edge = 3 * self.triangle + (self.entry + turn) % 3;
+        let exit = usize::from(apex_is_left == self.mirrored);
         Front {
             left,
             right,
-            half_edge,
+            entry: self.exits[exit],
             mirrored: self.mirrored,
         }
     }
@@ -357,7 +361,7 @@ impl Unfolded {
         } else {
             (self.left, self.right)
         };
-        let k = self.entry as usize;
+        let k = self.entry as usize % 3;
         let mut corners = [DVec2::ZERO; 3];
         corners[k] = start;
         corners[(k + 1) % 3] = end;
@@ -366,7 +370,7 @@ impl Unfolded {
     }
 
     /// A vector of the start triangle's frame in the frame of this triangle's chart.
-    fn in_chart(&self, charts: &[Chart], v: DVec2) -> DVec2 {
+    fn in_chart(&self, substrate: &Substrate, v: DVec2) -> DVec2 {
         let upright = |v: DVec2| {
             if self.mirrored {
                 v.reflect(DVec2::Y)
@@ -374,7 +378,8 @@ impl Unfolded {
                 v
             }
         };
-        let (flat, own) = (self.corners(), charts[self.triangle as usize].corners());
+        let chart = &substrate.charts()[self.entry as usize / 3];
+        let (flat, own) = (self.corners(), chart.corners());
         // The rotation that best takes the edges as they lie to those of the chart, as a complex
         // number: a needle's short edge alone would not tell it well.
         let turn = (0..3).fold(DVec2::ZERO, |sum, k| {

@@ -92,8 +92,7 @@ pub(crate) fn follow(
         );
         let (at, edge) = on_edge(substrate, half_edge, share);
         leg(at, edge);
-        let crossing = substrate.charts()[triangle as usize].crossings[half_edge as usize % 3];
-        triangle = crossing.twin.half_edge() / 3;
+        triangle = substrate.twin(half_edge).half_edge() / 3;
     }
     assert_eq!(triangle, end.point.triangle);
     leg(substrate.position(&end.point), DVec3::ZERO);
