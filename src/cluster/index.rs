@@ -8,9 +8,9 @@ use glam::DVec3;
 /// changes an index: what it would like to keep for the next time goes into `Notes`, which each
 /// walker has of its own and hands in at its end. Answers depend on the elements and on where the walker
 /// has been, never on what others asked or handed in.
-pub trait ElementIndex {
-    /// What looking found out that is worth keeping.
-    type Notes: Default;
+pub trait ElementIndex: Sync {
+    /// What a walker saw, and what looking found out that is worth keeping.
+    type Notes: Default + Send + Sync;
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
     /// corner; `wide` is the largest radius that [`count`](Self::count) and
@@ -22,8 +22,11 @@ pub trait ElementIndex {
     /// Adds the next element.
     fn insert(&mut self, position: DVec3);
 
-    /// Keeps what looking found out. No element was inserted in between.
+    /// Keeps what looking found out.
     fn adopt(&mut self, notes: &mut Self::Notes);
+
+    /// Whether a walker that looked again where it looked would see the same.
+    fn holds(&self, notes: &Self::Notes) -> bool;
 
     /// A new walker starts: forgets where the last one was.
     fn begin(&self, notes: &mut Self::Notes);

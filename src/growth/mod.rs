@@ -5,6 +5,7 @@
 
 mod join;
 mod launch;
+mod launcher;
 mod model;
 mod orbit;
 mod parameters;
@@ -13,12 +14,13 @@ mod step;
 mod stick;
 mod surroundings;
 mod walker;
+mod walker_model;
 
 pub use launch::LaunchRing;
-pub use model::{Counts, GrowthModel, Halt};
+pub use model::{Counts, GrowthModel, Halt, Parallel};
 pub use parameters::{Boundary, Join, Parameters, Steps};
 pub use place::{PlaceError, SeedPlace};
 pub use step::random_step;
 pub use stick::Stickiness;
 pub use surroundings::Surroundings;
-pub use walker::WalkerModel;
+pub use walker_model::WalkerModel;

@@ -16,7 +16,11 @@ pub trait GrowthModel {
     ///
     /// # Errors
     /// When there will be none, or when `cancelled` says so.
-    fn next(&mut self, cluster: &Cluster, cancelled: &dyn Fn() -> bool) -> Result<Element, Halt>;
+    fn next(
+        &mut self,
+        cluster: &Cluster,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Element, Halt>;
 
     /// What it took so far.
     fn counts(&self) -> &Counts;
@@ -50,4 +54,30 @@ pub struct Counts {
     pub refusals: u64,
     /// Elements that were rotated to a second contact.
     pub packed: u64,
+}
+
+impl Counts {
+    /// Adds what one walker took.
+    pub(super) fn add(&mut self, walker: &Self) {
+        self.walkers += walker.walkers;
+        self.killed += walker.killed;
+        self.absorbed += walker.absorbed;
+        self.steps += walker.steps;
+        self.crossings += walker.crossings;
+        self.contacts += walker.contacts;
+        self.refusals += walker.refusals;
+        self.packed += walker.packed;
+    }
+}
+
+/// How a run's work was shared among threads. It differs from run to run; the result does not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Parallel {
+    /// Walkers that walked at the same time as others.
+    pub walks: u64,
+    /// Those of them that walked again, because an element born meanwhile might have changed their
+    /// way.
+    pub conflicts: u64,
+    /// Time spent with several walkers on their way; the rest of growth runs on one thread.
+    pub seconds: f64,
 }

@@ -46,10 +46,32 @@ impl Stickiness {
             .max(self.least)
             .min(1.0)
     }
+
+    fn answer(&self, n: usize, chance: f64, spare: usize) -> Answer {
+        match self.probability(n) {
+            probability if chance < probability => Answer::Sticks(probability),
+            _ => Answer::Refused { spare },
+        }
+    }
 }
 
+/// Whether a walker sticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// It does, and this was P_s.
+    Sticks(f64),
+    /// It does not.
+    Refused {
+        /// How many more elements within L would leave it so; there may be more still.
+        spare: usize,
+    },
+}
+
+/// Spare elements that are looked for.
+const MOST_SPARE: usize = 8;
+
 impl<I: ElementIndex> Surroundings<'_, I> {
-    /// P_s of a walker in contact if it sticks, with `chance` drawn uniformly from [0, 1).
+    /// Whether a walker in contact sticks, with `chance` drawn uniformly from [0, 1).
     ///
     /// Elements of other sheets can only raise n, so most refusals are settled by counting
     /// without asking which sheet each one is on.
@@ -59,17 +81,18 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         law: &Stickiness,
         (triangle, p): (u32, DVec3),
         chance: f64,
-    ) -> Option<f64> {
+    ) -> Answer {
         if law.gain == 0.0 {
-            let probability = law.probability(0);
-            return (chance < probability).then_some(probability);
+            return law.answer(0, chance, usize::MAX);
         }
         let most = self.index.count(p, self.parameters.curvature_radius);
         if law.gain > 0.0 && chance >= law.probability(most) {
-            return None;
+            let spare = (0..MOST_SPARE).take_while(|k| chance >= law.probability(most + k + 1));
+            return Answer::Refused {
+                spare: spare.count(),
+            };
         }
-        let probability = law.probability(self.count(scratch, (triangle, p)));
-        (chance < probability).then_some(probability)
+        law.answer(self.count(scratch, (triangle, p)), chance, 0)
     }
 
     /// n: elements of the same sheet with their centre within L of a place.

@@ -1,34 +1,15 @@
-//! One walker after the other, from launch to joining (Sumner 2001, chapter 6).
-
-use std::ops::Range;
+//! One walker, from launch to joining (Sumner 2001, chapter 6).
 
 use glam::DVec3;
 
-use super::launch::{AreaSampler, LaunchRing};
+use super::launcher::Launcher;
 use super::step::random_step;
-use super::{Boundary, Counts, GrowthModel, Halt, Parameters, Steps, Stickiness, Surroundings};
-use crate::cluster::{Cluster, Element, ElementIndex, Look, SparseIndex};
+use super::stick::Answer;
+use super::{Boundary, Counts, Halt, Parameters, Steps, Stickiness, Surroundings};
+use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::SurfacePoint;
 use crate::walk::{Connectivity, End, Stand};
-
-/// Diffusion-limited aggregation with curvature-based sticking.
-pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
-    substrate: &'a Substrate,
-    parameters: Parameters,
-    law: Stickiness,
-    index: I,
-    launcher: Launcher,
-    scratch: Connectivity,
-    notes: I::Notes,
-    counts: Counts,
-}
-
-/// R_e counts as at least this many radii: that of a single seed is 0.
-const LEAST_EXTENT: f64 = 4.0;
-
-/// The launch sphere is at least this many radii outside R_e.
-const LEAST_GAP: f64 = 4.0;
 
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: u32 = 20_000;
@@ -39,132 +20,49 @@ const FAR_OUTSIDE: f64 = 0.2;
 /// Steps between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 4096;
 
-impl<'a, I: ElementIndex> WalkerModel<'a, I> {
-    /// A model of its own index, for a cluster that is still empty.
-    pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let wide = parameters.curvature_radius;
-        Self {
-            law: Stickiness::new(&parameters),
-            index: I::new(parameters.radius, wide, substrate.bounds()),
-            launcher: Launcher::default(),
-            scratch: Connectivity::new(),
-            notes: I::Notes::default(),
-            counts: Counts::default(),
-            substrate,
-            parameters,
-        }
-    }
-}
-
-impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
-    fn born(&mut self, cluster: &Cluster) {
-        if let Some(last) = cluster.elements().last() {
-            self.index.adopt(&mut self.notes);
-            self.index.insert(last.position);
-            self.launcher
-                .update(self.substrate, &self.parameters, cluster);
-        }
-    }
-
-    fn next(&mut self, cluster: &Cluster, cancelled: &dyn Fn() -> bool) -> Result<Element, Halt> {
-        let mut walk = Walk {
-            around: Surroundings {
-                substrate: self.substrate,
-                parameters: &self.parameters,
-                cluster,
-                index: &self.index,
-            },
-            law: &self.law,
-            launcher: &self.launcher,
-            scratch: &mut self.scratch,
-            notes: &mut self.notes,
-            counts: &mut self.counts,
-            cancelled,
-        };
-        walk.until_one_sticks()
-    }
-
-    fn counts(&self) -> &Counts {
-        &self.counts
-    }
-}
-
-/// Where walkers start at present, and how far they may go.
-#[derive(Default)]
-struct Launcher {
-    components: Vec<Range<u32>>,
-    centre: DVec3,
-    radius: f64,
-    /// All elements are within this distance of the centre.
-    reach: f64,
-    /// Walkers farther from the centre are dropped.
-    kill: f64,
-    ring: LaunchRing,
-    area: Option<AreaSampler>,
-}
-
-impl Launcher {
-    /// Takes in the youngest element.
-    fn update(&mut self, substrate: &Substrate, parameters: &Parameters, cluster: &Cluster) {
-        let Some(last) = cluster.elements().last() else {
-            return;
-        };
-        let component = &substrate.component_of(last.at.triangle).triangles;
-        let is_new = !self.components.contains(component);
-        if is_new {
-            self.components.push(component.clone());
-            self.area = None;
-        }
-        let extent = cluster.extent();
-        let radius = launch_radius(parameters, extent.effective_radius());
-        let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
-        let gap = self.radius - extent.effective_radius();
-        let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
-        if is_new || drift > gap / 16.0 || reach > self.reach {
-            self.set_out(parameters, cluster);
-            self.ring = LaunchRing::new(substrate, &self.components, self.centre, radius);
-            if self.ring.length() == 0.0 && self.area.is_none() {
-                let triangles = self.components.iter().flat_map(Clone::clone);
-                self.area = Some(AreaSampler::new(substrate, triangles));
-            }
-        }
-    }
-
-    /// Takes the spheres from the cluster as it is now.
-    fn set_out(&mut self, parameters: &Parameters, cluster: &Cluster) {
-        let extent = cluster.extent();
-        let effective = extent.effective_radius();
-        self.centre = extent.centroid();
-        self.radius = launch_radius(parameters, effective);
-        self.reach = effective + (self.radius - effective) / 8.0;
-        let kill = parameters.kill * floored_extent(parameters, effective);
-        self.kill = kill.max(self.radius + LEAST_GAP * parameters.radius);
-    }
-
-    /// Whether the launch sphere encloses all that carries lichen.
-    fn encloses(&self) -> bool {
-        self.ring.length() == 0.0
-    }
-}
-
-fn floored_extent(parameters: &Parameters, effective_radius: f64) -> f64 {
-    effective_radius.max(LEAST_EXTENT * parameters.radius)
-}
-
-fn launch_radius(parameters: &Parameters, effective_radius: f64) -> f64 {
-    let scaled = parameters.launch * floored_extent(parameters, effective_radius);
-    scaled.max(effective_radius + LEAST_GAP * parameters.radius)
-}
+/// Radii about a contact within which elements decide where it is joined: it is moved by at most 5,
+/// and what it may touch then is within 2 of there, or within 4 of what it turned about.
+const JOINING: f64 = 8.0;
 
 /// A walker on its way, and what it needs for that.
-struct Walk<'b, I: ElementIndex> {
-    around: Surroundings<'b, I>,
-    law: &'b Stickiness,
-    launcher: &'b Launcher,
-    scratch: &'b mut Connectivity,
-    notes: &'b mut I::Notes,
-    counts: &'b mut Counts,
-    cancelled: &'b dyn Fn() -> bool,
+pub(super) struct Walk<'b, I: ElementIndex> {
+    pub(super) around: Surroundings<'b, I>,
+    pub(super) law: &'b Stickiness,
+    pub(super) launcher: &'b Launcher,
+    pub(super) scratch: &'b mut Connectivity,
+    pub(super) track: &'b mut Track<I>,
+    /// Whether others may be born before this walker's element is: see [`Track::asked`].
+    pub(super) others_walk: bool,
+    pub(super) cancelled: &'b (dyn Fn() -> bool + Sync),
+}
+
+/// What a walker leaves behind.
+pub(super) struct Track<I: ElementIndex> {
+    /// What it took.
+    pub(super) counts: Counts,
+    /// What it saw of the index.
+    pub(super) notes: I::Notes,
+    /// Where it asked which elements there are.
+    pub(super) asked: Vec<Asked>,
+}
+
+/// A ball whose elements decided something.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+    /// How many more elements there might have been without making a difference.
+    pub(super) spare: usize,
+}
+
+impl<I: ElementIndex> Default for Track<I> {
+    fn default() -> Self {
+        Self {
+            counts: Counts::default(),
+            notes: I::Notes::default(),
+            asked: Vec::new(),
+        }
+    }
 }
 
 /// What comes of a walker near enough to an element.
@@ -176,27 +74,26 @@ enum Meeting {
 }
 
 /// What becomes of one walker.
-enum Fate {
+#[derive(Clone, Copy)]
+pub(super) enum Fate {
     Joined(Element),
     Lost,
     Halted(Halt),
 }
 
 impl<I: ElementIndex> Walk<'_, I> {
-    fn until_one_sticks(&mut self) -> Result<Element, Halt> {
-        loop {
-            let number = self.counts.walkers;
-            self.counts.walkers += 1;
-            let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
-            let Some(start) = self.launch(&mut stream) else {
-                return Err(Halt::NoFreeSurface);
-            };
-            match self.walk(start, &mut stream) {
-                Fate::Joined(element) => return Ok(element),
-                Fate::Halted(halt) => return Err(halt),
-                Fate::Lost if (self.cancelled)() => return Err(Halt::Cancelled),
-                Fate::Lost => {}
-            }
+    /// The walk of the walker with this number, from launch to joining.
+    pub(super) fn run(&mut self, number: u64) -> Fate {
+        self.track.counts = Counts {
+            walkers: 1,
+            ..Counts::default()
+        };
+        self.track.asked.clear();
+        self.around.index.begin(&mut self.track.notes);
+        let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
+        match self.launch(&mut stream) {
+            Some(start) => self.walk(start, &mut stream),
+            None => Fate::Halted(Halt::NoFreeSurface),
         }
     }
 
@@ -210,16 +107,32 @@ impl<I: ElementIndex> Walk<'_, I> {
         else {
             return self.launcher.ring.sample(self.around.substrate, stream);
         };
-        (0..MOST_TRIES).map(|_| area.sample(stream)).find(|at| {
+        let found = (0..MOST_TRIES).map(|_| area.sample(stream)).find(|at| {
             let p = self.around.substrate.position(at);
             !self.around.in_contact(self.scratch, (at.triangle, p))
-        })
+        });
+        let place = found.map(|at| self.around.substrate.position(&at));
+        let contact = self.around.contact_distance();
+        place.into_iter().for_each(|p| self.asked(p, contact, 0));
+        found
+    }
+
+    /// Notes that the elements within a ball decided something, and how many more would have made
+    /// no difference.
+    fn asked(&mut self, centre: DVec3, radius: f64, spare: usize) {
+        if self.others_walk {
+            let asked = Asked {
+                centre,
+                radius,
+                spare,
+            };
+            self.track.asked.push(asked);
+        }
     }
 
     fn walk(&mut self, start: SurfacePoint, stream: &mut Stream) -> Fate {
         let (substrate, parameters) = (self.around.substrate, self.around.parameters);
         let absorb = parameters.boundary == Boundary::Absorb;
-        self.around.index.begin(self.notes);
         let mut here = Stand::new(substrate, &start);
         let Some(look) = self.look(here.position) else {
             return self.kill();
@@ -229,13 +142,13 @@ impl<I: ElementIndex> Walk<'_, I> {
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8).
             let step = random_step(stream, bound, parameters.radius);
             let moved = here.step(substrate, step, absorb);
-            self.counts.steps += 1;
-            self.counts.crossings += u64::from(moved.crossings);
-            if self.counts.steps.is_multiple_of(STEPS_PER_LOOK) && (self.cancelled)() {
+            self.track.counts.steps += 1;
+            self.track.counts.crossings += u64::from(moved.crossings);
+            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) && (self.cancelled)() {
                 return Fate::Halted(Halt::Cancelled);
             }
             if moved.end == End::Boundary {
-                self.counts.absorbed += 1;
+                self.track.counts.absorbed += 1;
                 return Fate::Lost;
             }
             let Some(look) = self.look(moved.to.position) else {
@@ -268,7 +181,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 touching: false,
             });
         }
-        Some(self.around.index.look(p, self.notes))
+        Some(self.around.index.look(p, &mut self.track.notes))
     }
 
     /// What becomes of a walker that an element is near enough to touch.
@@ -277,12 +190,23 @@ impl<I: ElementIndex> Walk<'_, I> {
         if !self.around.in_contact(self.scratch, place) {
             return Meeting::Elsewhere;
         }
-        self.counts.contacts += 1;
+        self.track.counts.contacts += 1;
         let chance = stream.uniform();
-        match self.around.sticks(self.scratch, self.law, place, chance) {
-            Some(probability) => Meeting::Sticks(probability),
-            None => {
-                self.counts.refusals += 1;
+        let answer = self.around.sticks(self.scratch, self.law, place, chance);
+        let Parameters {
+            radius,
+            curvature_radius,
+            ..
+        } = *self.around.parameters;
+        match answer {
+            Answer::Sticks(probability) => {
+                let wide = curvature_radius.max(JOINING * radius);
+                self.asked(there.position, wide, 0);
+                Meeting::Sticks(probability)
+            }
+            Answer::Refused { spare } => {
+                self.asked(there.position, curvature_radius, spare);
+                self.track.counts.refusals += 1;
                 Meeting::Refused
             }
         }
@@ -306,7 +230,7 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// 3. Kill: dropped, and the next one is launched.
     fn kill(&mut self) -> Fate {
-        self.counts.killed += 1;
+        self.track.counts.killed += 1;
         Fate::Lost
     }
 
@@ -314,7 +238,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Fate {
         let from = from.surface_point(self.around.substrate);
         let joined = self.around.join(self.scratch, &from, step);
-        self.counts.packed += u64::from(joined.packed);
+        self.track.counts.packed += u64::from(joined.packed);
         let colony = self.around.cluster.elements()[joined.touched as usize].colony;
         Fate::Joined(Element {
             at: joined.at,

@@ -2,7 +2,7 @@
 
 use super::{Execution, Observer, Progress, Recipe, StopRule};
 use crate::cluster::{Cluster, Element, NO_PARENT};
-use crate::growth::{Counts, GrowthModel, Halt, Parameters, PlaceError, WalkerModel};
+use crate::growth::{Counts, GrowthModel, Halt, Parallel, Parameters, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
 
 /// What a run made.
@@ -14,6 +14,8 @@ pub struct Growth {
     pub stopped: Stopped,
     /// What it took.
     pub counts: Counts,
+    /// How the work was shared among threads.
+    pub parallel: Parallel,
 }
 
 /// Why a run ended.
@@ -104,7 +106,8 @@ pub fn grow(
         probability: 1.0,
     };
     let cluster = Cluster::new(parameters.radius);
-    let mut model: WalkerModel<'_> = WalkerModel::new(substrate, parameters);
+    let model: WalkerModel<'_> = WalkerModel::new(substrate, parameters);
+    let mut model = model.on_threads(execution.threads);
     let run = Run {
         substrate,
         rule: recipe.stop,
@@ -117,6 +120,7 @@ pub fn grow(
         cluster,
         stopped,
         counts: model.counts().clone(),
+        parallel: *model.parallel(),
     })
 }
 

@@ -13,7 +13,7 @@
 
 use glam::DVec3;
 
-use super::block_map::{Block, BlockMap, Recent, coarsen};
+use super::block_map::{Block, BlockMap, coarsen};
 
 /// Squared distances from the middles of a block of 4³ cells, x fastest.
 pub(super) type Distances = [i16; 64];
@@ -46,8 +46,8 @@ pub(super) fn address(cell: Block) -> (Block, usize) {
 /// One grid but the finest: 2^level radii a cell.
 #[derive(Default)]
 pub(super) struct Grid {
-    asked: BlockMap,
-    distances: Vec<Distances>,
+    pub(super) asked: BlockMap,
+    pub(super) distances: Vec<Distances>,
     /// Boxes of twice the cells' size, by blocks of 4³.
     occupied: BlockMap,
     /// Which boxes of a block are occupied.
@@ -55,12 +55,6 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    #[inline]
-    pub(super) fn distances(&self, block: Block, recent: &mut Recent) -> Option<&Distances> {
-        let number = self.asked.get_again(block, recent)?;
-        Some(&self.distances[number as usize])
-    }
-
     /// Keeps a block's distances, unless it has them.
     pub(super) fn keep(&mut self, block: Block, distances: &Distances) {
         let new = self.distances.len() as u32;
@@ -84,7 +78,7 @@ impl Grid {
         *bits |= bit;
         let low = obstacle.map(|v| 2 * v);
         let seen = seen_from(low, low.map(|c| c + 1));
-        let gaps = Gaps::new(seen, |axis, c| box_gap_sq(c, obstacle[axis]));
+        let gaps = Gaps::to_box(seen, obstacle);
         self.asked.visit(seen, |near, n| {
             gaps.lower(&mut self.distances[n as usize], near);
         });
@@ -102,8 +96,7 @@ impl Grid {
                 let within = bits.trailing_zeros();
                 let offset = [within & 3, within >> 2 & 3, within >> 4];
                 let obstacle = [0, 1, 2].map(|i| near[i] << 2 | offset[i]);
-                let gaps = Gaps::new([block; 2], |axis, c| box_gap_sq(c, obstacle[axis]));
-                gaps.lower(&mut distances, block);
+                Gaps::to_box([block; 2], obstacle).lower(&mut distances, block);
                 bits &= bits - 1;
             }
         });
@@ -142,6 +135,11 @@ impl Gaps {
             }
         }
         Self { low, by_axis }
+    }
+
+    /// For an occupied box on a coarser grid.
+    pub(super) fn to_box(blocks: [Block; 2], obstacle: Block) -> Self {
+        Self::new(blocks, |axis, cell| box_gap_sq(cell, obstacle[axis]))
     }
 
     /// For a centre on the finest grid.

@@ -46,8 +46,22 @@ pub struct Notes {
     level: usize,
     /// For each grid, what was looked at last.
     tables: Tables,
+    /// How many elements there were.
+    known: usize,
+    /// The cells that were looked at, in blocks that were there.
+    reads: Vec<Read>,
+    /// Places so near to elements that nothing matters but whether they touch.
+    near: Vec<DVec3>,
     fine: Vec<FineNote>,
     coarse: Vec<(usize, Block, Distances)>,
+}
+
+/// A cell that was looked at, and what it said.
+struct Read {
+    block: u32,
+    level: u8,
+    within: u8,
+    distance_sq: i16,
 }
 
 /// The last table of each grid.
@@ -71,6 +85,10 @@ const CONTACT: f64 = 2.0;
 /// The grid to begin with: cells of 32 radii. Where it is not the right one, the search costs a few
 /// looks more.
 const FIRST_LEVEL: usize = 5;
+
+/// A bound below this many radii serves no better than contact: growth's steps are a radius then.
+/// As elements are added it only sinks, along with all that led to it.
+const NEAR: f64 = 3.0;
 
 /// Cells in a block, along an axis.
 const BLOCK: f64 = 4.0;
@@ -116,22 +134,57 @@ impl ElementIndex for SparseIndex {
     }
 
     fn adopt(&mut self, notes: &mut Notes) {
-        for note in notes.fine.drain(..) {
+        for mut note in notes.fine.drain(..) {
+            self.catch_up(&mut note, notes.known);
             self.finest.keep(&note);
         }
-        for (level, block, distances) in notes.coarse.drain(..) {
+        for (level, block, mut distances) in notes.coarse.drain(..) {
+            self.catch_up_coarse(level, block, &mut distances, notes.known);
             self.coarser[level - 1].keep(block, &distances);
         }
     }
 
+    fn holds(&self, notes: &Notes) -> bool {
+        let same = |read: &Read| {
+            let grid = match read.level {
+                0 => &self.finest.distances,
+                level => &self.coarser[usize::from(level) - 1].distances,
+            };
+            grid[read.block as usize][usize::from(read.within)] == read.distance_sq
+        };
+        let fine = |note: &FineNote| {
+            let mut now = note.distances;
+            self.lower_fine(note.block, &mut now, notes.known);
+            now == note.distances
+        };
+        let coarse = |(level, block, distances): &(usize, Block, Distances)| {
+            let mut now = *distances;
+            self.catch_up_coarse(*level, *block, &mut now, notes.known);
+            now == *distances
+        };
+        let limit = (CONTACT * self.radius).powi(2);
+        let births = &self.positions[notes.known..];
+        let untouched = |p: &DVec3| births.iter().all(|q| q.distance_squared(*p) >= limit);
+        notes.near.iter().all(untouched)
+            && notes.reads.iter().all(same)
+            && notes.fine.iter().all(fine)
+            && notes.coarse.iter().all(coarse)
+    }
+
     fn begin(&self, notes: &mut Notes) {
         notes.level = self.coarser.len().min(FIRST_LEVEL);
+        notes.known = self.positions.len();
+        notes.reads.clear();
+        notes.near.clear();
+        notes.fine.clear();
+        notes.coarse.clear();
     }
 
     fn look(&self, position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         let cell = cell_of(p);
         let top = self.coarser.len();
+        let seen_before = notes.reads.len();
         let mut coarser_says: Option<f64> = None;
         let mut finer_says = f64::NEG_INFINITY;
         // The search begins with the grid that answered last: a step seldom changes the scale.
@@ -142,6 +195,10 @@ impl ElementIndex for SparseIndex {
                 let (distance_sq, known) = self.finest_distance_sq(cell, notes);
                 if distance_sq != FAR {
                     let bound = bound(distance_sq, size, cell, p);
+                    if bound < NEAR {
+                        notes.reads.truncate(seen_before);
+                        notes.near.push(position);
+                    }
                     return self.look_near(position, bound, known, p);
                 }
                 distance_sq
@@ -220,8 +277,13 @@ impl SparseIndex {
     #[inline]
     fn distance_sq(&self, level: usize, cell: Block, notes: &mut Notes) -> i16 {
         let (block, within) = address(coarsen(cell, level));
-        match self.coarser[level - 1].distances(block, &mut notes.tables.0[level]) {
-            Some(distances) => distances[within],
+        let grid = &self.coarser[level - 1];
+        match grid.asked.get_again(block, &mut notes.tables.0[level]) {
+            Some(block) => {
+                let distance_sq = grid.distances[block as usize][within];
+                notes.read(level, block, within, distance_sq);
+                distance_sq
+            }
             None => self.coarse_note(level, block, notes)[within],
         }
     }
@@ -231,8 +293,38 @@ impl SparseIndex {
     fn finest_distance_sq(&self, cell: Block, notes: &mut Notes) -> (i16, Option<u32>) {
         let (block, within) = address(cell);
         match self.finest.asked.get_again(block, &mut notes.tables.0[0]) {
-            Some(n) => (self.finest.distances[n as usize][within], Some(n)),
+            Some(block) => {
+                let distance_sq = self.finest.distances[block as usize][within];
+                notes.read(0, block, within, distance_sq);
+                (distance_sq, Some(block))
+            }
             None => (self.fine_note(block, notes).distances[within], None),
+        }
+    }
+
+    /// Lowers a noted block by the elements after the first `known`.
+    fn lower_fine(&self, block: Block, distances: &mut Distances, known: usize) {
+        for &position in &self.positions[known..] {
+            let p = self.scaled(position);
+            Gaps::to_centre([block; 2], p).lower(distances, block);
+        }
+    }
+
+    /// Brings a noted block up to the present.
+    fn catch_up(&self, note: &mut FineNote, known: usize) {
+        self.lower_fine(note.block, &mut note.distances, known);
+        for (id, &position) in self.positions.iter().enumerate().skip(known) {
+            let offset = self.scaled(position) - corner_of(note.block);
+            if touches(offset) {
+                note.touching.push((offset, id as u32));
+            }
+        }
+    }
+
+    fn catch_up_coarse(&self, level: usize, block: Block, distances: &mut Distances, known: usize) {
+        for &position in &self.positions[known..] {
+            let obstacle = coarsen(cell_of(self.scaled(position)), level + 1);
+            Gaps::to_box([block; 2], obstacle).lower(distances, block);
         }
     }
 
@@ -284,7 +376,11 @@ impl SparseIndex {
     #[inline]
     fn look_near(&self, position: DVec3, bound: f64, block: Option<u32>, p: DVec3) -> Look {
         let touching = bound < CONTACT && self.touches(position, p, block);
-        let clear = if touching { 0.0 } else { bound.max(CONTACT) };
+        let clear = match bound {
+            _ if touching => 0.0,
+            b if b < NEAR => CONTACT,
+            b => b,
+        };
         Look {
             clear: clear * self.radius,
             touching,
@@ -304,6 +400,18 @@ impl SparseIndex {
         let mut touching = false;
         self.within(position, CONTACT * self.radius, &mut |_, _| touching = true);
         touching
+    }
+}
+
+impl Notes {
+    #[inline]
+    fn read(&mut self, level: usize, block: u32, within: usize, distance_sq: i16) {
+        self.reads.push(Read {
+            block,
+            level: level as u8,
+            within: within as u8,
+            distance_sq,
+        });
     }
 }
 

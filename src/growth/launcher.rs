@@ -1,0 +1,91 @@
+//! Where walkers start and how far they may go, kept up with the cluster (Sumner 2001, 6.3).
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::Parameters;
+use super::launch::{AreaSampler, LaunchRing};
+use crate::cluster::Cluster;
+use crate::substrate::Substrate;
+
+/// R_e counts as at least this many radii: that of a single seed is 0.
+const LEAST_EXTENT: f64 = 4.0;
+
+/// The launch sphere is at least this many radii outside R_e.
+const LEAST_GAP: f64 = 4.0;
+
+/// Where walkers start at present, and how far they may go.
+#[derive(Default)]
+pub(super) struct Launcher {
+    components: Vec<Range<u32>>,
+    pub(super) centre: DVec3,
+    radius: f64,
+    /// All elements are within this distance of the centre.
+    pub(super) reach: f64,
+    /// Walkers farther from the centre are dropped.
+    pub(super) kill: f64,
+    pub(super) ring: LaunchRing,
+    pub(super) area: Option<AreaSampler>,
+    /// How often these were worked out anew.
+    pub(super) version: u64,
+}
+
+impl Launcher {
+    /// Takes in the youngest element.
+    pub(super) fn update(
+        &mut self,
+        substrate: &Substrate,
+        parameters: &Parameters,
+        cluster: &Cluster,
+    ) {
+        let Some(last) = cluster.elements().last() else {
+            return;
+        };
+        let component = &substrate.component_of(last.at.triangle).triangles;
+        let is_new = !self.components.contains(component);
+        if is_new {
+            self.components.push(component.clone());
+            self.area = None;
+        }
+        let extent = cluster.extent();
+        let radius = launch_radius(parameters, extent.effective_radius());
+        let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
+        let gap = self.radius - extent.effective_radius();
+        let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
+        if is_new || drift > gap / 16.0 || reach > self.reach {
+            self.version += 1;
+            self.set_out(parameters, cluster);
+            self.ring = LaunchRing::new(substrate, &self.components, self.centre, radius);
+            if self.ring.length() == 0.0 && self.area.is_none() {
+                let triangles = self.components.iter().flat_map(Clone::clone);
+                self.area = Some(AreaSampler::new(substrate, triangles));
+            }
+        }
+    }
+
+    /// Takes the spheres from the cluster as it is now.
+    fn set_out(&mut self, parameters: &Parameters, cluster: &Cluster) {
+        let extent = cluster.extent();
+        let effective = extent.effective_radius();
+        self.centre = extent.centroid();
+        self.radius = launch_radius(parameters, effective);
+        self.reach = effective + (self.radius - effective) / 8.0;
+        let kill = parameters.kill * floored_extent(parameters, effective);
+        self.kill = kill.max(self.radius + LEAST_GAP * parameters.radius);
+    }
+
+    /// Whether the launch sphere encloses all that carries lichen.
+    pub(super) fn encloses(&self) -> bool {
+        self.ring.length() == 0.0
+    }
+}
+
+fn floored_extent(parameters: &Parameters, effective_radius: f64) -> f64 {
+    effective_radius.max(LEAST_EXTENT * parameters.radius)
+}
+
+fn launch_radius(parameters: &Parameters, effective_radius: f64) -> f64 {
+    let scaled = parameters.launch * floored_extent(parameters, effective_radius);
+    scaled.max(effective_radius + LEAST_GAP * parameters.radius)
+}

@@ -1,0 +1,67 @@
+//! One answer on any number of threads.
+
+mod common;
+
+use thallus::cluster::Cluster;
+use thallus::growth::{Boundary, Counts, Join, SeedPlace};
+use thallus::run::{Execution, Recipe, grow};
+use thallus::substrate::Substrate;
+
+fn grown(substrate: &Substrate, recipe: &Recipe, threads: usize) -> (Cluster, Counts, u64) {
+    let execution = Execution {
+        threads,
+        ..Execution::default()
+    };
+    let growth = grow(substrate, recipe, &execution, &mut ()).expect("grows");
+    (growth.cluster, growth.counts, growth.parallel.conflicts)
+}
+
+/// Element for element and count for count; the number of walkers that walked again.
+fn check(name: &str, substrate: &Substrate, recipe: &Recipe) -> u64 {
+    let (one, counts, none) = grown(substrate, recipe, 1);
+    assert_eq!(none, 0);
+    let mut conflicts = 0;
+    for threads in [2, 3, 4, 8, 16] {
+        let (many, their_counts, again) = grown(substrate, recipe, threads);
+        let differs = one
+            .elements()
+            .iter()
+            .zip(many.elements())
+            .position(|(a, b)| a != b);
+        assert_eq!(differs, None, "{name}: {threads} threads, first difference");
+        assert_eq!(one.len(), many.len(), "{name}: {threads} threads");
+        assert_eq!(counts, their_counts, "{name}: {threads} threads");
+        conflicts += again;
+    }
+    conflicts
+}
+
+#[test]
+fn packed_lichen_is_the_same_on_any_number_of_threads() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 6000);
+    let conflicts = check("rock", &rock, &recipe);
+    assert!(conflicts > 100, "{conflicts} conflicts prove nothing");
+}
+
+#[test]
+fn touching_lichen_is_the_same_on_any_number_of_threads() {
+    let plane = common::plane(2.0);
+    let mut recipe = common::recipe(plane.auto_radius(), 6000);
+    (recipe.join, recipe.gain, recipe.bias) = (Join::Touch, 0.0, 1.0);
+    check("plane", &plane, &recipe);
+    recipe.boundary = Boundary::Absorb;
+    recipe.kill = 3.0;
+    check("plane that absorbs", &plane, &recipe);
+}
+
+/// On a fine mesh, with elements as large as triangles, until the lichen is all round it.
+#[test]
+fn lichen_all_round_is_the_same_on_any_number_of_threads() {
+    let sphere = common::sphere(48);
+    let mut recipe = common::recipe(sphere.units().diagonal() / 120.0, 2500);
+    recipe.at = SeedPlace::Center;
+    check("sphere", &sphere, &recipe);
+    recipe.bias = 0.1;
+    check("sphere, B = 0.1", &sphere, &recipe);
+}
