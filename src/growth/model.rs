@@ -78,6 +78,6 @@ pub struct Parallel {
     /// Those of them that walked again, because an element born meanwhile might have changed their
     /// way.
     pub conflicts: u64,
-    /// Time spent with several walkers on their way; the rest of growth runs on one thread.
+    /// Seconds with several walkers on their way; the rest of growth runs on one thread.
     pub seconds: f64,
 }

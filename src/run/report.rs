@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::{Execution, Growth, Recipe, StopRule, Stopped};
-use crate::growth::Counts;
+use crate::growth::{Counts, Parallel};
 use crate::substrate::Substrate;
 
 /// What a run took and came to. Lengths and areas are in the mesh file's units.
@@ -42,6 +42,8 @@ pub struct RunReport {
     pub seconds: Timings,
     /// Threads that were used.
     pub threads: usize,
+    /// How the threads shared the work.
+    pub parallel: Parallel,
 }
 
 /// Which mesh it was, in short.
@@ -107,6 +109,7 @@ impl RunReport {
             walkers_per_element: per(counts.walkers, cluster.len().saturating_sub(1) as u64),
             seconds,
             threads: execution.threads,
+            parallel: growth.parallel,
         }
     }
 
