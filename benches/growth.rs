@@ -9,12 +9,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use thallus::growth::{Join, SeedPlace};
-use thallus::run::{Execution, Settings, StopSetting, grow};
+use thallus::run::{Execution, Length, Settings, StopSetting, grow};
 use thallus::substrate::Substrate;
 
 struct Workload {
     name: &'static str,
     mesh: &'static str,
+    /// In mesh units; on the plane so small that its border is far away at a million elements.
+    radius: Option<f64>,
     bias: f64,
     gain: f64,
     join: Join,
@@ -24,6 +26,7 @@ const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "plane, P = 1, touch",
         mesh: "meshes/plane.obj",
+        radius: Some(0.02),
         bias: 1.0,
         gain: 0.0,
         join: Join::Touch,
@@ -31,6 +34,7 @@ const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "plane, B = 0.5, pack",
         mesh: "meshes/plane.obj",
+        radius: Some(0.02),
         bias: 0.5,
         gain: 1.0,
         join: Join::Pack,
@@ -38,6 +42,7 @@ const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "rock, B = 0.5, pack",
         mesh: "meshes/rock.obj",
+        radius: None,
         bias: 0.5,
         gain: 1.0,
         join: Join::Pack,
@@ -45,6 +50,7 @@ const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "rock, B = 0.1, pack",
         mesh: "meshes/rock.obj",
+        radius: None,
         bias: 0.1,
         gain: 1.0,
         join: Join::Pack,
@@ -52,6 +58,7 @@ const WORKLOADS: [Workload; 5] = [
     Workload {
         name: "boulder, B = 0.5, pack",
         mesh: "meshes/boulder.glb",
+        radius: None,
         bias: 0.5,
         gain: 1.0,
         join: Join::Pack,
@@ -85,6 +92,7 @@ fn main() {
 fn measure(workload: &Workload, elements: u64, threads: usize) {
     let substrate = Substrate::load(Path::new(workload.mesh)).expect("a mesh");
     let settings = Settings {
+        radius: workload.radius.map(Length::Units),
         at: Some(SeedPlace::Center),
         bias: Some(workload.bias),
         gain: Some(workload.gain),
