@@ -28,8 +28,9 @@ pub trait ElementIndex: Sync {
     /// Whether a walker that looked again where it looked would see the same.
     fn holds(&self, notes: &Self::Notes) -> bool;
 
-    /// A new walker starts: forgets where the last one was.
-    fn begin(&self, notes: &mut Self::Notes);
+    /// A new walker starts: forgets where the last one was. What it sees is remembered for
+    /// [`holds`](Self::holds) only where `others_walk`, so that one thread does not pay for many.
+    fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
 
     /// How near the nearest centre is.
     ///

@@ -89,7 +89,9 @@ impl<I: ElementIndex> Walk<'_, I> {
             ..Counts::default()
         };
         self.track.asked.clear();
-        self.around.index.begin(&mut self.track.notes);
+        self.around
+            .index
+            .begin(&mut self.track.notes, self.others_walk);
         let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
         match self.launch(&mut stream) {
             Some(start) => self.walk(start, &mut stream),

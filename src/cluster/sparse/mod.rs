@@ -48,6 +48,8 @@ pub struct Notes {
     tables: Tables,
     /// How many elements there were.
     known: usize,
+    /// Whether what is seen goes into the lists below.
+    remembers: bool,
     /// The cells that were looked at, in blocks that were there.
     reads: Vec<Read>,
     /// Places so near to elements that nothing matters but whether they touch.
@@ -171,7 +173,8 @@ impl ElementIndex for SparseIndex {
             && notes.coarse.iter().all(coarse)
     }
 
-    fn begin(&self, notes: &mut Notes) {
+    fn begin(&self, notes: &mut Notes, others_walk: bool) {
+        notes.remembers = others_walk;
         notes.level = self.coarser.len().min(FIRST_LEVEL);
         notes.known = self.positions.len();
         notes.reads.clear();
@@ -195,7 +198,7 @@ impl ElementIndex for SparseIndex {
                 let (distance_sq, known) = self.finest_distance_sq(cell, notes);
                 if distance_sq != FAR {
                     let bound = bound(distance_sq, size, cell, p);
-                    if bound < NEAR {
+                    if bound < NEAR && notes.remembers {
                         notes.reads.truncate(seen_before);
                         notes.near.push(position);
                     }
@@ -406,12 +409,14 @@ impl SparseIndex {
 impl Notes {
     #[inline]
     fn read(&mut self, level: usize, block: u32, within: usize, distance_sq: i16) {
-        self.reads.push(Read {
-            block,
-            level: level as u8,
-            within: within as u8,
-            distance_sq,
-        });
+        if self.remembers {
+            self.reads.push(Read {
+                block,
+                level: level as u8,
+                within: within as u8,
+                distance_sq,
+            });
+        }
     }
 }
 
