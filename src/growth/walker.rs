@@ -87,6 +87,10 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     fn counts(&self) -> &Counts {
         &self.counts
     }
+
+    fn resume(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
 }
 
 /// Where walkers start at present, and how far they may go.
