@@ -57,6 +57,7 @@
 pub mod cluster;
 pub mod export;
 pub mod growth;
+pub mod log;
 pub mod picture;
 pub mod rng;
 pub mod run;
