@@ -119,10 +119,10 @@ impl Log {
     }
 }
 
-/// Whether the unsound bytes from `at` on had been durable once: a whole block after them was
-/// written when they were. If none was, they are of a write that never ended.
+/// Whether the unsound bytes from `at` on had been durable once: a whole block among them was
+/// written when what is at `at` was durable. If none was, they are of a write that never ended.
 fn was_durable(file: &mut File, at: u64) -> io::Result<bool> {
-    let mut from = at + 1;
+    let mut from = at;
     while let Some(found) = next_marker(file, from)? {
         if Block::read(file, found)?.is_some_and(|block| block.durable > at) {
             return Ok(true);

@@ -16,8 +16,8 @@ use crate::run::{Begun, Observer, Progress, Recipe};
 /// An observer that appends every birth to a log and makes it durable.
 ///
 /// Blocks are written and flushed to the disk every two seconds (more often at the start of a run)
-/// or every [`LARGEST_BLOCK`] elements, but never so often that it takes more than a fiftieth of
-/// the time: after a flush that took a second the next comes 50 seconds later at the soonest.
+/// or every [`LARGEST_BLOCK`] elements, but never so often that it takes more than a hundredth
+/// of the time: after a flush that took a second the next comes 100 seconds later at the soonest.
 ///
 /// When the disk refuses, it ends the run, and [`LogWriter::finish`] says why.
 #[derive(Debug)]
@@ -49,7 +49,7 @@ const EVERY: Duration = Duration::from_secs(2);
 const YOUTH: u32 = 4;
 
 /// Time between flushes, in times of what the last one took.
-const PATIENCE: u32 = 50;
+const PATIENCE: u32 = 100;
 
 /// Elements between two looks at the clock, which costs as much as writing one.
 const LOOK: u64 = 8;
