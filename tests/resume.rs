@@ -221,6 +221,9 @@ fn a_recipe_without_a_log_begins_anew() {
     let said = desk.done("--resume out");
     assert!(said.contains("begins anew"), "{said}");
     desk.assert_same("out", "whole");
+    fs::remove_file(desk.path("out/run.log")).unwrap();
+    desk.fails("--resume out", 1, &["a finished run whose run.log is gone"]);
+    assert!(desk.path("out/elements.ply").exists());
 }
 
 /// More elements than any test has time for.

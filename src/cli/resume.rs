@@ -11,7 +11,7 @@ use thallus::run::Recipe;
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::number::{count, plural};
-use super::output::{FILES, RECIPE};
+use super::output::{ELEMENTS, FILES, RECIPE};
 use super::terminal::Voice;
 
 impl GrowArgs {
@@ -48,14 +48,14 @@ pub(crate) fn earlier(
     recipe: &Recipe,
     voice: Voice,
 ) -> Result<Option<Log>, Failure> {
-    let Some(path) = args.resume.as_ref().map(|folder| folder.join(LOG)) else {
+    let Some(folder) = &args.resume else {
         return Ok(None);
     };
+    let path = folder.join(LOG);
     if !path.exists() {
-        voice.note(&format!(
-            "{} is not there: the run begins anew",
-            path.display()
-        ));
+        check_unfinished(folder)?;
+        let missing = path.display();
+        voice.note(&format!("{missing} is not there: the run begins anew"));
         return Ok(None);
     }
     let log = match Log::read(&path) {
@@ -65,6 +65,18 @@ pub(crate) fn earlier(
     log.check(recipe)?;
     tell(&log, voice);
     Ok(Some(log))
+}
+
+/// Refuses to begin anew where a run has ended.
+fn check_unfinished(folder: &Path) -> Result<(), Failure> {
+    match folder.join(ELEMENTS).exists() {
+        false => Ok(()),
+        true => Err(Failure::Failed(anyhow::anyhow!(
+            "{0} has a finished run whose {LOG} is gone: to grow it again, thallus grow --recipe \
+             {0}/{RECIPE} with another -o",
+            folder.display()
+        ))),
+    }
 }
 
 /// Puts the damaged log aside before what follows the sound part is cut off.
