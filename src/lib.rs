@@ -22,7 +22,8 @@
 //!
 //! The elements, in birth order, are the [`Cluster`](cluster::Cluster). An
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
-//! neither prints nor writes. [`export::Elements`] makes the cluster a table for files, and
+//! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
+//! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files, and
 //! [`picture`] draws it.
 //!
 //! ```
@@ -57,6 +58,7 @@
 pub mod cluster;
 pub mod export;
 pub mod growth;
+pub mod log;
 pub mod picture;
 pub mod rng;
 pub mod run;

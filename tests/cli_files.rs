@@ -260,9 +260,20 @@ impl Drop for TinyDisk {
     }
 }
 
+/// Makes room, or takes the permission to write.
+#[cfg(target_os = "linux")]
+fn remount(place: &Path, option: &str) {
+    let options = format!("remount,{option}");
+    let mount = Command::new("mount")
+        .args(["-o", &options])
+        .arg(place)
+        .status();
+    assert!(mount.unwrap().success());
+}
+
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_an_error_that_leaves_nothing() {
+fn a_full_disk_is_an_error_that_leaves_what_can_be_gone_on_with() {
     let Some(disk) = TinyDisk::new() else {
         eprintln!("skipped: no tmpfs may be mounted here");
         return;
@@ -276,8 +287,43 @@ fn a_full_disk_is_an_error_that_leaves_nothing() {
     let err = said(&output);
     assert_eq!(output.status.code(), Some(1), "{err}");
     assert!(
-        err.contains("elements.ply") && err.contains("make room"),
+        err.contains("run.log") && err.contains("make room"),
         "{err}"
     );
-    assert_eq!(fs::read_dir(place).unwrap().count(), 0);
+    let mut left: Vec<_> = fs::read_dir(place.join("out"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["recipe.toml", "run.log"]);
+    remount(place, "size=4m");
+    let output = thallus(place, &["grow", "--resume", "out", "--quiet"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let table = fs::read(place.join("out/elements.ply")).unwrap();
+    let desk = tempfile::tempdir().unwrap();
+    let whole = grown(desk.path(), "whole", "--elements 3000");
+    assert!(table == fs::read(whole.join("elements.ply")).unwrap());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_cannot_be_written_is_an_error_that_touches_nothing() {
+    let Some(disk) = TinyDisk::new() else {
+        eprintln!("skipped: no tmpfs may be mounted here");
+        return;
+    };
+    let place = disk.0.path();
+    remount(place, "size=4m");
+    let folder = grown(place, "out", "--elements 100");
+    let log = fs::read(folder.join("run.log")).unwrap();
+    remount(place, "ro");
+    let words = ["grow", "--resume", "out", "--elements", "200"];
+    let output = thallus(place, &words);
+    let err = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("choose a place where you may write"), "{err}");
+    assert_eq!(err.lines().count(), 1, "{err}");
+    remount(place, "rw");
+    assert!(fs::read(folder.join("run.log")).unwrap() == log);
+    assert!(thallus(place, &words).status.success());
 }

@@ -81,8 +81,8 @@ pub(crate) struct GrowArgs {
     /// The mesh: OBJ, glTF (.gltf, .glb), STL or PLY. Not needed with a recipe that names it
     #[arg(value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
-    /// Folder to write to: elements.ply, recipe.toml, report.json and preview.png [default: out/
-    /// and the mesh's name, with -2, -3 and so on when that is taken]
+    /// Folder to write to: elements.ply, recipe.toml, report.json, preview.png and run.log [default:
+    /// out/ and the mesh's name, with -2, -3 and so on when that is taken]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -97,6 +97,14 @@ pub(crate) struct GrowArgs {
     /// override it; it overrides the preset
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
+    /// Go on with the run of a folder, killed, interrupted or finished, as if it had never stopped:
+    /// the files come out the same. A larger size (--elements, --reach, --cover) extends it; MESH
+    /// says where its mesh lies now
+    #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "WalkArgs"])]
+    pub(crate) resume: Option<PathBuf>,
+    /// With --resume: go on from what is sound before a place where run.log is damaged
+    #[arg(long, help_heading = RUN, requires = "resume")]
+    pub(crate) keep_sound: bool,
     /// Threads to use; the result is the same for any number [default: all cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -106,7 +114,7 @@ pub(crate) struct GrowArgs {
     /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
     #[arg(long, value_name = "PIXELS", default_value_t = 1280, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
     pub(crate) preview: u32,
-    /// Replace what an earlier run wrote to the folder
+    /// Replace what an earlier run wrote to the folder, which is gone as soon as growth starts
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
 }
@@ -115,6 +123,7 @@ const RUN: &str = "Run";
 
 const AFTER_GROW: &str = "\
 Ctrl-C finishes the current element, writes what there is and exits with 130.
+What grows is logged to run.log as it does: a run that was killed goes on with --resume DIR.
 Exit codes: 0 done, 1 failed, 2 asked for wrongly, 130 interrupted.
 To try: thallus grow rock.obj -o out/rock --preset foliose";
 
@@ -148,11 +157,11 @@ pub(crate) struct LookArgs {
 #[command(next_help_heading = "Size (one of them)")]
 #[group(multiple = false)]
 pub(crate) struct StopArgs {
-    #[arg(long, value_name = "N", help = run::ELEMENTS.help(), allow_negative_numbers = true)]
+    #[arg(long, visible_alias = "until-elements", value_name = "N", help = run::ELEMENTS.help(), allow_negative_numbers = true)]
     elements: Option<u64>,
-    #[arg(long, value_name = "LEN", help = run::REACH.help(), allow_negative_numbers = true)]
+    #[arg(long, visible_alias = "until-reach", value_name = "LEN", help = run::REACH.help(), allow_negative_numbers = true)]
     reach: Option<Length>,
-    #[arg(long, value_name = "FRACTION", help = run::COVER.help(), allow_negative_numbers = true)]
+    #[arg(long, visible_alias = "until-cover", value_name = "FRACTION", help = run::COVER.help(), allow_negative_numbers = true)]
     cover: Option<f64>,
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use thallus::run::{RecipeFileError, SettingsError};
+use thallus::run::{GrowError, RecipeFileError, SettingsError};
 
 use super::{INTERRUPTED, terminal};
 
@@ -90,6 +90,18 @@ impl From<anyhow::Error> for Failure {
 impl From<thallus::export::OutputError> for Failure {
     fn from(error: thallus::export::OutputError) -> Self {
         Self::Failed(error.into())
+    }
+}
+
+impl From<thallus::log::LogError> for Failure {
+    fn from(error: thallus::log::LogError) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+impl From<GrowError> for Failure {
+    fn from(error: GrowError) -> Self {
+        Self::Usage(error.into())
     }
 }
 

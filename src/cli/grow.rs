@@ -5,10 +5,8 @@ use std::time::Instant;
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
-use thallus::run::{
-    Execution, GrowError, Growth, Recipe, RunReport, Settings, Stopped, Timings,
-    grow as grow_lichen,
-};
+use thallus::log::{Log, LogWriter};
+use thallus::run::{Execution, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings};
 use thallus::substrate::{Substrate, load_soup};
 
 use super::args::GrowArgs;
@@ -16,7 +14,8 @@ use super::failure::Failure;
 use super::number::{count, duration, percent, short};
 use super::output::{FILES, Finished};
 use super::progress::Display;
-use super::{check, interrupt, terminal, warnings};
+use super::terminal::{self, Voice};
+use super::{check, interrupt, memory, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -25,58 +24,103 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let mesh = mesh_file(&args, &settings)?;
     let execution = execution(&args)?;
     let output = output(&args, &mesh, voice)?;
-    let folder = output.path().to_owned();
     interrupt::listen(execution.cancel.clone());
 
-    let (substrate, mut seconds) = load(&mesh)?;
+    let (substrate, seconds) = load(&mesh)?;
     let recipe = recipe(&args, settings, &substrate, &mesh, voice)?;
     warnings::warnings(&substrate, recipe.radius)
         .iter()
         .for_each(|warning| voice.warn(warning));
+    memory::check(&substrate, &recipe, voice)?;
+    let earlier = resume::earlier(&args, &recipe, voice)?;
     if execution.is_cancelled() {
         terminal::warn("interrupted before anything grew: nothing is written");
         return Err(Failure::Interrupted);
     }
-
-    let started = Instant::now();
-    let growth = run(&substrate, &recipe, &execution, args.quiet)?;
-    seconds.grow = started.elapsed().as_secs_f64();
-    let finished = Finished {
+    let job = Job {
+        args: &args,
         substrate: &substrate,
         recipe: &recipe,
-        growth: &growth,
         execution: &execution,
-        seconds,
-        preview: args.preview,
+        voice,
     };
-    let report = finished.report();
-    finished.write(output)?;
-    conclude(&report, &growth, &folder, voice)
+    job.run(output, earlier, seconds)
 }
 
-/// What is said beside errors and results.
-#[derive(Clone, Copy)]
-struct Voice {
-    quiet: bool,
+/// All that is settled when growth starts.
+struct Job<'a> {
+    args: &'a GrowArgs,
+    substrate: &'a Substrate,
+    recipe: &'a Recipe,
+    execution: &'a Execution,
+    voice: Voice,
 }
 
-impl Voice {
-    fn note(self, line: &str) {
-        if !self.quiet {
-            terminal::note(line);
+impl Job<'_> {
+    fn run(
+        &self,
+        mut output: OutputDir,
+        earlier: Option<Log>,
+        mut seconds: Timings,
+    ) -> Result<(), Failure> {
+        let started = Instant::now();
+        let (run, log) = self.begin(&mut output, earlier)?;
+        let (growth, mut log) = self.watch(run, log);
+        seconds.grow = started.elapsed().as_secs_f64();
+        let folder = output.path().to_owned();
+        if let Err(error) = log.finish() {
+            return Err(resume::cut_short(error, &folder, &log));
         }
+        let finished = Finished {
+            substrate: self.substrate,
+            recipe: self.recipe,
+            growth: &growth,
+            log: &log,
+            execution: self.execution,
+            seconds,
+            preview: self.args.preview,
+        };
+        let report = finished.report();
+        if let Err(error) = finished.write(output) {
+            return Err(resume::cut_short(error, &folder, &log));
+        }
+        conclude(&report, &growth, &folder, self.voice)
     }
 
-    fn warn(self, line: &str) {
-        if !self.quiet {
-            terminal::warn(line);
-        }
+    /// The run with what it has of an earlier one, and its log. The recipe of the earlier one is
+    /// replaced when it is sure that this one goes on with it.
+    fn begin(
+        &self,
+        output: &mut OutputDir,
+        earlier: Option<Log>,
+    ) -> Result<(Run<'_>, LogWriter), Failure> {
+        let Some(earlier) = earlier else {
+            let (log, begun) = LogWriter::open(resume::begin(output, self.recipe)?)?;
+            return Ok((Run::new(self.substrate, self.recipe, begun)?, log));
+        };
+        let (log, begun) = LogWriter::open(earlier)?;
+        let run = Run::new(self.substrate, self.recipe, begun)?;
+        resume::place_recipe(output, self.recipe)?;
+        Ok((run, log))
+    }
+
+    /// Grows, shown and logged.
+    fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
+        let display = Display::new(self.recipe.stop, &run.progress(), self.voice.quiet);
+        let mut watchers = (log, display);
+        let growth = run.grow(self.execution, &mut watchers);
+        let (log, display) = watchers;
+        display.finish();
+        (growth, log)
     }
 }
 
 /// Flags over the recipe file.
 fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
-    let Some(path) = &args.recipe else {
+    if let Some(folder) = &args.resume {
+        resume::check_folder(folder)?;
+    }
+    let Some(path) = &args.recipe_file() else {
         return Ok(args.settings());
     };
     let recipe = Settings::read(path)?;
@@ -112,15 +156,16 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
     if let Some(mesh) = &args.mesh {
         return Ok(mesh.clone());
     }
-    let Some(recipe) = &args.recipe else {
+    let Some(recipe) = &args.recipe_file() else {
         return Err(Failure::usage(
             "no mesh to grow on: thallus grow MESH -o DIR, or --recipe with one that names its mesh",
         ));
     };
     let Some(named) = &settings.mesh else {
         return Err(Failure::usage(format!(
-            "{} names no mesh: give one, as in thallus grow MESH --recipe {0}",
-            recipe.display()
+            "{} names no mesh: give one, as in {}",
+            recipe.display(),
+            args.with_mesh()
         )));
     };
     let here = PathBuf::from(named);
@@ -129,10 +174,10 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
         (true, _) => Ok(here),
         (_, true) => Ok(beside),
         _ => Err(Failure::Failed(anyhow::anyhow!(
-            "{}: the mesh that {} names is neither here nor beside the recipe; name it: \
-             thallus grow MESH --recipe {1}",
+            "{}: the mesh that {} names is neither here nor beside the recipe; name it: {}",
             here.display(),
-            recipe.display()
+            recipe.display(),
+            args.with_mesh()
         ))),
     }
 }
@@ -142,6 +187,9 @@ const MOST_FOLDERS: u32 = 10_000;
 
 /// The folder asked for, or the first by the mesh's name that holds no other run.
 fn output(args: &GrowArgs, mesh: &Path, voice: Voice) -> Result<OutputDir, OutputError> {
+    if let Some(folder) = &args.resume {
+        return OutputDir::create(folder, true);
+    }
     if let Some(folder) = &args.output {
         return OutputDir::create(folder, args.force);
     }
@@ -204,8 +252,13 @@ fn recipe(
     mesh: &Path,
     voice: Voice,
 ) -> Result<Recipe, Failure> {
-    let file = mesh.display().to_string();
+    let file = match (&args.resume, &settings.mesh) {
+        // So that the same recipe.toml is written, wherever the program was called from.
+        (Some(_), Some(named)) if args.mesh.is_none() => named.clone(),
+        _ => mesh.display().to_string(),
+    };
     match settings.check_mesh(&file, substrate.mesh_hash()) {
+        Err(_) if args.resume.is_some() => return Err(other_mesh(args, &settings, substrate)),
         Err(other) if args.mesh.is_none() => return Err(Failure::Failed(other.into())),
         Err(_) => voice.note(&format!(
             "{file} is another mesh than the recipe was made for: lengths stay those of the recipe"
@@ -215,16 +268,14 @@ fn recipe(
     Ok(settings.resolve(substrate, &file)?)
 }
 
-fn run(
-    substrate: &Substrate,
-    recipe: &Recipe,
-    execution: &Execution,
-    quiet: bool,
-) -> Result<Growth, Failure> {
-    let mut display = Display::new(recipe.stop, quiet);
-    let growth = grow_lichen(substrate, recipe, execution, &mut display);
-    display.finish();
-    growth.map_err(|e: GrowError| Failure::Usage(e.into()))
+fn other_mesh(args: &GrowArgs, settings: &Settings, substrate: &Substrate) -> Failure {
+    Failure::Failed(anyhow::anyhow!(
+        "this is another mesh than the run was on: its hash is {}, that of the run's mesh {}; name \
+         the right file: {}",
+        substrate.mesh_hash(),
+        settings.mesh_hash.as_deref().unwrap_or("unknown"),
+        args.with_mesh()
+    ))
 }
 
 /// What came of it, and how the command ends.
@@ -246,7 +297,8 @@ fn conclude(
     );
     if interrupted {
         terminal::warn(&format!(
-            "interrupted; what there is was written. {summary}"
+            "interrupted; what there is was written. {summary}; to go on: thallus grow --resume {}",
+            folder.display()
         ));
         return Err(Failure::Interrupted);
     }

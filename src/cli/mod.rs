@@ -9,11 +9,13 @@ mod export;
 mod failure;
 mod grow;
 mod interrupt;
+mod memory;
 mod number;
 mod output;
 mod preset;
 mod preview;
 mod progress;
+mod resume;
 mod terminal;
 mod warnings;
 

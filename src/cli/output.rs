@@ -4,6 +4,7 @@ use std::io::Write;
 use std::time::Instant;
 
 use thallus::export::{Elements, OutputDir, OutputError, format_of};
+use thallus::log::{LOG, LogWriter};
 use thallus::picture::age_color;
 use thallus::run::{Execution, Growth, Recipe, RunReport, Timings};
 use thallus::substrate::Substrate;
@@ -11,18 +12,19 @@ use thallus::substrate::Substrate;
 use super::preview::preview;
 
 pub(crate) const ELEMENTS: &str = "elements.ply";
-const RECIPE: &str = "recipe.toml";
+pub(crate) const RECIPE: &str = "recipe.toml";
 const REPORT: &str = "report.json";
 const PREVIEW: &str = "preview.png";
 
 /// Every file of a run, in the order in which they are written.
-pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, REPORT, PREVIEW];
+pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, PREVIEW, LOG, REPORT];
 
 /// A finished run.
 pub(crate) struct Finished<'a> {
     pub(crate) substrate: &'a Substrate,
     pub(crate) recipe: &'a Recipe,
     pub(crate) growth: &'a Growth,
+    pub(crate) log: &'a LogWriter,
     pub(crate) execution: &'a Execution,
     pub(crate) seconds: Timings,
     /// Width of the picture in pixels.
@@ -38,6 +40,8 @@ impl Finished<'_> {
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
         let preview = preview(self.substrate, &self.growth.cluster, self.preview);
         folder.write(PREVIEW, |out| out.write_all(&preview))?;
+        let cluster = &self.growth.cluster;
+        folder.write(LOG, |out| self.log.write_whole(self.recipe, cluster, out))?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report().to_json();
         folder.write(REPORT, |out| out.write_all(report.as_bytes()))?;

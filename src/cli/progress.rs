@@ -15,7 +15,7 @@ use super::terminal;
 const FULL: u64 = 1000;
 
 /// A cluster's effective radius grows with its elements about like this: DLA's dimension.
-const DIMENSION: f64 = 1.71;
+pub(crate) const DIMENSION: f64 = 1.71;
 
 /// Watches a growth and shows it on stderr.
 pub(crate) struct Display {
@@ -32,7 +32,8 @@ enum Form {
 }
 
 impl Display {
-    pub(crate) fn new(goal: StopRule, quiet: bool) -> Self {
+    /// For a growth that has come this far already.
+    pub(crate) fn new(goal: StopRule, begun: &Progress, quiet: bool) -> Self {
         let form = match (quiet, stderr().is_terminal()) {
             (true, _) => Form::Nothing,
             (false, true) => Form::Bar(bar()),
@@ -43,7 +44,7 @@ impl Display {
             goal,
             form,
             shown: now,
-            pace: Pace::new(now),
+            pace: Pace::new(now, begun.elements, share_done(&goal, begun)),
         }
     }
 
@@ -142,11 +143,11 @@ struct Pace {
 }
 
 impl Pace {
-    fn new(now: Instant) -> Self {
+    fn new(now: Instant, elements: u64, share: f64) -> Self {
         Self {
             at: now,
-            elements: 0,
-            share: 0.0,
+            elements,
+            share,
             elements_per_second: 0.0,
             share_per_second: 0.0,
             memory: 0.0,
@@ -173,13 +174,14 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use thallus::growth::Counts;
 
     fn progress(elements: u64) -> Progress {
         Progress {
             elements,
             effective_radius: 2.0,
             covered: 0.25,
-            walkers: 0,
+            counts: Counts::default(),
         }
     }
 
@@ -195,7 +197,7 @@ mod tests {
     #[test]
     fn a_steady_pace_is_measured_and_extrapolated() {
         let start = Instant::now();
-        let mut pace = Pace::new(start);
+        let mut pace = Pace::new(start, 0, 0.0);
         for second in 1..=40u64 {
             let now = start + Duration::from_secs(second);
             pace.update(now, 100 * second, second as f64 / 100.0);
@@ -207,7 +209,7 @@ mod tests {
     #[test]
     fn a_pace_that_changes_is_forgotten() {
         let start = Instant::now();
-        let mut pace = Pace::new(start);
+        let mut pace = Pace::new(start, 0, 0.0);
         let mut elements = 0;
         for second in 1..=100u64 {
             elements += if second <= 50 { 1000 } else { 10 };
@@ -220,7 +222,7 @@ mod tests {
     #[test]
     fn the_line_says_it_all() {
         let start = Instant::now();
-        let mut pace = Pace::new(start);
+        let mut pace = Pace::new(start, 0, 0.0);
         pace.update(start + Duration::from_secs(2), 50, 0.25);
         let line = line(&progress(50), &pace, 0.25);
         assert_eq!(

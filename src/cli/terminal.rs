@@ -2,6 +2,26 @@
 
 use std::io::{self, IsTerminal, Write};
 
+/// What is said beside errors and results.
+#[derive(Clone, Copy)]
+pub(crate) struct Voice {
+    pub(crate) quiet: bool,
+}
+
+impl Voice {
+    pub(crate) fn note(self, line: &str) {
+        if !self.quiet {
+            note(line);
+        }
+    }
+
+    pub(crate) fn warn(self, line: &str) {
+        if !self.quiet {
+            warn(line);
+        }
+    }
+}
+
 /// A line of the result, to stdout.
 pub(crate) fn say(line: &str) -> io::Result<()> {
     writeln!(io::stdout(), "{line}")

@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 pub use atomic::write_file_atomically;
 pub use elements::{Elements, TableError};
 pub use output_dir::OutputDir;
+pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
 

@@ -1,4 +1,5 @@
-//! A run's folder: each of its files appears complete when the run is done, or not at all.
+//! A run's folder: each of its files appears complete when the run is done, or not at all. Only what
+//! a killed run needs to go on ([`OutputDir::place`]) is there from the start.
 //!
 //! Files are written into a hidden folder `.thallus-run` inside the run's folder, and renamed from
 //! there by [`OutputDir::commit`]; being on the same disk even where the folder is a mount or a
@@ -24,13 +25,15 @@ const FILES: &str = "files";
 /// A folder that is being written, and that no other run can write meanwhile.
 ///
 /// Dropped without [`OutputDir::commit`] it leaves everything as it was, folders that it made
-/// included.
+/// included, but for what was placed or removed at once.
 #[derive(Debug)]
 pub struct OutputDir {
     folder: PathBuf,
     force: bool,
     /// Names written so far, in order.
     written: Vec<String>,
+    /// Names that are in their place already.
+    placed: Vec<String>,
     made: Option<NewFolders>,
     /// Held locked; closed before the stage is removed.
     lock: Option<File>,
@@ -56,6 +59,7 @@ impl OutputDir {
             folder,
             force,
             written: Vec::new(),
+            placed: Vec::new(),
             made,
             lock: None,
         };
@@ -101,6 +105,45 @@ impl OutputDir {
         Ok(())
     }
 
+    /// Writes a file of the folder through `fill` and puts it in its place at once, durably: a run
+    /// that is killed leaves it there. What stood under its name is replaced.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write`], and when the system refuses the rename.
+    ///
+    /// # Panics
+    /// When `name` is not a plain file name.
+    pub fn place(
+        &mut self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        self.write(name, fill)?;
+        self.written.pop();
+        let place = self.folder.join(name);
+        fs::rename(self.staged(name), &place).map_err(OutputError::io(&place, "writing"))?;
+        sync_folder(&self.folder);
+        if let Some(made) = self.made.take() {
+            made.keep();
+        }
+        self.placed.push(name.to_owned());
+        Ok(())
+    }
+
+    /// Removes a file of the folder at once, if it is there.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
+        let place = self.folder.join(name);
+        match fs::remove_file(&place) {
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                Err(OutputError::io(&place, "removing")(e))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Puts every file in its place, in the order in which they were written. Files that were not
     /// written are left alone.
     ///
@@ -108,7 +151,9 @@ impl OutputDir {
     /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, and
     /// nothing is put in place then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
-        let taken = |name: &String| self.folder.join(name).symlink_metadata().is_ok();
+        let taken = |name: &String| {
+            !self.placed.contains(name) && self.folder.join(name).symlink_metadata().is_ok()
+        };
         if !self.force && self.written.iter().any(taken) {
             return Err(OutputError::FolderExists(self.folder.clone()));
         }
@@ -201,7 +246,7 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
         Err(TryLockError::WouldBlock) => return Err(locked(path, folder)),
         Err(TryLockError::Error(e)) => return Err(OutputError::io(folder, doing)(e)),
     }
-    if !still_at(path, &file) {
+    if !is_still_at(path, &file) {
         return Ok(None);
     }
     let write = file
@@ -221,9 +266,9 @@ fn locked(path: &Path, folder: &Path) -> OutputError {
     }
 }
 
-/// Whether the locked file is still the one that others will find under its name.
+/// Whether an open file is still the one that others will find under its name.
 #[cfg(unix)]
-fn still_at(path: &Path, file: &File) -> bool {
+pub(crate) fn is_still_at(path: &Path, file: &File) -> bool {
     use std::os::unix::fs::MetadataExt;
     let identity = |m: fs::Metadata| (m.dev(), m.ino());
     let (named, held) = (
@@ -235,6 +280,6 @@ fn still_at(path: &Path, file: &File) -> bool {
 
 /// An open file cannot be removed here.
 #[cfg(not(unix))]
-fn still_at(_path: &Path, _file: &File) -> bool {
+pub(crate) fn is_still_at(_path: &Path, _file: &File) -> bool {
     true
 }

@@ -15,7 +15,8 @@ pub enum OutputError {
     /// The folder is there already and is not empty.
     #[error(
         "{} exists already and is not empty: add --force to replace what an earlier run wrote \
-         there (other files are left alone), or choose another folder", .0.display()
+         there (other files are left alone), go on with that run by --resume, or choose another \
+         folder", .0.display()
     )]
     FolderExists(PathBuf),
     /// A file stands where a folder is needed.

@@ -24,6 +24,9 @@ pub trait GrowthModel {
 
     /// What it took so far.
     fn counts(&self) -> &Counts;
+
+    /// Goes on after births that it was told of as if they had taken this.
+    fn resume(&mut self, counts: Counts);
 }
 
 /// Why a model gives no next element.

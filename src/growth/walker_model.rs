@@ -189,9 +189,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             self.parallel.conflicts += 1;
             self.walk(&mut flight, self.counts.walkers, cluster, cancelled);
         }
-        self.index.adopt(&mut flight.track.notes);
-        self.counts.add(&flight.track.counts);
         let fate = flight.fate;
+        if !matches!(fate, Fate::Halted(_)) {
+            self.index.adopt(&mut flight.track.notes);
+            self.counts.add(&flight.track.counts);
+        }
         self.batch.flights[self.batch.taken] = flight;
         self.batch.taken += 1;
         fate
@@ -232,5 +234,9 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
 
     fn counts(&self) -> &Counts {
         &self.counts
+    }
+
+    fn resume(&mut self, counts: Counts) {
+        self.counts = counts;
     }
 }

@@ -75,6 +75,23 @@ pub enum GrowError {
         /// The radius that `auto` would choose.
         suggested: f64,
     },
+    /// An element to go on from cannot be one of this run.
+    #[error("element {age} of those to go on from cannot have grown on this mesh by this recipe")]
+    Foreign {
+        /// Its age.
+        age: usize,
+    },
+    /// The run to go on with is larger than what is asked for.
+    #[error(
+        "there are {total} elements already, and the size asked for was reached at {end}: ask for \
+         more, or grow to that size in another folder"
+    )]
+    PastTheEnd {
+        /// Elements at which the stop rule would have ended the run.
+        end: usize,
+        /// Elements to go on from.
+        total: usize,
+    },
 }
 
 /// Most elements: their ages are 32-bit numbers, and one is kept for 'none'.
@@ -95,75 +112,137 @@ pub fn grow(
     execution: &Execution,
     observer: &mut dyn Observer,
 ) -> Result<Growth, GrowError> {
-    check_lengths(substrate, recipe)?;
-    let parameters = parameters(substrate, recipe);
-    let place = recipe.at.locate(substrate, recipe.seed, 0)?;
-    let seed = Element {
-        at: place,
-        position: substrate.position(&place),
-        parent: NO_PARENT,
-        colony: 0,
-        probability: 1.0,
-    };
-    let cluster = Cluster::new(parameters.radius);
-    let model: WalkerModel<'_> = WalkerModel::new(substrate, parameters);
-    let mut model = model.on_threads(execution.threads);
-    let run = Run {
-        substrate,
-        rule: recipe.stop,
-        execution,
-        observer,
-        cluster,
-    };
-    let (cluster, stopped) = run.grow(&mut model, seed);
-    Ok(Growth {
-        cluster,
-        stopped,
-        counts: model.counts().clone(),
-        parallel: *model.parallel(),
-    })
+    let run = Run::new(substrate, recipe, Begun::default())?;
+    Ok(run.grow(execution, observer))
 }
 
-struct Run<'a> {
+/// What an earlier run by the same recipe, but for its stop rule, has come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Begun {
+    /// Its elements, oldest first; none for a run from the start.
+    pub elements: Vec<Element>,
+    /// What they took: the counts after the last birth.
+    pub counts: Counts,
+}
+
+/// A run that has its first elements and is ready for the next.
+pub struct Run<'a> {
     substrate: &'a Substrate,
     rule: StopRule,
-    execution: &'a Execution,
-    observer: &'a mut dyn Observer,
+    seed: Element,
     cluster: Cluster,
+    model: WalkerModel<'a>,
 }
 
-impl Run<'_> {
-    fn grow(mut self, model: &mut dyn GrowthModel, seed: Element) -> (Cluster, Stopped) {
-        let mut next = seed;
-        loop {
-            self.cluster.push(next);
-            model.born(&self.cluster);
-            let progress = self.progress(model.counts());
-            let flow = self.observer.born(&next, &progress);
-            if let Some(stopped) = self.reached(&progress) {
-                return (self.cluster, stopped);
+impl<'a> Run<'a> {
+    /// Takes up what has begun. It goes on as if it had never stopped: the index, the launch arcs
+    /// and the extent are rebuilt by telling the model of the births again.
+    ///
+    /// # Errors
+    /// As [`grow`]; when the elements are not those of this mesh and recipe, as far as that shows;
+    /// [`GrowError::PastTheEnd`] when the stop rule would have ended the run before the last one.
+    pub fn new(substrate: &'a Substrate, recipe: &Recipe, begun: Begun) -> Result<Self, GrowError> {
+        check_lengths(substrate, recipe)?;
+        let parameters = parameters(substrate, recipe);
+        let mut run = Self {
+            substrate,
+            rule: recipe.stop,
+            seed: seed(substrate, recipe)?,
+            cluster: Cluster::new(parameters.radius),
+            model: WalkerModel::new(substrate, parameters),
+        };
+        run.replay(begun)?;
+        Ok(run)
+    }
+
+    fn replay(&mut self, begun: Begun) -> Result<(), GrowError> {
+        let total = begun.elements.len();
+        for (age, element) in begun.elements.into_iter().enumerate() {
+            if !self.may_follow(&element) {
+                return Err(GrowError::Foreign { age });
             }
-            if flow.is_break() {
-                return (self.cluster, Stopped::Observer);
+            self.add(element);
+            if age + 1 < total && self.reached(&self.progress()).is_some() {
+                return Err(GrowError::PastTheEnd {
+                    end: age + 1,
+                    total,
+                });
             }
-            match model.next(&self.cluster, &|| self.execution.is_cancelled()) {
-                Ok(element) if !self.execution.is_cancelled() => next = element,
-                Err(Halt::NoFreeSurface) => return (self.cluster, Stopped::Full),
-                Ok(_) | Err(Halt::Cancelled) => return (self.cluster, Stopped::Cancelled),
+        }
+        self.model.resume(begun.counts);
+        Ok(())
+    }
+
+    /// Whether an element can be the next one: the seed, or one on the mesh with an older parent.
+    fn may_follow(&self, element: &Element) -> bool {
+        let triangles = self.substrate.triangles().len();
+        match self.cluster.is_empty() {
+            true => *element == self.seed,
+            false => {
+                (element.at.triangle as usize) < triangles
+                    && (element.parent as usize) < self.cluster.len()
             }
         }
     }
 
-    fn progress(&self, counts: &Counts) -> Progress {
-        let seed = &self.cluster.elements()[0];
-        let component = self.substrate.component_of(seed.at.triangle);
+    /// How far it has come.
+    pub fn progress(&self) -> Progress {
+        let component = self.substrate.component_of(self.seed.at.triangle);
         let radius = self.cluster.extent().effective_radius();
         Progress {
             elements: self.cluster.len() as u64,
             effective_radius: self.substrate.units().length_to_file(radius),
             covered: (self.cluster.covered_area() / component.area).min(1.0),
-            walkers: counts.walkers,
+            counts: self.model.counts().clone(),
         }
+    }
+
+    /// Grows until a rule says stop. The observer sees the births from here on.
+    pub fn grow(mut self, execution: &Execution, observer: &mut dyn Observer) -> Growth {
+        self.model = self.model.on_threads(execution.threads);
+        let stopped = self.until_stopped(execution, observer);
+        Growth {
+            counts: self.model.counts().clone(),
+            parallel: *self.model.parallel(),
+            cluster: self.cluster,
+            stopped,
+        }
+    }
+
+    fn until_stopped(&mut self, execution: &Execution, observer: &mut dyn Observer) -> Stopped {
+        let begun = !self.cluster.is_empty();
+        let mut ended = begun.then(|| self.reached(&self.progress())).flatten();
+        loop {
+            if let Some(stopped) = ended {
+                return stopped;
+            }
+            let next = match self.next(execution) {
+                Ok(next) => next,
+                Err(stopped) => return stopped,
+            };
+            self.add(next);
+            let progress = self.progress();
+            let flow = observer.born(&next, &progress);
+            let told = flow.is_break().then_some(Stopped::Observer);
+            ended = self.reached(&progress).or(told);
+        }
+    }
+
+    fn next(&mut self, execution: &Execution) -> Result<Element, Stopped> {
+        if self.cluster.is_empty() {
+            return Ok(self.seed);
+        }
+        let cancelled = || execution.is_cancelled();
+        match self.model.next(&self.cluster, &cancelled) {
+            Ok(element) if !execution.is_cancelled() => Ok(element),
+            Err(Halt::NoFreeSurface) => Err(Stopped::Full),
+            Ok(_) | Err(Halt::Cancelled) => Err(Stopped::Cancelled),
+        }
+    }
+
+    fn add(&mut self, element: Element) {
+        self.cluster.push(element);
+        self.model.born(&self.cluster);
     }
 
     fn reached(&self, progress: &Progress) -> Option<Stopped> {
@@ -176,6 +255,17 @@ impl Run<'_> {
         }
         .or((progress.elements >= MOST_ELEMENTS).then_some(Stopped::Full))
     }
+}
+
+fn seed(substrate: &Substrate, recipe: &Recipe) -> Result<Element, PlaceError> {
+    let place = recipe.at.locate(substrate, recipe.seed, 0)?;
+    Ok(Element {
+        at: place,
+        position: substrate.position(&place),
+        parent: NO_PARENT,
+        colony: 0,
+        probability: 1.0,
+    })
 }
 
 fn check_lengths(substrate: &Substrate, recipe: &Recipe) -> Result<(), GrowError> {

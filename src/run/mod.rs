@@ -14,7 +14,7 @@ mod seed_text;
 mod settings;
 
 pub use crate::growth::SeedPlace;
-pub use driver::{GrowError, Growth, Stopped, grow};
+pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
 pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
 pub use observer::{Observer, Progress};

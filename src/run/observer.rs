@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 
 use crate::cluster::Element;
+use crate::growth::Counts;
 
 /// How far a run has come.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
     /// Elements born.
     pub elements: u64,
@@ -13,8 +14,8 @@ pub struct Progress {
     pub effective_radius: f64,
     /// Share of the lichen's component that its discs cover, by area, 0 to 1.
     pub covered: f64,
-    /// Walkers launched.
-    pub walkers: u64,
+    /// What it took: together with the elements, all that going on later needs.
+    pub counts: Counts,
 }
 
 /// Watches elements being born, and may stop the run.
@@ -27,6 +28,18 @@ pub trait Observer {
 impl Observer for () {
     fn born(&mut self, _: &Element, _: &Progress) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+}
+
+/// Both watch, and either may stop the run.
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
+        let first = self.0.born(element, progress);
+        let second = self.1.born(element, progress);
+        match first {
+            ControlFlow::Break(()) => first,
+            ControlFlow::Continue(()) => second,
+        }
     }
 }
 

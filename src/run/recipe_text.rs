@@ -156,6 +156,27 @@ impl Settings {
         text
     }
 
+    /// In what others differ, in words. The path of the mesh and the stop rule change nothing in
+    /// what grows, and do not count.
+    pub fn differences(&self, others: &Self) -> Vec<String> {
+        let growing = |settings: &Self| Self {
+            mesh: None,
+            stop: None,
+            ..settings.clone()
+        };
+        let (ours, theirs) = (growing(self).entries(), growing(others).entries());
+        let value = |entries: &[(&str, String, &str)], key: &str| {
+            let entry = entries.iter().find(|entry| entry.0 == key);
+            entry.map_or_else(|| "unsaid".to_owned(), |entry| entry.1.clone())
+        };
+        let keys = KEYS
+            .iter()
+            .map(|key| (key, value(&ours, key), value(&theirs, key)));
+        keys.filter(|(_, ours, theirs)| ours != theirs)
+            .map(|(key, ours, theirs)| format!("{key} was {ours} and is {theirs}"))
+            .collect()
+    }
+
     /// What is said: key, value as TOML, comment.
     fn entries(&self) -> Vec<(&'static str, String, &'static str)> {
         const PLACE: &str = "where the seed element goes";

@@ -1,0 +1,127 @@
+//! The log of a run: begun anew, or gone on with.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use thallus::export::{OutputDir, OutputError};
+use thallus::log::{LOG, Log, LogError, LogWriter, head};
+use thallus::run::Recipe;
+
+use super::args::GrowArgs;
+use super::failure::Failure;
+use super::number::{count, plural};
+use super::output::{ELEMENTS, FILES, RECIPE};
+use super::terminal::Voice;
+
+impl GrowArgs {
+    /// The recipe to read: given, or that of the run to go on with.
+    pub(crate) fn recipe_file(&self) -> Option<PathBuf> {
+        let resumed = self.resume.as_ref().map(|folder| folder.join(RECIPE));
+        resumed.or_else(|| self.recipe.clone())
+    }
+
+    /// How to name the mesh for the same again.
+    pub(crate) fn with_mesh(&self) -> String {
+        match (&self.resume, &self.recipe) {
+            (Some(folder), _) => format!("thallus grow MESH --resume {}", folder.display()),
+            (_, Some(recipe)) => format!("thallus grow MESH --recipe {}", recipe.display()),
+            _ => "thallus grow MESH".to_owned(),
+        }
+    }
+}
+
+/// Refuses a folder that holds no run.
+pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
+    match folder.join(RECIPE).is_file() {
+        true => Ok(()),
+        false => Err(Failure::Failed(anyhow::anyhow!(
+            "{} holds no run to go on with: there is no {RECIPE} in it",
+            folder.display()
+        ))),
+    }
+}
+
+/// What the run has come to, and whose log is sound; nothing for a run from the start.
+pub(crate) fn earlier(
+    args: &GrowArgs,
+    recipe: &Recipe,
+    voice: Voice,
+) -> Result<Option<Log>, Failure> {
+    let Some(folder) = &args.resume else {
+        return Ok(None);
+    };
+    let path = folder.join(LOG);
+    if !path.exists() {
+        check_unfinished(folder)?;
+        let missing = path.display();
+        voice.note(&format!("{missing} is not there: the run begins anew"));
+        return Ok(None);
+    }
+    let log = match Log::read(&path) {
+        Err(LogError::Damaged { .. }) if args.keep_sound => keep_sound(&path)?,
+        log => log?,
+    };
+    log.check(recipe)?;
+    tell(&log, voice);
+    Ok(Some(log))
+}
+
+/// Refuses to begin anew where a run has ended.
+fn check_unfinished(folder: &Path) -> Result<(), Failure> {
+    match folder.join(ELEMENTS).exists() {
+        false => Ok(()),
+        true => Err(Failure::Failed(anyhow::anyhow!(
+            "{0} has a finished run whose {LOG} is gone: to grow it again, thallus grow --recipe \
+             {0}/{RECIPE} with another -o",
+            folder.display()
+        ))),
+    }
+}
+
+/// Puts the damaged log aside before what follows the sound part is cut off.
+fn keep_sound(path: &Path) -> Result<Log, Failure> {
+    let aside = path.with_file_name(format!("{LOG}.damaged"));
+    fs::copy(path, &aside).with_context(|| format!("{}: writing failed", aside.display()))?;
+    Ok(Log::read_sound(path)?)
+}
+
+fn tell(log: &Log, voice: Voice) {
+    let path = log.path.display();
+    if log.torn > 0 {
+        let torn = plural(log.torn as usize, "byte", "bytes");
+        voice.warn(&format!(
+            "{path}: the last {torn} are not sound, as a killed run leaves them; they are dropped, \
+             and what was in them grows again as it was"
+        ));
+    }
+    let elements = count(log.begun.elements.len() as u64);
+    voice.note(&format!("{path}: going on from {elements} elements"));
+}
+
+/// Puts the recipe and an empty log into the folder, so that the run can be killed from here on.
+/// What an earlier run left there goes first: a folder never holds files of two.
+pub(crate) fn begin(output: &mut OutputDir, recipe: &Recipe) -> Result<Log, Failure> {
+    FILES.iter().try_for_each(|name| output.remove(name))?;
+    place_recipe(output, recipe)?;
+    output.place(LOG, |out| out.write_all(&head(recipe)))?;
+    Ok(Log::read(&output.path().join(LOG))?)
+}
+
+pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
+    let text = recipe.to_toml();
+    Ok(output.place(RECIPE, |out| out.write_all(text.as_bytes()))?)
+}
+
+/// What could not be written, and what is safe all the same.
+pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
+    let elements = plural(
+        log.durable_elements() as usize,
+        "element is",
+        "elements are",
+    );
+    let folder = folder.display();
+    Failure::Failed(anyhow::anyhow!(
+        "{error}; {elements} safe: go on with thallus grow --resume {folder}"
+    ))
+}

@@ -1,0 +1,92 @@
+//! Why a log cannot be gone on with.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a log cannot be gone on with. Each message says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The system refused.
+    #[error("{}: reading the log failed: {source}", .path.display())]
+    Read {
+        /// The log.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file is something else.
+    #[error("{} is not a log of thallus", .0.display())]
+    NoLog(PathBuf),
+    /// The part that says what run it is of is damaged.
+    #[error(
+        "{}: the head of the log is damaged, so that nothing in it can be trusted: grow again with \
+         --recipe and another -o", .0.display()
+    )]
+    Head(PathBuf),
+    /// Another version of the program wrote it.
+    #[error(
+        "{} was written by thallus {found}, and this is {}: only the version that began a run goes \
+         on with it; to grow it again with this one give --recipe and another -o",
+        .path.display(), env!("CARGO_PKG_VERSION")
+    )]
+    Version {
+        /// The log.
+        path: PathBuf,
+        /// The version that wrote it.
+        found: String,
+    },
+    /// It is of a run on another mesh.
+    #[error(
+        "{} is of a run on another mesh: the mesh's hash is {found}, the log's {expected}; name the \
+         right file as MESH", .path.display()
+    )]
+    Mesh {
+        /// The log.
+        path: PathBuf,
+        /// Hash of the mesh that was loaded.
+        found: String,
+        /// Hash of the mesh that the run was on.
+        expected: String,
+    },
+    /// It is of a run by another recipe.
+    #[error(
+        "{} is of a run by another recipe: {differences}; put recipe.toml back as it was, or grow \
+         into another folder", .path.display()
+    )]
+    Recipe {
+        /// The log.
+        path: PathBuf,
+        /// What differs.
+        differences: String,
+    },
+    /// A block with others after it is damaged.
+    #[error(
+        "{} is damaged at byte {at}: the {elements} elements before that are sound; thallus grow \
+         --resume {} --keep-sound goes on from them (the rest grows again as it was) and keeps the \
+         damaged log as {}.damaged",
+        .path.display(), folder(.path).display(), super::LOG
+    )]
+    Damaged {
+        /// The log.
+        path: PathBuf,
+        /// Where the damaged block begins.
+        at: u64,
+        /// Elements before it.
+        elements: usize,
+    },
+}
+
+impl LogError {
+    /// Wraps the system's reason; for `map_err`.
+    pub(super) fn read(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Read {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+fn folder(log: &Path) -> &Path {
+    let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}

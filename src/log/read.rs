@@ -1,0 +1,149 @@
+//! A log read back.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::LogError;
+use super::block::{Block, LARGEST_BLOCK, MARKER};
+use super::head::read_head;
+use crate::growth::Counts;
+use crate::run::{Begun, Recipe, Settings};
+
+/// A log: whose it is, and the elements of its sound blocks.
+#[derive(Debug)]
+pub struct Log {
+    /// The file.
+    pub path: PathBuf,
+    /// The recipe of the run that began it.
+    pub recipe: Settings,
+    /// The elements, and what they took.
+    pub begun: Begun,
+    /// Bytes up to the end of the last sound block.
+    pub sound: u64,
+    /// Bytes after them: a block that was not whole when the run was killed.
+    pub torn: u64,
+    /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
+    pub(super) marks: Vec<Counts>,
+}
+
+impl Log {
+    /// Reads a log. What a killed run left of its last block counts as torn.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is none of this version; [`LogError::Damaged`] when something
+    /// that had been durable is damaged.
+    pub fn read(path: &Path) -> Result<Self, LogError> {
+        let (log, mut file) = Self::sound(path)?;
+        let damaged =
+            log.torn > 0 && was_durable(&mut file, log.sound).map_err(LogError::read(path))?;
+        match damaged {
+            false => Ok(log),
+            true => Err(LogError::Damaged {
+                path: path.to_owned(),
+                at: log.sound,
+                elements: log.begun.elements.len(),
+            }),
+        }
+    }
+
+    /// Reads a log up to the first damage, whatever comes after it.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is none of this version.
+    pub fn read_sound(path: &Path) -> Result<Self, LogError> {
+        Ok(Self::sound(path)?.0)
+    }
+
+    fn sound(path: &Path) -> Result<(Self, File), LogError> {
+        let read = LogError::read(path);
+        let mut file = File::open(path).map_err(&read)?;
+        let length = file.metadata().map_err(&read)?.len();
+        let (recipe, sound) = read_head(path, &mut file)?;
+        let mut log = Self {
+            path: path.to_owned(),
+            recipe,
+            begun: Begun::default(),
+            sound,
+            torn: 0,
+            marks: Vec::new(),
+        };
+        while let Some(block) = Block::read(&mut file, log.sound).map_err(&read)? {
+            if !log.take(block) {
+                break;
+            }
+        }
+        log.torn = length - log.sound;
+        Ok((log, file))
+    }
+
+    /// Adds a block, if it is the next one.
+    fn take(&mut self, block: Block) -> bool {
+        let elements = &mut self.begun.elements;
+        let follows = block.first == elements.len() as u64;
+        if follows {
+            elements.extend(block.elements);
+            if elements.len().is_multiple_of(LARGEST_BLOCK) {
+                self.marks.push(block.counts.clone());
+            }
+            self.begun.counts = block.counts;
+            self.sound += block.length;
+        }
+        follows
+    }
+
+    /// Checks that this is the log of a run by this recipe, whatever its stop rule and wherever its
+    /// mesh lies.
+    ///
+    /// # Errors
+    /// [`LogError::Mesh`] or [`LogError::Recipe`], naming what differs.
+    pub fn check(&self, recipe: &Recipe) -> Result<(), LogError> {
+        let path = self.path.clone();
+        let expected = self.recipe.mesh_hash.clone().unwrap_or_default();
+        if expected != recipe.mesh.hash {
+            let found = recipe.mesh.hash.clone();
+            return Err(LogError::Mesh {
+                path,
+                found,
+                expected,
+            });
+        }
+        let differences = self.recipe.differences(&Settings::from(recipe));
+        match differences.is_empty() {
+            true => Ok(()),
+            false => Err(LogError::Recipe {
+                path,
+                differences: differences.join(", "),
+            }),
+        }
+    }
+}
+
+/// Whether the unsound bytes from `at` on had been durable once: a whole block among them was
+/// written when what is at `at` was durable. If none was, they are of a write that never ended.
+fn was_durable(file: &mut File, at: u64) -> io::Result<bool> {
+    let mut from = at;
+    while let Some(found) = next_marker(file, from)? {
+        if Block::read(file, found)?.is_some_and(|block| block.durable > at) {
+            return Ok(true);
+        }
+        from = found + 1;
+    }
+    Ok(false)
+}
+
+/// Where the next block may begin.
+fn next_marker(file: &mut File, mut from: u64) -> io::Result<Option<u64>> {
+    const WINDOW: u64 = 1 << 20;
+    let mut bytes = Vec::new();
+    loop {
+        file.seek(SeekFrom::Start(from))?;
+        bytes.clear();
+        file.take(WINDOW).read_to_end(&mut bytes)?;
+        let found = bytes.windows(MARKER.len()).position(|w| w == MARKER);
+        if found.is_some() || (bytes.len() as u64) < WINDOW {
+            return Ok(found.map(|i| from + i as u64));
+        }
+        from += WINDOW - (MARKER.len() as u64 - 1);
+    }
+}

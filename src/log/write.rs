@@ -1,0 +1,217 @@
+//! Appends births to a log while a run goes.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::block::{Draft, LARGEST_BLOCK};
+use super::{Log, write_whole};
+use crate::cluster::{Cluster, Element};
+use crate::export::{OutputError, is_still_at};
+use crate::growth::Counts;
+use crate::run::{Begun, Observer, Progress, Recipe};
+
+/// An observer that appends every birth to a log and makes it durable.
+///
+/// Blocks are written and flushed to the disk every two seconds (more often at the start of a run)
+/// or every [`LARGEST_BLOCK`] elements, but never so often that it takes more than a hundredth
+/// of the time: after a flush that took a second the next comes 100 seconds later at the soonest.
+///
+/// When the disk refuses, it ends the run, and [`LogWriter::finish`] says why.
+#[derive(Debug)]
+pub struct LogWriter {
+    path: PathBuf,
+    file: File,
+    /// Length that a power failure cannot touch.
+    durable: u64,
+    /// Elements in it.
+    durable_elements: u64,
+    /// Whole blocks that are not written yet.
+    blocks: Vec<u8>,
+    draft: Draft,
+    /// Age of the next element.
+    next: u64,
+    counts: Counts,
+    marks: Vec<Counts>,
+    opened: Instant,
+    flushed: Instant,
+    /// What the last flush took.
+    cost: Duration,
+    failed: Option<OutputError>,
+}
+
+/// The longest time between flushes, where they are quick.
+const EVERY: Duration = Duration::from_secs(2);
+
+/// A run of this many times that age waits no longer for its next flush.
+const YOUTH: u32 = 4;
+
+/// Time between flushes, in times of what the last one took.
+const PATIENCE: u32 = 100;
+
+/// Elements between two looks at the clock, which costs as much as writing one.
+const LOOK: u64 = 8;
+
+/// Bytes that wait for a slow disk at most.
+const MOST_WAITING: usize = 1 << 27;
+
+impl LogWriter {
+    /// Opens a log to go on after its last sound block, and gives what there is. What comes after
+    /// that block is cut off.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn open(log: Log) -> Result<(Self, Begun), OutputError> {
+        let started = Instant::now();
+        let file = reopen(&log.path, log.sound).map_err(failure(&log.path))?;
+        let next = log.begun.elements.len() as u64;
+        let now = Instant::now();
+        let writer = Self {
+            path: log.path,
+            file,
+            durable: log.sound,
+            durable_elements: next,
+            blocks: Vec::new(),
+            draft: Draft::new(next),
+            next,
+            counts: log.begun.counts.clone(),
+            marks: log.marks,
+            opened: now,
+            flushed: now,
+            cost: now - started,
+            failed: None,
+        };
+        Ok((writer, log.begun))
+    }
+
+    /// Elements that are durable.
+    pub fn durable_elements(&self) -> u64 {
+        self.durable_elements
+    }
+
+    /// Writes what is still waiting.
+    ///
+    /// # Errors
+    /// Why the log could not be written, now or before.
+    pub fn finish(&mut self) -> Result<(), OutputError> {
+        match self.failed.take() {
+            Some(error) => Err(error),
+            None => self.flush(),
+        }
+    }
+
+    /// The finished log of a whole run, as it is whenever and however often the run was stopped.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    ///
+    /// # Panics
+    /// When the cluster is not the one whose births this has seen.
+    pub fn write_whole(
+        &self,
+        recipe: &Recipe,
+        cluster: &Cluster,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        assert_eq!(cluster.len() as u64, self.next, "the cluster of this log");
+        let mut counts = self.marks.clone();
+        if !cluster.len().is_multiple_of(LARGEST_BLOCK) {
+            counts.push(self.counts.clone());
+        }
+        write_whole(recipe, cluster.elements(), &counts, out)
+    }
+
+    fn append(&mut self, element: &Element, counts: &Counts) {
+        self.draft.push(element);
+        self.next += 1;
+        self.counts.clone_from(counts);
+        if self.next.is_multiple_of(LARGEST_BLOCK as u64) {
+            self.marks.push(counts.clone());
+            self.close_block();
+        }
+    }
+
+    fn close_block(&mut self) {
+        if self.draft.len() > 0 {
+            let draft = std::mem::replace(&mut self.draft, Draft::new(self.next));
+            let block = draft.close(self.durable, &self.counts);
+            self.blocks.extend_from_slice(&block);
+        }
+    }
+
+    fn is_due(&self) -> bool {
+        let now = Instant::now();
+        let since = now - self.flushed;
+        let old = since >= EVERY.min((now - self.opened) / YOUTH);
+        let many = self.next - self.durable_elements >= LARGEST_BLOCK as u64;
+        let worth = since >= PATIENCE * self.cost || self.blocks.len() >= MOST_WAITING;
+        (old || many) && worth
+    }
+
+    /// Writes what waits and makes it durable.
+    fn flush(&mut self) -> Result<(), OutputError> {
+        self.close_block();
+        let started = Instant::now();
+        let written = self.check_place().and_then(|()| {
+            self.file.write_all(&self.blocks)?;
+            self.file.sync_data()
+        });
+        if let Err(e) = written {
+            // So that the tail is not torn for the next run; it would cope.
+            let _ = self.file.set_len(self.durable);
+            return Err(failure(&self.path)(e));
+        }
+        self.durable += self.blocks.len() as u64;
+        self.durable_elements = self.next;
+        self.blocks.clear();
+        self.flushed = Instant::now();
+        self.cost = self.flushed - started;
+        Ok(())
+    }
+
+    /// A file that was removed can be written, and is lost when it is closed.
+    fn check_place(&self) -> io::Result<()> {
+        match is_still_at(&self.path, &self.file) {
+            true => Ok(()),
+            false => Err(io::Error::new(
+                io::ErrorKind::NotFound,
+                "the file or its folder was moved, replaced or removed while the run went on",
+            )),
+        }
+    }
+}
+
+impl Observer for LogWriter {
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
+        if self.failed.is_some() {
+            return ControlFlow::Break(());
+        }
+        self.append(element, &progress.counts);
+        if self.next.is_multiple_of(LOOK) && self.is_due() {
+            self.failed = self.flush().err();
+        }
+        match self.failed {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        }
+    }
+}
+
+/// The file, cut to this length and ready to append.
+fn reopen(path: &Path, length: u64) -> io::Result<File> {
+    let file = OpenOptions::new().append(true).open(path)?;
+    file.set_len(length)?;
+    file.sync_all()?;
+    Ok(file)
+}
+
+fn failure(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
+    let path = path.to_owned();
+    move |source| OutputError::Io {
+        path,
+        doing: "writing",
+        source,
+    }
+}

@@ -1,0 +1,113 @@
+//! A folder in which the real program grows.
+#![allow(dead_code)] // each test crate uses its own part of this
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use tempfile::TempDir;
+use thallus::log::Log;
+
+/// A folder to work in, with a mesh.
+pub(crate) struct Desk(pub(crate) TempDir);
+
+/// Every file of a run whose bytes are promised.
+pub(crate) const PROMISED: [&str; 4] = ["elements.ply", "recipe.toml", "preview.png", "run.log"];
+
+/// What a run of these tests is by default.
+pub(crate) const RUN: &str = "rock.obj --radius 0.2% --elements 3000";
+
+impl Desk {
+    pub(crate) fn new() -> Self {
+        let desk = Self(tempfile::tempdir().unwrap());
+        let rock = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rock.obj");
+        fs::copy(rock, desk.path("rock.obj")).unwrap();
+        desk
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// `thallus grow` with these words.
+    pub(crate) fn command(&self, words: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+        command
+            .args(["grow", "--preview", "32", "--threads", "1"])
+            .args(words.split_whitespace())
+            .current_dir(self.0.path())
+            .stdout(Stdio::null());
+        command
+    }
+
+    /// Grows what must succeed, and gives what it said.
+    pub(crate) fn done(&self, words: &str) -> String {
+        let output = self.command(words).output().unwrap();
+        assert!(output.status.success(), "{words}: {}", said(&output));
+        said(&output)
+    }
+
+    /// Grows what must fail with this code and say these words.
+    pub(crate) fn fails(&self, words: &str, code: i32, parts: &[&str]) {
+        let output = self.command(words).output().unwrap();
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+        for part in parts {
+            assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+        }
+        assert!(!said.contains("panicked"), "{said}");
+    }
+
+    pub(crate) fn start(&self, words: &str) -> Child {
+        let mut command = self.command(words);
+        command.stderr(Stdio::null()).spawn().unwrap()
+    }
+
+    pub(crate) fn log(&self, folder: &str) -> Log {
+        Log::read(&self.path(folder).join("run.log")).unwrap()
+    }
+
+    /// The report without what is not promised.
+    pub(crate) fn report(&self, folder: &str) -> serde_json::Value {
+        let text = self.read(&format!("{folder}/report.json"));
+        let mut report: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        report["seconds"].take();
+        report
+    }
+
+    /// Whether two runs left the same files, all of them.
+    pub(crate) fn assert_same(&self, found: &str, expected: &str) {
+        for file in PROMISED {
+            let same =
+                self.read(&format!("{found}/{file}")) == self.read(&format!("{expected}/{file}"));
+            assert!(same, "{found}/{file}");
+        }
+        assert_eq!(self.report(found), self.report(expected), "{found}");
+        assert_eq!(names(&self.path(found)), names(&self.path(expected)));
+    }
+
+    /// A finished run's folder with other bytes as its log, and nothing that only a finished run has.
+    pub(crate) fn put_log(&self, run: &str, folder: &str, log: &[u8]) {
+        let _ = fs::remove_dir_all(self.path(folder));
+        fs::create_dir(self.path(folder)).unwrap();
+        let recipe = |folder: &str| self.path(folder).join("recipe.toml");
+        fs::copy(recipe(run), recipe(folder)).unwrap();
+        fs::write(self.path(folder).join("run.log"), log).unwrap();
+    }
+}
+
+pub(crate) fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+pub(crate) fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let name = |e: std::io::Result<fs::DirEntry>| e.unwrap().file_name().into_string().unwrap();
+    let mut names: Vec<_> = entries.map(name).collect();
+    names.sort();
+    names
+}

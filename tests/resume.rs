@@ -1,0 +1,380 @@
+//! Runs that are killed, cut short or extended: they end with the bytes of a run that never
+//! stopped.
+#![allow(clippy::print_stderr)] // where the kills fell
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use desk::{Desk, RUN, names, said};
+use thallus::cluster::Element;
+use thallus::growth::Counts;
+use thallus::log::{LOG, Log};
+use thallus::run::{Begun, Execution, Recipe, Run, Settings, StopRule, StopSetting};
+use thallus::substrate::Substrate;
+
+/// Numbers that look random: a fixed sequence in [0, 1).
+fn shares(n: usize) -> impl Iterator<Item = f64> {
+    (1..=n).map(|i| (i as f64 * 0.618_033_988_749_895).fract())
+}
+
+/// Waits until some elements of a run are durable.
+fn wait_for_elements(folder: &Path) {
+    let some = || Log::read(&folder.join(LOG)).is_ok_and(|log| !log.begun.elements.is_empty());
+    let patience = Instant::now() + Duration::from_secs(30);
+    while !some() {
+        assert!(Instant::now() < patience, "nothing became durable");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn slow_run() -> String {
+    RUN.replace("3000", "6000")
+}
+
+/// The real program, killed without warning at 50 moments of its life.
+#[test]
+fn a_killed_run_goes_on_to_the_same_bytes() {
+    let desk = Desk::new();
+    let run = slow_run();
+    let started = Instant::now();
+    desk.done(&format!("{run} -o whole --quiet"));
+    let life = started.elapsed();
+    let mut found = [0; 3];
+    for share in shares(50) {
+        let mut child = desk.start(&format!("{run} -o out"));
+        std::thread::sleep(life.mul_f64(share));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        found[resume_or_start(&desk, &run)] += 1;
+        desk.assert_same("out", "whole");
+        fs::remove_dir_all(desk.path("out")).unwrap();
+    }
+    eprintln!("killed before the log, with nothing logged, with elements logged: {found:?}");
+    assert!(found[2] >= 10, "kills that fell into the growth: {found:?}");
+}
+
+/// Goes on with a killed run, or starts it where it had not begun; says how far it had come.
+fn resume_or_start(desk: &Desk, run: &str) -> usize {
+    if !desk.path("out/recipe.toml").exists() {
+        desk.done(&format!("{run} -o out --quiet"));
+        return 0;
+    }
+    let logged = desk.path("out/run.log").exists().then(|| desk.log("out"));
+    desk.done("--resume out --quiet");
+    logged.map_or(0, |log| 1 + usize::from(!log.begun.elements.is_empty()))
+}
+
+/// Killed, gone on with and killed again, until it is done.
+#[test]
+fn a_run_may_be_killed_again_and_again() {
+    let desk = Desk::new();
+    let run = slow_run();
+    desk.done(&format!("{run} -o whole --quiet"));
+    let mut child = desk.start(&format!("{run} -o out"));
+    let mut sizes = Vec::new();
+    for patience in 1..100 {
+        // Ever longer, so that loading and replay leave time to grow.
+        std::thread::sleep(Duration::from_millis(20 * patience));
+        child.kill().unwrap();
+        let ended = child.wait().unwrap();
+        if ended.success() {
+            break;
+        }
+        let log = desk.path("out/run.log").exists().then(|| desk.log("out"));
+        sizes.extend(log.map(|log| log.begun.elements.len()));
+        let words = match desk.path("out/recipe.toml").exists() {
+            true => "--resume out".to_owned(),
+            false => format!("{run} -o out"),
+        };
+        child = desk.start(&words);
+    }
+    child.wait().unwrap();
+    assert!(sizes.is_sorted(), "nothing durable is lost: {sizes:?}");
+    desk.assert_same("out", "whole");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_bytes() {
+    let desk = Desk::new();
+    let run = slow_run();
+    desk.done(&format!("{run} -o whole --quiet"));
+    let child = desk.start(&format!("{run} -o out"));
+    wait_for_elements(&desk.path("out"));
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let interrupted = desk.report("out");
+    assert_eq!(interrupted["stopped"], "cancelled");
+    assert_eq!(
+        interrupted["elements"],
+        desk.log("out").begun.elements.len()
+    );
+    desk.done("--resume out --quiet");
+    desk.assert_same("out", "whole");
+}
+
+#[test]
+fn a_finished_run_is_extended_as_if_it_had_been_asked_at_once() {
+    let desk = Desk::new();
+    let base = "rock.obj --radius 0.2%";
+    for (name, first, then) in [
+        ("elements", "--elements 500", "--elements 1500"),
+        ("until", "--until-elements 1", "--until-elements 2"),
+        ("reach", "--reach 20r", "--until-reach 35r"),
+        ("cover", "--elements 400", "--until-cover 0.008"),
+        ("again", "--cover 0.001", "--elements 2000"),
+    ] {
+        let whole = format!("{name}-whole");
+        desk.done(&format!("{base} -o {name} --quiet {first}"));
+        desk.done(&format!("{base} -o {whole} --quiet {then}"));
+        desk.done(&format!("--resume {name} --quiet {then}"));
+        desk.assert_same(name, &whole);
+        desk.done(&format!("--resume {name} --quiet"));
+        desk.assert_same(name, &whole);
+    }
+}
+
+#[test]
+fn a_size_that_lies_behind_is_refused() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out --quiet"));
+    let before: Vec<_> = names(&desk.path("out"));
+    let files = || {
+        before
+            .iter()
+            .map(|name| desk.read(&format!("out/{name}")))
+            .collect::<Vec<_>>()
+    };
+    let content = files();
+    for size in ["--elements 2999", "--reach 10r", "--cover 0.0001"] {
+        desk.fails(
+            &format!("--resume out {size}"),
+            2,
+            &["3000 elements already", "ask for more"],
+        );
+        assert!(files() == content, "{size}");
+    }
+    assert_eq!(names(&desk.path("out")), before);
+}
+
+/// Blocks end at every 65,536 elements, whatever stopped between.
+#[test]
+fn long_logs_are_the_same_too() {
+    let desk = Desk::new();
+    let run = "rock.obj --radius 0.1% --preset dla --quiet";
+    desk.done(&format!("{run} -o out --elements 65000"));
+    desk.done("--resume out --elements 65536 --quiet");
+    desk.done("--resume out --elements 67000 --quiet");
+    desk.done(&format!("{run} -o whole --elements 67000"));
+    desk.assert_same("out", "whole");
+}
+
+#[test]
+fn what_cannot_be_gone_on_with_is_explained() {
+    let desk = Desk::new();
+    fs::create_dir(desk.path("empty")).unwrap();
+    desk.fails("--resume nowhere", 1, &["nowhere holds no run"]);
+    desk.fails("--resume empty", 1, &["empty holds no run"]);
+    assert!(!desk.path("nowhere").exists());
+    desk.done(&format!("{RUN} -o out --quiet"));
+    for flags in [
+        "-o other",
+        "--force",
+        "--recipe out/recipe.toml",
+        "--bias 0.7",
+        "--seed 3",
+    ] {
+        desk.fails(
+            &format!("--resume out {flags}"),
+            2,
+            &["cannot be used with"],
+        );
+    }
+    desk.fails("rock.obj --keep-sound", 2, &["--resume"]);
+    fs::rename(desk.path("rock.obj"), desk.path("moved.obj")).unwrap();
+    desk.fails(
+        "--resume out",
+        1,
+        &["rock.obj", "thallus grow MESH --resume out"],
+    );
+    desk.done("moved.obj --resume out --elements 3500 --quiet");
+    let recipe = String::from_utf8(desk.read("out/recipe.toml")).unwrap();
+    assert!(recipe.contains("mesh = \"moved.obj\""), "{recipe}");
+    desk.done("moved.obj --radius 0.2% -o whole --elements 3500 --quiet");
+    desk.assert_same("out", "whole");
+}
+
+#[test]
+fn a_recipe_without_a_log_begins_anew() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o whole --quiet"));
+    desk.put_log("whole", "out", b"");
+    fs::remove_file(desk.path("out/run.log")).unwrap();
+    let said = desk.done("--resume out");
+    assert!(said.contains("begins anew"), "{said}");
+    desk.assert_same("out", "whole");
+    fs::remove_file(desk.path("out/run.log")).unwrap();
+    desk.fails("--resume out", 1, &["a finished run whose run.log is gone"]);
+    assert!(desk.path("out/elements.ply").exists());
+}
+
+/// More elements than any test has time for.
+const ENDLESS: &str = "rock.obj --radius 0.02% --elements 5000000";
+
+#[test]
+fn a_second_run_into_the_folder_is_refused() {
+    let desk = Desk::new();
+    let mut first = desk.start(&format!("{ENDLESS} -o out"));
+    wait_for_elements(&desk.path("out"));
+    desk.fails("--resume out", 1, &["out is being written by another run"]);
+    desk.fails(
+        "rock.obj -o out --force",
+        1,
+        &["out is being written by another run"],
+    );
+    desk.fails("rock.obj -o out", 1, &["out exists already", "--resume"]);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let more = desk.log("out").begun.elements.len() + 100;
+    desk.done(&format!("--resume out --elements {more} --quiet"));
+}
+
+#[test]
+fn a_forced_run_leaves_nothing_of_the_run_before() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out --quiet --seed 2"));
+    let mut child = desk.start(&format!("{ENDLESS} -o out --force"));
+    let goal = Some(StopSetting::Elements(5_000_000));
+    let begun = |log: Log| log.recipe.stop == goal && !log.begun.elements.is_empty();
+    while !Log::read(&desk.path("out/run.log")).is_ok_and(begun) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(
+        names(&desk.path("out")),
+        [".thallus-run", "recipe.toml", "run.log"]
+    );
+    let more = desk.log("out").begun.elements.len() + 100;
+    desk.done(&format!("--resume out --elements {more} --quiet"));
+    desk.done(&format!("{ENDLESS} -o whole --quiet").replace("5000000", &more.to_string()));
+    desk.assert_same("out", "whole");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_taken_away_ends_the_run_and_goes_on_elsewhere() {
+    let desk = Desk::new();
+    let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_elements(&desk.path("out"));
+    fs::rename(desk.path("out"), desk.path("moved")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("run.log") && said.contains("removed"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+    let more = desk.log("moved").begun.elements.len() + 100;
+    desk.done(&format!("--resume moved --elements {more} --quiet"));
+    desk.done(&format!("{ENDLESS} -o whole --quiet").replace("5000000", &more.to_string()));
+    desk.assert_same("moved", "whole");
+}
+
+/// A limit on the size of files stands for the full disk; ignored, its signal is an error.
+#[cfg(unix)]
+#[test]
+fn what_was_written_before_the_disk_was_full_goes_on() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o whole --quiet"));
+    // In units of 512 or 1024 bytes: the log is full while growing, or the table at the end.
+    for limit in [3, 60, 190, 350] {
+        let program = env!("CARGO_BIN_EXE_thallus");
+        let script = format!(
+            "trap '' XFSZ; ulimit -f {limit}; exec {program} grow {RUN} -o out --quiet --preview 32 \
+             --threads 1"
+        );
+        let shell = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(desk.0.path())
+            .output();
+        let output = shell.unwrap();
+        if output.status.success() {
+            assert_eq!(limit, 350, "units of 1024 bytes");
+            continue;
+        }
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains("safe: go on with thallus grow --resume out"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
+        desk.done("--resume out --quiet");
+        desk.assert_same("out", "whole");
+        fs::remove_dir_all(desk.path("out")).unwrap();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_does_not_fit_into_memory_is_refused_with_the_number() {
+    let desk = Desk::new();
+    let run = "rock.obj --radius 0.0001% --elements 1000000000";
+    desk.fails(
+        &format!("{run} -o out"),
+        1,
+        &["1,000,000,000 elements", "600 GB", "free"],
+    );
+    assert!(!desk.path("out").exists());
+}
+
+#[test]
+fn elements_that_cannot_be_of_the_run_are_refused() {
+    let desk = Desk::new();
+    let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
+    let recipe = Settings::default().resolve(&substrate, "rock.obj").unwrap();
+    let run = |elements: &[Element]| {
+        let begun = Begun {
+            elements: elements.to_vec(),
+            counts: Counts::default(),
+        };
+        Run::new(&substrate, &recipe, begun).map(|_| ())
+    };
+    let grown = thallus::run::grow(
+        &substrate,
+        &Recipe {
+            stop: StopRule::Elements(5),
+            ..recipe.clone()
+        },
+        &Execution::default(),
+        &mut (),
+    );
+    let elements = grown.unwrap().cluster.elements().to_vec();
+    assert!(run(&elements).is_ok());
+    assert!(run(&elements[1..]).is_err(), "no seed");
+    for wrong in [
+        Element {
+            parent: 4,
+            ..elements[4]
+        },
+        Element {
+            at: thallus::substrate::SurfacePoint::centroid(1 << 30),
+            ..elements[4]
+        },
+    ] {
+        let elements = [&elements[..4], &[wrong]].concat();
+        let error = run(&elements).unwrap_err().to_string();
+        assert!(error.contains("element 4"), "{error}");
+    }
+}
