@@ -220,12 +220,16 @@ fn default_folder(mesh: &Path, number: u32) -> PathBuf {
 
 fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
     let default = Execution::default();
-    let threads = args.threads.map_or(default.threads, usize::from);
+    let asked = args.threads.map(usize::from);
+    // Without a number the pool takes all cores, for loading and for the picture.
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(asked.unwrap_or(0))
         .build_global()
         .context("starting threads")?;
-    Ok(Execution { threads, ..default })
+    Ok(Execution {
+        threads: asked.unwrap_or(default.threads),
+        ..default
+    })
 }
 
 /// The mesh, and the seconds that it took.

@@ -12,9 +12,9 @@ use super::number::{count, short};
 use super::progress::DIMENSION;
 use super::terminal::Voice;
 
-/// Bytes that an element takes at the peak of a run, index included: measured on the rock at 500,000
+/// Bytes that an element takes at the peak of a run, index included: measured on the plane at a million
 /// elements of plain DLA, which is as sparse as lichen grows. Dense lichen takes less.
-const BYTES: f64 = 600.0;
+const BYTES: f64 = 800.0;
 
 /// Runs of so many elements are told what they take.
 const LONG: f64 = 1e6;

@@ -200,7 +200,11 @@ impl<'a> Run<'a> {
     /// Grows until a rule says stop. The observer sees the births from here on.
     pub fn grow(mut self, execution: &Execution, observer: &mut dyn Observer) -> Growth {
         self.model = self.model.on_threads(execution.threads);
-        let stopped = self.until_stopped(execution, observer);
+        let stopped = match execution.threads {
+            0 | 1 => self.until_stopped(execution, observer),
+            // From inside the pool this thread takes its share of the walkers.
+            _ => rayon::scope(|_| self.until_stopped(execution, observer)),
+        };
         Growth {
             counts: self.model.counts().clone(),
             parallel: *self.model.parallel(),

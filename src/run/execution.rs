@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How to run, apart from what to grow.
 #[derive(Clone, Debug)]
 pub struct Execution {
-    /// Threads to use; the result is the same for any number.
+    /// Threads that walk; the result is the same for any number. One by default: two gain little as
+    /// yet (`docs/performance.md`).
     pub threads: usize,
     /// Set it to stop after the current element.
     pub cancel: Arc<AtomicBool>,
@@ -14,9 +15,8 @@ pub struct Execution {
 
 impl Default for Execution {
     fn default() -> Self {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
         Self {
-            threads,
+            threads: 1,
             cancel: Arc::default(),
         }
     }

@@ -19,7 +19,10 @@ pub struct Progress {
 }
 
 /// Watches elements being born, and may stop the run.
-pub trait Observer {
+///
+/// It is always called from one thread at a time, but that may be another than the one that began
+/// the run.
+pub trait Observer: Send {
     /// Called after each birth, the seed's included; `Break` ends the run with this element.
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()>;
 }
@@ -44,7 +47,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 }
 
 /// Any closure watches.
-impl<F: FnMut(&Element, &Progress) -> ControlFlow<()>> Observer for F {
+impl<F: FnMut(&Element, &Progress) -> ControlFlow<()> + Send> Observer for F {
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
         self(element, progress)
     }
