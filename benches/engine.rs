@@ -8,11 +8,11 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use thallus::growth::SeedPlace;
+use thallus::growth::{SeedPlace, random_step};
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, Settings, StopSetting, grow};
 use thallus::substrate::{Soup, Substrate, SurfacePoint};
-use thallus::walk::trace;
+use thallus::walk::{Stand, trace};
 
 /// A wavy height field of 2·n² triangles.
 fn field(n: u32) -> Soup {
@@ -56,6 +56,27 @@ fn traces(c: &mut Criterion) {
     }
 }
 
+fn walks(c: &mut Criterion) {
+    let substrate = Substrate::from_soup(field(200)).expect("a mesh");
+    let mut stream = Stream::new(1, Purpose::Walker, 0);
+    let mut here = Stand::new(&substrate, &SurfacePoint::centroid(0));
+    let mut group = c.benchmark_group("walk");
+    group.throughput(Throughput::Elements(1000));
+    // A triangle's edge is about 1/283 of the diagonal, which is 1 to 2.
+    for (name, radius) in [("a twentieth of an edge", 2e-4), ("five edges", 2e-2)] {
+        group.bench_function(format!("1,000 steps of {name}"), |b| {
+            b.iter(|| {
+                for _ in 0..1000 {
+                    let step = random_step(&mut stream, radius, radius);
+                    here = here.step(&substrate, step, false).to;
+                }
+                black_box(here)
+            });
+        });
+    }
+    group.finish();
+}
+
 fn growth(c: &mut Criterion) {
     let plane = Soup {
         positions: vec![
@@ -84,5 +105,5 @@ fn growth(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, load, traces, growth);
+criterion_group!(benches, load, traces, walks, growth);
 criterion_main!(benches);

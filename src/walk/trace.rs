@@ -76,7 +76,7 @@ impl Visitor for Absorbing {
 }
 
 /// Follows a straight path from a point by `step`, a vector in the frame of the point's
-/// triangle (local units; see [`Chart::corners`]).
+/// triangle (local units; see [`Chart::corners`](crate::substrate::Chart::corners)).
 pub fn trace(substrate: &Substrate, from: &SurfacePoint, step: DVec2, absorb: bool) -> Trace {
     if absorb {
         trace_visiting(substrate, from, step, &mut Absorbing)
