@@ -20,6 +20,15 @@ const FAR_OUTSIDE: f64 = 0.2;
 /// Steps between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 4096;
 
+/// Shortest steps in a row after which a walker looks whether what is near is on its own sheet.
+const PATIENCE: u32 = 24;
+
+/// Radii of the largest ball that is searched for that, but for a factor of two.
+const MOST_BALL: f64 = 32.0;
+
+/// Triangles in a ball that are enough.
+const MOST_REACHED: usize = 2000;
+
 /// Radii about a contact within which elements decide where it is joined: it is moved by at most 5,
 /// and what it may touch then is within 2 of there, or within 4 of what it turned about.
 const JOINING: f64 = 8.0;
@@ -34,6 +43,8 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     /// Whether others may be born before this walker's element is: see [`Track::asked`].
     pub(super) others_walk: bool,
     pub(super) cancelled: &'b (dyn Fn() -> bool + Sync),
+    /// Steps in a row that were as short as they get, without a contact.
+    pub(super) cramped: u32,
 }
 
 /// What a walker leaves behind.
@@ -139,7 +150,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let Some(look) = self.look(here.position) else {
             return self.kill();
         };
-        let mut bound = self.step_bound(&look);
+        let mut bound = self.step_bound(&here, &look);
         loop {
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8).
             let step = random_step(stream, bound, parameters.radius);
@@ -160,12 +171,15 @@ impl<I: ElementIndex> Walk<'_, I> {
             if look.touching {
                 match self.meet(&moved.to, stream) {
                     Meeting::Elsewhere => {}
-                    Meeting::Refused => continue,
+                    Meeting::Refused => {
+                        self.cramped = 0;
+                        continue;
+                    }
                     Meeting::Sticks(probability) => return self.join(&here, step, probability),
                 }
             }
             here = moved.to;
-            bound = self.step_bound(&look);
+            bound = self.step_bound(&here, &look);
         }
     }
 
@@ -222,12 +236,58 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
-    fn step_bound(&self, look: &Look) -> f64 {
+    fn step_bound(&mut self, here: &Stand, look: &Look) -> f64 {
         let Parameters { radius, steps, .. } = *self.around.parameters;
-        match steps {
-            Steps::Small => radius,
-            Steps::Large => (look.clear - self.around.contact_distance()).max(radius),
+        let contact = self.around.contact_distance();
+        let bound = (look.clear - contact).max(radius);
+        if steps == Steps::Small || bound > radius {
+            self.cramped = 0;
+            return if steps == Steps::Small { radius } else { bound };
         }
+        self.cramped += 1;
+        if self.cramped < PATIENCE {
+            return bound;
+        }
+        let bound = (self.clear_on_sheet(here) - contact).max(radius);
+        if bound == radius {
+            self.cramped = 0;
+        }
+        bound
+    }
+
+    /// How far it is to the lichen on the walker's own sheet, at least.
+    ///
+    /// Under lichen on the other face of a thin plate a walker is near elements that it can never
+    /// touch, and would cross below them in steps of a radius. What it can touch within a ball is
+    /// what the surface joins to it inside a slightly larger one.
+    fn clear_on_sheet(&mut self, here: &Stand) -> f64 {
+        let radius = self.around.parameters.radius;
+        let mut ball = 8.0 * radius;
+        loop {
+            let nearest = self.nearest_on_sheet(here, ball);
+            let full = self.scratch.reached().len() > MOST_REACHED;
+            if nearest < ball || full || ball > MOST_BALL * radius {
+                self.asked(here.position, ball, 0);
+                return nearest;
+            }
+            ball *= 2.0;
+        }
+    }
+
+    /// The distance to the nearest element on the same sheet inside a ball, or the ball's radius.
+    fn nearest_on_sheet(&mut self, here: &Stand, ball: f64) -> f64 {
+        let around = &self.around;
+        let larger = ball + around.parameters.radius;
+        self.scratch
+            .reach(around.substrate, here.triangle, here.position, larger);
+        let elements = around.cluster.elements();
+        let mut nearest = ball;
+        around.index.within(here.position, ball, &mut |id, q| {
+            if self.scratch.has_reached(elements[id as usize].at.triangle) {
+                nearest = nearest.min(q.distance(here.position));
+            }
+        });
+        nearest
     }
 
     /// 3. Kill: dropped, and the next one is launched.

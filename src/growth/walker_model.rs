@@ -159,6 +159,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             track: &mut flight.track,
             others_walk: self.threads > 1,
             cancelled,
+            cramped: 0,
         };
         flight.fate = walk.run(number);
     }
