@@ -200,13 +200,6 @@ impl HittingLaw {
         }
         assert_fits(what, &histogram(turns), &self.bins(24));
     }
-
-    /// Distance of a histogram from the law, from 0 to 1.
-    fn total_variation(&self, turns: &[f64]) -> f64 {
-        let counts = histogram(turns).into_iter().zip(self.bins(24));
-        let off = |(count, share): (u64, f64)| (count as f64 / turns.len() as f64 - share).abs();
-        0.5 * counts.map(off).sum::<f64>()
-    }
 }
 
 fn histogram(turns: &[f64]) -> [u64; 24] {
@@ -312,35 +305,6 @@ fn a_circle_about_a_cones_apex_from_inside() {
                 &format!("cone of {angle} from inside, {:?}", walk.steps),
                 &turns,
             );
-        }
-    }
-}
-
-/// What is left unsaid by the tests above: how wrong a large step is whose disc holds the apex.
-/// Prints E cos φ' and the distance in total variation from the law in 24 bins (0.006 by chance).
-#[test]
-#[ignore = "a measurement, not a test"]
-fn large_steps_over_an_apex() {
-    let caps: [(&str, Bound); 3] = [
-        ("no cap", unbounded),
-        ("1.5 to the apex", |p| 1.5 * p.length()),
-        ("to the apex", |p| p.length()),
-    ];
-    for (i, angle) in [4.5, 5.5, 6.0, 6.6, 7.5, 9.0].into_iter().enumerate() {
-        let cone = Cone { angle, faces: 40 };
-        for ratio in [0.1, 0.2, 0.4, 0.6] {
-            for (j, (cap, most)) in caps.into_iter().enumerate() {
-                let walk = Walk {
-                    most,
-                    ..Walk::new(Steps::Large, 0.005)
-                };
-                let test = (1000 + 10 * i + j) as u64;
-                let turns = cone_turns(&cone, walk, ratio, 100_000, test);
-                let law = HittingLaw::new(angle, ratio / (1.0 + walk.overshoot()), 0.0);
-                let off = law.total_variation(&turns);
-                let (mean, exact) = (moment(&turns, 1), law.moments[0]);
-                println!("cone of {angle} from {ratio}, {cap}: {mean:.3} for {exact:.3}, {off:.3}");
-            }
         }
     }
 }

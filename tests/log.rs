@@ -266,7 +266,7 @@ fn a_log_of_another_run_is_refused_by_what_differs() {
 
 /// What a birth costs the log, flushes included; the least of five. Prints, and asserts nothing.
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "prints the cost that docs/log.md quotes, by hand; cannot fail"]
 fn cost_of_logging() {
     const BIRTHS: usize = 1_000_000;
     let desk = Desk::new();

@@ -65,3 +65,19 @@ fn lichen_all_round_is_the_same_on_any_number_of_threads() {
     recipe.bias = 0.1;
     check("sphere, B = 0.1", &sphere, &recipe);
 }
+
+/// Under the lichen on the other face of a plate thinner than an element, walkers are near what
+/// they cannot touch. They must cross below it in few steps, and the same ones on all threads.
+#[test]
+fn lichen_on_one_face_of_a_plate_is_the_same_and_soon_crossed_under() {
+    let slab = common::slab(24, 1.0, 0.001);
+    let mut recipe = common::recipe(0.002, 2500);
+    recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
+    check("slab", &slab, &recipe);
+    let (cluster, counts, _) = grown(&slab, &recipe, 1);
+    let front = |e: &thallus::cluster::Element| slab.units().to_file(e.position).y > 0.0;
+    assert!(cluster.elements().iter().all(front), "the rim is far away");
+    let steps = counts.steps / counts.walkers;
+    // 278 here. Steps of a radius all the way do not come to an end in a minute.
+    assert!(steps < 600, "{steps} steps a walker");
+}

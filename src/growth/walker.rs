@@ -238,11 +238,14 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// disc of radius r alone, and long steps change nothing but the time it takes.
     fn step_bound(&mut self, here: &Stand, look: &Look) -> f64 {
         let Parameters { radius, steps, .. } = *self.around.parameters;
+        if steps == Steps::Small {
+            return radius;
+        }
         let contact = self.around.contact_distance();
         let bound = (look.clear - contact).max(radius);
-        if steps == Steps::Small || bound > radius {
+        if bound > radius {
             self.cramped = 0;
-            return if steps == Steps::Small { radius } else { bound };
+            return bound;
         }
         self.cramped += 1;
         if self.cramped < PATIENCE {

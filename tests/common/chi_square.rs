@@ -1,6 +1,6 @@
 //! Pearson's chi-square test.
 #![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
-#![allow(dead_code)] // each test crate uses its own part of this
+#![allow(dead_code, reason = "each test crate uses its own part of this")]
 
 /// Chance of a false alarm in each test. Seeds are fixed, so a test that passes always passes;
 /// this is the chance that a right program was refused when the seed was chosen.

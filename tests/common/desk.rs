@@ -1,5 +1,5 @@
 //! A folder in which the real program grows.
-#![allow(dead_code)] // each test crate uses its own part of this
+#![allow(dead_code, reason = "each test crate uses its own part of this")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

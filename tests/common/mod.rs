@@ -1,6 +1,6 @@
 //! Meshes and recipes that tests share.
 #![allow(clippy::print_stderr)] // a skipped test says so
-#![allow(dead_code)] // each test crate uses its own part of this
+#![allow(dead_code, reason = "each test crate uses its own part of this")]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
 //! Meshes that unroll exactly, and awkward ones.
-#![allow(dead_code)] // each test crate uses its own part of this
+#![allow(dead_code, reason = "each test crate uses its own part of this")]
 
 use std::f64::consts::TAU;
 
