@@ -14,8 +14,8 @@ pub trait ElementIndex: Sync {
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
     /// corner; `wide` is the largest radius that [`count`](Self::count) and
-    /// [`within`](Self::within) will be asked for often.
-    fn new(radius: f64, wide: f64, bounds: [DVec3; 2]) -> Self
+    /// [`within`](Self::within) will be asked for often, none where that is a few element radii.
+    fn new(radius: f64, wide: Option<f64>, bounds: [DVec3; 2]) -> Self
     where
         Self: Sized;
 

@@ -14,9 +14,6 @@ use crate::walk::{Connectivity, End, Stand};
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: u32 = 20_000;
 
-/// A bound from the launcher's sphere serves when it is this share of the sphere's radius.
-const FAR_OUTSIDE: f64 = 0.2;
-
 /// Steps between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 4096;
 
@@ -184,20 +181,23 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// How far it is to the lichen at least; none beyond the kill radius.
+    #[inline]
     fn look(&mut self, p: DVec3) -> Option<Look> {
-        let from_centre = p.distance(self.launcher.centre);
-        if from_centre > self.launcher.kill && !self.launcher.encloses() {
-            return None;
-        }
-        let clear = from_centre - self.launcher.reach;
-        let contact = self.around.contact_distance();
-        if clear > (FAR_OUTSIDE * self.launcher.reach).max(contact) {
-            return Some(Look {
-                clear,
-                touching: false,
-            });
+        if p.distance_squared(self.launcher.centre) > self.launcher.outside_sq {
+            return self.look_from_outside(p);
         }
         Some(self.around.index.look(p, &mut self.track.notes))
+    }
+
+    /// The same for a walker well outside the sphere that holds the lichen.
+    #[inline(never)]
+    fn look_from_outside(&mut self, p: DVec3) -> Option<Look> {
+        let from_centre = p.distance(self.launcher.centre);
+        let look = Look {
+            clear: from_centre - self.launcher.reach,
+            touching: false,
+        };
+        (from_centre <= self.launcher.kill || self.launcher.encloses()).then_some(look)
     }
 
     /// What becomes of a walker that an element is near enough to touch.
@@ -236,22 +236,24 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
+    #[inline]
     fn step_bound(&mut self, here: &Stand, look: &Look) -> f64 {
         let Parameters { radius, steps, .. } = *self.around.parameters;
         if steps == Steps::Small {
             return radius;
         }
-        let contact = self.around.contact_distance();
-        let bound = (look.clear - contact).max(radius);
-        if bound > radius {
-            self.cramped = 0;
-            return bound;
-        }
-        self.cramped += 1;
+        let bound = (look.clear - self.around.contact_distance()).max(radius);
+        self.cramped = if bound > radius { 0 } else { self.cramped + 1 };
         if self.cramped < PATIENCE {
             return bound;
         }
-        let bound = (self.clear_on_sheet(here) - contact).max(radius);
+        self.bound_on_sheet(here)
+    }
+
+    #[cold]
+    fn bound_on_sheet(&mut self, here: &Stand) -> f64 {
+        let radius = self.around.parameters.radius;
+        let bound = (self.clear_on_sheet(here) - self.around.contact_distance()).max(radius);
         if bound == radius {
             self.cramped = 0;
         }

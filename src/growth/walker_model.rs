@@ -69,7 +69,7 @@ type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// A model of its own index, for a cluster that is still empty, on one thread.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let wide = parameters.curvature_radius;
+        let wide = (parameters.gain != 0.0).then_some(parameters.curvature_radius);
         Self {
             law: Stickiness::new(&parameters),
             index: I::new(parameters.radius, wide, substrate.bounds()),
