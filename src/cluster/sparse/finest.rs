@@ -45,10 +45,14 @@ impl Finest {
         let gaps = Gaps::to_centre(seen, p);
         self.blocks.visit(seen, |near, number| {
             gaps.lower(&mut self.distances[number as usize], near);
-            if let Some(entry) = Entry::new(p - corner_of(near), id) {
-                self.lines.push(&mut self.touching[number as usize], entry);
-            }
         });
+        let mut lists = Vec::with_capacity(8);
+        let about = Ball { p, reach: CONTACT };
+        self.near(about, |_, number, offset| lists.push((number, offset)));
+        for (number, offset) in lists {
+            let entry = Entry::new(offset, id);
+            self.lines.push(&mut self.touching[number as usize], entry);
+        }
     }
 
     /// Keeps a block, unless it is there.
@@ -63,12 +67,16 @@ impl Finest {
         let mut list = List::default();
         let mut entries = Vec::new();
         self.visit(around, centres, &mut |id, q| {
-            entries.extend(Entry::new(q - corner_of(block), id));
+            let offset = q - corner_of(block);
+            if gaps_sq(offset) <= NEAR_SQ {
+                entries.push(Entry::new(offset, id));
+            }
         });
         for entry in entries {
             self.lines.push(&mut list, entry);
         }
-        self.blocks.get_or_insert(block, self.distances.len() as u32);
+        self.blocks
+            .get_or_insert(block, self.distances.len() as u32);
         self.distances.push(*distances);
         self.touching.push(list);
     }
@@ -182,6 +190,15 @@ const SHIFT: f64 = (3u64 << 51) as f64;
 #[inline(always)]
 fn corner_of([x, y, z]: Block) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into()) * BLOCK
+}
+
+/// Squared distance at which a centre may touch something in a block.
+const NEAR_SQ: f64 = CONTACT * CONTACT * (1.0 + 1e-5);
+
+/// Squared distance of a place from a block.
+#[inline(always)]
+fn gaps_sq(offset: DVec3) -> f64 {
+    gap_sq(offset.x) + gap_sq(offset.y) + gap_sq(offset.z)
 }
 
 /// Squared distance along an axis to a block, from a place given relative to the middle of its

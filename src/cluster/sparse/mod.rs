@@ -12,7 +12,7 @@ mod touching;
 
 use glam::DVec3;
 
-use super::index::{ElementIndex, Look};
+use super::index::{ElementIndex, Look, Mark};
 use block_map::{Block, Recent, coarsen};
 use field::{Distances, FAR, Gaps, Grid, Roots, WINDOW, address, middle};
 use finest::{Ball, Centres, Finest, cell_of, middle_of};
@@ -52,9 +52,16 @@ pub struct Notes {
     /// The cells that were looked at, in blocks that were there.
     reads: Vec<Read>,
     /// Places so near to elements that nothing matters but whether they touch.
-    near: Vec<DVec3>,
+    near: Places,
     /// Blocks that nobody had asked for.
     new: Vec<NewBlock>,
+}
+
+/// Some places and a box that holds them.
+struct Places {
+    places: Vec<DVec3>,
+    low: DVec3,
+    high: DVec3,
 }
 
 /// A cell that was looked at, and what it said.
@@ -147,7 +154,15 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn holds(&self, notes: &Notes) -> bool {
+    fn mark(&self, notes: &Notes) -> Mark {
+        let seen = [notes.reads.len(), notes.near.places.len(), notes.new.len()];
+        Mark {
+            seen: seen.map(|n| n as u32),
+            level: notes.level as u32,
+        }
+    }
+
+    fn held(&self, notes: &Notes) -> Mark {
         let same = |read: &Read| {
             let grid = self.grid(read.level.into());
             grid[read.block as usize][usize::from(read.within)] == read.distance_sq
@@ -157,12 +172,31 @@ impl ElementIndex for SparseIndex {
             self.catch_up(&mut now, notes.known);
             now.distances == new.distances
         };
-        let limit = (CONTACT * self.radius).powi(2);
-        let births = &self.positions.all[notes.known..];
+        let contact = CONTACT * self.radius;
+        let births: Vec<DVec3> = self.positions.all[notes.known..]
+            .iter()
+            .copied()
+            .filter(|q| notes.near.may_touch(*q, contact))
+            .collect();
+        let limit = contact * contact;
         let untouched = |p: &DVec3| births.iter().all(|q| q.distance_squared(*p) >= limit);
-        notes.near.iter().all(untouched)
-            && notes.reads.iter().all(same)
-            && notes.new.iter().all(unchanged)
+        Mark {
+            seen: [
+                first_not(&notes.reads, same),
+                first_not(&notes.near.places, untouched),
+                first_not(&notes.new, unchanged),
+            ],
+            level: 0,
+        }
+    }
+
+    fn rewind(&self, notes: &mut Notes, mark: Mark) {
+        let [reads, near, new] = mark.seen.map(|n| n as usize);
+        notes.reads.truncate(reads);
+        notes.near.places.truncate(near);
+        notes.new.truncate(new);
+        notes.level = mark.level as usize;
+        notes.known = self.positions.all.len();
     }
 
     fn begin(&self, notes: &mut Notes, others_walk: bool) {
@@ -403,6 +437,40 @@ impl Centres for Positions {
     fn centre(&self, id: u32) -> DVec3 {
         self.scale(self.all[id as usize])
     }
+}
+
+impl Default for Places {
+    fn default() -> Self {
+        Self {
+            places: Vec::new(),
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+        }
+    }
+}
+
+impl Places {
+    #[inline]
+    fn push(&mut self, place: DVec3) {
+        self.places.push(place);
+        self.low = self.low.min(place);
+        self.high = self.high.max(place);
+    }
+
+    fn clear(&mut self) {
+        self.places.clear();
+        (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    }
+
+    /// False where no place is within a distance.
+    fn may_touch(&self, q: DVec3, distance: f64) -> bool {
+        q.cmpge(self.low - distance).all() && q.cmple(self.high + distance).all()
+    }
+}
+
+/// The number of the first that something does not hold for, or how many there are.
+fn first_not<T>(all: &[T], holds: impl Fn(&T) -> bool) -> u32 {
+    all.iter().position(|one| !holds(one)).unwrap_or(all.len()) as u32
 }
 
 impl Notes {

@@ -40,15 +40,14 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// None where it can touch nothing in the block.
-    pub(super) fn new(offset: DVec3, id: u32) -> Option<Self> {
-        let (low, high) = (DVec3::splat(-0.5), DVec3::splat(BLOCK - 0.5));
-        let gap = offset - offset.clamp(low, high);
-        let near = gap.length_squared() < CONTACT * CONTACT * (1.0 + 1e-9);
-        near.then(|| Self {
-            place: ((offset - BEGIN) / STEP).to_array().map(|x| x as u8),
+    /// A centre that can touch something in the block, or nearly.
+    pub(super) fn new(offset: DVec3, id: u32) -> Self {
+        Self {
+            place: ((offset - BEGIN) * (1.0 / STEP))
+                .to_array()
+                .map(|x| x as u8),
             id,
-        })
+        }
     }
 }
 
@@ -159,8 +158,8 @@ impl Lines {
         self.lines(list).flat_map(move |(line, taken)| {
             (0..taken).filter_map(move |i| {
                 let place = [line.x[i], line.y[i], line.z[i]];
-                let near = place_of(place).distance_squared(offset) < limit;
-                (near && may_be_inside(place)).then_some(line.id[i])
+                let near = || place_of(place).distance_squared(offset) < limit;
+                (may_be_inside(place) && near()).then_some(line.id[i])
             })
         })
     }
