@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::CONTACT;
-use super::block_map::{Block, BlockMap, Recent};
+use super::block_map::{Block, BlockMap};
 use super::field::{Distances, FAR, Gaps, address, seen_from};
 use super::touching::{Entry, Lines, List, Touch};
 
@@ -68,7 +68,7 @@ impl Finest {
         let mut entries = Vec::new();
         self.visit(around, centres, &mut |id, q| {
             let offset = q - corner_of(block);
-            if gaps_sq(offset) <= NEAR_SQ {
+            if gaps_sq(offset) <= CONTACT * CONTACT * (1.0 + 1e-5) {
                 entries.push(Entry::new(offset, id));
             }
         });
@@ -151,23 +151,12 @@ impl Finest {
         let low = address(cell_of((p - reach).max(DVec3::ZERO))).0;
         let high = address(cell_of(p + reach)).0;
         let limit = reach * reach * (1.0 + 1e-5);
-        let mut recent = Recent::default();
-        for bz in low[2]..=high[2] {
-            let z = p.z - BLOCK * f64::from(bz);
-            for by in low[1]..=high[1] {
-                let y = p.y - BLOCK * f64::from(by);
-                let aside = gap_sq(z) + gap_sq(y);
-                for bx in low[0]..=high[0] {
-                    let (x, block) = (p.x - BLOCK * f64::from(bx), [bx, by, bz]);
-                    if aside + gap_sq(x) > limit {
-                        continue;
-                    }
-                    if let Some(number) = self.blocks.get_again(block, &mut recent) {
-                        visit(block, number, DVec3::new(x, y, z));
-                    }
-                }
+        self.blocks.visit([low, high], |block, number| {
+            let offset = p - corner_of(block);
+            if gaps_sq(offset) <= limit {
+                visit(block, number, offset);
             }
-        }
+        });
     }
 }
 
@@ -191,9 +180,6 @@ const SHIFT: f64 = (3u64 << 51) as f64;
 fn corner_of([x, y, z]: Block) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into()) * BLOCK
 }
-
-/// Squared distance at which a centre may touch something in a block.
-const NEAR_SQ: f64 = CONTACT * CONTACT * (1.0 + 1e-5);
 
 /// Squared distance of a place from a block.
 #[inline(always)]
