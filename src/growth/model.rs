@@ -78,8 +78,8 @@ impl Counts {
 pub struct Parallel {
     /// Walkers that walked at the same time as others.
     pub walks: u64,
-    /// Those of them that walked again, because an element born meanwhile might have changed their
-    /// way.
+    /// How often one of them was taken back, because an element born meanwhile might have changed
+    /// its way.
     pub conflicts: u64,
     /// Seconds with several walkers on their way; the rest of growth runs on one thread.
     pub seconds: f64,

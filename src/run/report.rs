@@ -44,6 +44,8 @@ pub struct RunReport {
     pub threads: usize,
     /// How the threads shared the work.
     pub parallel: Parallel,
+    /// The share of the growing in which only one thread had work to do; 1 on one thread.
+    pub serial_share: f64,
 }
 
 /// Which mesh it was, in short.
@@ -81,6 +83,14 @@ pub struct Timings {
 const NOTE: &str = "Timings differ from run to run: of a run's files this one alone is not promised \
                     to be the same bytes again. Lengths and areas are in mesh units.";
 
+fn serial_share(parallel: f64, all: f64) -> f64 {
+    if all > 0.0 {
+        (1.0 - parallel / all).max(0.0)
+    } else {
+        1.0
+    }
+}
+
 impl RunReport {
     /// The report of a finished run.
     pub fn new(
@@ -110,6 +120,7 @@ impl RunReport {
             seconds,
             threads: execution.threads,
             parallel: growth.parallel,
+            serial_share: serial_share(growth.parallel.seconds, seconds.grow),
         }
     }
 
