@@ -8,6 +8,7 @@
 //! Nothing here knows of growth or of runs.
 
 mod atomic;
+mod columns;
 mod csv;
 mod elements;
 mod from_cluster;
@@ -15,6 +16,7 @@ mod npy;
 mod npz;
 mod output_dir;
 mod output_error;
+mod parquet;
 mod ply;
 mod ply_header;
 mod ply_read;
@@ -23,7 +25,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
-pub use elements::{Elements, TableError};
+pub use elements::{Attribute, Elements, TableError, Values};
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
@@ -65,6 +67,11 @@ pub const FORMATS: &[ElementFormat] = &[
         extension: "npz",
         purpose: "NumPy archive, one array a column",
         write: npz::write,
+    },
+    ElementFormat {
+        extension: "parquet",
+        purpose: "Apache Parquet, one column an attribute: pandas, Polars, DuckDB, R",
+        write: parquet::write,
     },
 ];
 

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::columns::{Column, Kind, attribute_columns};
 use super::elements::Row;
 use super::{AgeColor, Elements};
 
@@ -35,18 +36,20 @@ pub(super) fn write(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let wide = Wide::of(elements);
-    out.write_all(header(elements.len(), &wide).as_bytes())?;
+    let attributes = attribute_columns(elements);
+    out.write_all(header(elements.len(), &wide, &attributes).as_bytes())?;
     let mut record = Vec::with_capacity(96);
     for (i, row) in elements.rows().enumerate() {
         record.clear();
         push_row(&mut record, &row, &wide);
+        attributes.iter().for_each(|a| a.at(i).push(&mut record));
         record.extend_from_slice(&color(elements.age(i)));
         out.write_all(&record)?;
     }
     Ok(())
 }
 
-fn header(count: usize, wide: &Wide) -> String {
+fn header(count: usize, wide: &Wide, attributes: &[Column<'_>]) -> String {
     let real = |wide| if wide { "double" } else { "float" };
     let (position, radius) = (real(wide.positions), real(wide.radius));
     let version = env!("CARGO_PKG_VERSION");
@@ -55,6 +58,7 @@ fn header(count: usize, wide: &Wide) -> String {
     } else {
         ""
     };
+    let attributes: String = attributes.iter().map(property).collect();
     format!(
         "ply\n\
          format binary_little_endian 1.0\n\
@@ -75,11 +79,21 @@ fn header(count: usize, wide: &Wide) -> String {
          property float u\n\
          property float v\n\
          property float probability\n\
+         {attributes}\
          property uchar red\n\
          property uchar green\n\
          property uchar blue\n\
          end_header\n"
     )
+}
+
+fn property(column: &Column<'_>) -> String {
+    let kind = match column.kind {
+        Kind::F64 => "double",
+        Kind::F32 => "float",
+        Kind::I32 => "int",
+    };
+    format!("property {kind} {}\n", column.name)
 }
 
 fn push_row(record: &mut Vec<u8>, row: &Row, wide: &Wide) {
