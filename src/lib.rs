@@ -59,6 +59,7 @@ pub mod cluster;
 pub mod export;
 pub mod growth;
 pub mod log;
+pub mod morphometry;
 pub mod picture;
 pub mod rng;
 pub mod run;
