@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
@@ -28,7 +29,9 @@ pub(crate) enum Command {
     ///
     /// Exits with 1 when it cannot.
     Check(CheckArgs),
-    /// Write the elements of a run in another format
+    /// Write a run's lichen for another program
+    ///
+    /// Points, instances or the tree of branches, with everything that can be measured on them.
     Export(ExportArgs),
     /// Named looks to start from
     #[command(subcommand)]
@@ -62,17 +65,85 @@ pub(crate) struct ExportArgs {
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
     /// The file to write; its extension says the format
-    #[arg(long, value_name = "FILE", help = export_help())]
-    pub(crate) to: PathBuf,
+    #[arg(short, long, visible_alias = "to", value_name = "FILE", help = export_help())]
+    pub(crate) output: PathBuf,
+    /// A point an element; a lobe an element, turned to the surface and to the growth; or the tree
+    /// of parents as lines that taper from the seed
+    #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "points|instances|curves", default_value = "points")]
+    pub(crate) what: What,
+    /// The mesh that it grew on, for smooth normals [default: where the run's recipe.toml says]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Up axis of the file [default: z for PLY; y for OBJ, glTF and POV-Ray; the mesh's for USD
+    /// and tables]
+    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
+    pub(crate) up: Option<UpAxis>,
+    /// Up axis of the mesh [default: y for OBJ and glTF, z for STL and PLY]
+    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
+    pub(crate) mesh_up: Option<UpAxis>,
+    /// What a unit of the mesh is: glTF is in metres, and USD says it
+    #[arg(
+        long,
+        value_enum,
+        value_name = "m|cm|mm|in|ft",
+        hide_possible_values = true,
+        default_value = "m"
+    )]
+    pub(crate) unit: Unit,
+    /// Multiply all lengths by this
+    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0, allow_negative_numbers = true)]
+    pub(crate) scale: f64,
     /// Overwrite the file if it is there
     #[arg(long)]
     pub(crate) force: bool,
 }
 
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Unit {
+    M,
+    Cm,
+    Mm,
+    In,
+    Ft,
+}
+
+impl Unit {
+    pub(crate) fn meters(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
+}
+
 fn export_help() -> String {
-    let line = |f: &thallus::export::ElementFormat| format!("\n.{}: {}", f.extension, f.purpose);
-    let formats: String = thallus::export::FORMATS.iter().map(line).collect();
+    let line = |f: &SceneFormat| format!("\n.{}: {}", f.extension, f.purpose);
+    let formats: String = SCENE_FORMATS.iter().map(line).collect();
     format!("The file to write; its extension says the format:{formats}")
+}
+
+fn what() -> impl TypedValueParser<Value = What> {
+    choice([
+        ("points", What::Points),
+        ("instances", What::Instances),
+        ("curves", What::Curves),
+    ])
+}
+
+fn up() -> impl TypedValueParser<Value = UpAxis> {
+    choice([("y", UpAxis::Y), ("z", UpAxis::Z)])
+}
+
+/// A factor that lengths survive.
+fn factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if (1e-12..=1e12).contains(&factor) => Ok(factor),
+        _ => Err("give a number from 1e-12 to 1e12".to_owned()),
+    }
 }
 
 #[derive(Debug, Args)]
@@ -217,15 +288,15 @@ fn boundary() -> impl TypedValueParser<Value = Boundary> {
     choice([("reflect", Boundary::Reflect), ("absorb", Boundary::Absorb)])
 }
 
-/// One of two named values.
-fn choice<T: Copy + Send + Sync + 'static>(
-    values: [(&'static str, T); 2],
+/// One of some named values.
+fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+    values: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
     let names = values.map(|(name, _)| PossibleValue::new(name));
-    let first = move |name: String| name == values[0].0;
-    PossibleValuesParser::new(names).map(move |name| match first(name) {
-        true => values[0].1,
-        false => values[1].1,
+    let named = move |name: String| values.into_iter().find(|(known, _)| name == *known);
+    PossibleValuesParser::new(names).try_map(move |name| {
+        let value = named(name).map(|(_, value)| value);
+        value.ok_or("not one of the values")
     })
 }
 

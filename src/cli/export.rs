@@ -1,29 +1,71 @@
-//! `thallus export`: the elements of a run in another format.
+//! `thallus export`: a run's lichen for another program.
 
-use std::path::{Path, PathBuf};
-
-use thallus::export::{format_of, read_elements, write_file_atomically};
+use thallus::export::{
+    Axes, Placement, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
+};
+use thallus::morphometry::measure;
+use thallus::picture::age_color;
 
 use super::args::ExportArgs;
 use super::failure::Failure;
+use super::grown::Grown;
 use super::number::plural;
-use super::{output, terminal};
+use super::terminal;
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
-    let format = format_of(&args.to).map_err(|unknown| Failure::Usage(unknown.into()))?;
-    let elements = read_elements(&table_in(&args.from)).map_err(anyhow::Error::new)?;
-    write_file_atomically(&args.to, args.force, |out| {
-        format.write(&elements, &thallus::picture::age_color, out)
+    let wrong = |e: SceneFormatError| Failure::Usage(e.into());
+    let format = SceneFormat::of(&args.output, args.what).map_err(wrong)?;
+    let grown = Grown::read(&args.from, args.mesh.as_deref())?;
+    let placement = placement(args, format, grown.up)?;
+    let measured = measure(&grown.elements.sample(), grown.curvature_radius);
+    let meters_per_unit = match format.metres {
+        true => 1.0,
+        false => args.unit.meters(),
+    };
+    let scene = Scene::new(grown.elements, measured, &placement, meters_per_unit);
+    write_file_atomically(&args.output, args.force, |out| {
+        format.write(args.what, &scene, &age_color, out)
     })?;
-    let count = plural(elements.len(), "element", "elements");
-    terminal::say(&format!("{}: {count}", args.to.display()))?;
+    let elements = plural(scene.elements.len(), "element", "elements");
+    let what = match args.what {
+        What::Curves => plural(scene.streams.len(), "branch", "branches") + " of " + &elements,
+        _ => elements,
+    };
+    terminal::say(&format!("{}: {what}", args.output.display()))?;
     Ok(())
 }
 
-/// The table of a run's folder, or the file itself.
-fn table_in(from: &Path) -> PathBuf {
-    match from.is_dir() {
-        true => from.join(output::ELEMENTS),
-        false => from.to_owned(),
+/// From the mesh file's axes and units to those of the format, or as asked.
+fn placement(
+    args: &ExportArgs,
+    format: &SceneFormat,
+    mesh_up: Option<UpAxis>,
+) -> Result<Placement, Failure> {
+    let scale = match format.metres {
+        true => args.scale * args.unit.meters(),
+        false => args.scale,
+    };
+    let from = args.mesh_up.or(mesh_up);
+    let to = match (format.axes, args.up) {
+        (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
+            return Err(Failure::usage(format!(
+                ".{} files are y-up by specification, and programs turn them themselves: leave \
+                 --up away",
+                format.extension
+            )));
+        }
+        (Axes::Fixed(up), _) | (_, Some(up)) => Some(up),
+        (Axes::Usual(up), None) => Some(up),
+        (Axes::Mesh | Axes::Declared, None) => from,
+    };
+    match (from, to) {
+        (Some(from), Some(to)) => Ok(Placement { from, to, scale }),
+        (None, None) if format.axes == Axes::Mesh => Ok(Placement {
+            scale,
+            ..Placement::unchanged(UpAxis::Y)
+        }),
+        _ => Err(Failure::usage(
+            "nothing says which way is up on the mesh: give it with --mesh, or say --mesh-up y or z",
+        )),
     }
 }

@@ -8,6 +8,7 @@ mod check;
 mod export;
 mod failure;
 mod grow;
+mod grown;
 mod interrupt;
 mod memory;
 mod number;

@@ -3,7 +3,8 @@
 //!
 //! [`Elements`] is the finished table. Each of [`FORMATS`] turns it into bytes, streaming, as a
 //! pure function: the same table gives the same bytes. [`read_elements`] takes `elements.ply`
-//! back. [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
+//! back. A [`Scene`] is the table with what was measured on it, placed in the axes and units of the
+//! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves. [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
 //!
 //! Nothing here knows of growth or of runs.
 
@@ -12,24 +13,36 @@ mod columns;
 mod csv;
 mod elements;
 mod from_cluster;
+mod gltf;
+mod lobe;
 mod npy;
+
 mod npz;
+mod obj;
+mod on_mesh;
 mod output_dir;
 mod output_error;
 mod parquet;
 mod ply;
 mod ply_header;
 mod ply_read;
+mod pov;
+mod scene;
+mod scene_format;
+mod usda;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
 pub use elements::{Attribute, Elements, TableError, Values};
+pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
+pub use scene::{Placement, Scene, UpAxis};
+pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.
 pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];

@@ -4,18 +4,19 @@ use std::io::{self, Write};
 
 use super::columns::{Column, Kind, attribute_columns};
 use super::elements::Row;
+use super::scene::Scene;
 use super::{AgeColor, Elements};
 
 /// Which columns float32 is too narrow for.
-struct Wide {
-    positions: bool,
+pub(super) struct Wide {
+    pub(super) positions: bool,
     radius: bool,
 }
 
 impl Wide {
     /// Positions are `double` when float32's spacing at the farthest coordinate exceeds a
     /// hundredth of the radius (as UTM coordinates of a small rock do), or its range is too small.
-    fn of(elements: &Elements) -> Self {
+    pub(super) fn of(elements: &Elements) -> Self {
         const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let farthest = elements
             .positions
@@ -35,9 +36,37 @@ pub(super) fn write(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
+    write_with_edges(elements, color, &[], out)
+}
+
+/// The same with an edge from each parent to each child.
+pub(super) fn write_curves(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let links = scene.streams.iter().flat_map(|s| s.windows(2));
+    let edges: Vec<[u32; 2]> = links.map(|pair| [pair[0], pair[1]]).collect();
+    write_with_edges(&scene.elements, color, &edges, out)
+}
+
+fn write_with_edges(
+    elements: &Elements,
+    color: AgeColor<'_>,
+    edges: &[[u32; 2]],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let wide = Wide::of(elements);
     let attributes = attribute_columns(elements);
     out.write_all(header(elements.len(), &wide, &attributes).as_bytes())?;
+    if !edges.is_empty() {
+        let count = edges.len();
+        write!(
+            out,
+            "element edge {count}\nproperty int vertex1\nproperty int vertex2\n"
+        )?;
+    }
+    out.write_all(b"end_header\n")?;
     let mut record = Vec::with_capacity(96);
     for (i, row) in elements.rows().enumerate() {
         record.clear();
@@ -45,6 +74,9 @@ pub(super) fn write(
         attributes.iter().for_each(|a| a.at(i).push(&mut record));
         record.extend_from_slice(&color(elements.age(i)));
         out.write_all(&record)?;
+    }
+    for ends in edges {
+        out.write_all(ends.map(u32::to_le_bytes).as_flattened())?;
     }
     Ok(())
 }
@@ -82,8 +114,7 @@ fn header(count: usize, wide: &Wide, attributes: &[Column<'_>]) -> String {
          {attributes}\
          property uchar red\n\
          property uchar green\n\
-         property uchar blue\n\
-         end_header\n"
+         property uchar blue\n"
     )
 }
 
