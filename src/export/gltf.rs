@@ -118,15 +118,12 @@ impl Parts {
         attributes
     }
 
-    /// Every further column as `_NAME`.
+    /// Every further column as `_NAME`: single numbers, as Blender 5.0 fails over attributes of
+    /// different widths.
     fn columns(&mut self, scene: &Scene, target: u32, attributes: &mut Map<String, Value>) {
         const HELD: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
-        let orient = scene.orientations.iter().copied();
-        attributes.insert("_ORIENT".into(), self.floats(target, "VEC4", orient).into());
-        for column in columns(&scene.elements) {
-            if HELD.contains(&column.name.as_str()) || column.name.starts_with("orient_") {
-                continue;
-            }
+        let columns = columns(&scene.elements);
+        for column in columns.iter().filter(|c| !HELD.contains(&c.name.as_str())) {
             let value = |row| match column.at(row) {
                 Scalar::I32(x) => [x as f32],
                 Scalar::F32(x) => [x],

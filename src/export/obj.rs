@@ -1,4 +1,5 @@
-//! Wavefront OBJ: coloured vertices, as points or joined by lines.
+//! Wavefront OBJ: coloured vertices, loose or joined by lines. Loose ones have no `p` elements: Blender
+//! reads vertices without, and complains of each.
 //!
 //! Colours after the coordinates are the common extension (sRGB, 0 to 1). OBJ has no place for
 //! other attributes.
@@ -18,7 +19,7 @@ pub(super) fn write_points(
         let [x, y, z] = normal;
         writeln!(out, "vn {x} {y} {z}")?;
     }
-    (1..=scene.elements.len()).try_for_each(|i| writeln!(out, "p {i}"))
+    Ok(())
 }
 
 pub(super) fn write_curves(

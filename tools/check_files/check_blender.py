@@ -1,0 +1,136 @@
+"""Opens what `thallus export` wrote in Blender (the Python package bpy), and looks at what arrives.
+
+    check_blender.py FOLDER        after make.py THALLUS ROCK.obj FOLDER
+
+Blender is z-up and turns what it imports, by the data or by the object.
+"""
+
+import os
+import sys
+
+import bpy
+import numpy as np
+
+from common import Lichen, check_frames, near
+
+IMPORT = {
+    "ply": lambda path: bpy.ops.wm.ply_import(filepath=path),
+    "obj": lambda path: bpy.ops.wm.obj_import(filepath=path),
+    "usda": lambda path: bpy.ops.wm.usd_import(filepath=path),
+    "usd": lambda path: bpy.ops.wm.usd_import(filepath=path),
+    "glb": lambda path: bpy.ops.import_scene.gltf(filepath=path),
+    "gltf": lambda path: bpy.ops.import_scene.gltf(filepath=path),
+}
+
+
+def load(path):
+    """The file alone in the scene; its first object with vertices, points or curves."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert IMPORT[path.rsplit(".", 1)[1]](path) == {"FINISHED"}, path
+    kinds = ("POINTCLOUD", "CURVES", "MESH")
+    return next(o for o in bpy.context.scene.objects if o.type in kinds)
+
+
+def attribute(thing, name):
+    found = thing.data.attributes.get(name)
+    assert found, f"{name} is not among {[a.name for a in thing.data.attributes]}"
+    if found.data_type == "QUATERNION":
+        wxyz = np.array([tuple(d.value) for d in found.data])
+        return wxyz[:, [1, 2, 3, 0]]
+    if found.data_type == "FLOAT_VECTOR":
+        return np.array([tuple(d.vector) for d in found.data])
+    if found.data_type == "FLOAT_COLOR":
+        return np.array([tuple(d.color) for d in found.data])
+    return np.array([d.value for d in found.data])
+
+
+def places(thing):
+    """Positions in the world."""
+    return np.array([tuple(thing.matrix_world @ d.vector) for d in thing.data.attributes["position"].data])
+
+
+def check_scalars(thing, lichen, name, what):
+    near(attribute(thing, name("birth")), lichen.birth, 0, f"{what}: birth")
+    near(attribute(thing, name("parent")), lichen.parent, 0, f"{what}: parent")
+    near(attribute(thing, name("nage")), lichen.nage, 1e-6, f"{what}: nage")
+    near(attribute(thing, name("probability")), lichen.probability, 1e-6, f"{what}: probability")
+    for other in ["colony", "density", "rim_distance", "strahler", "depth", "branch_radius"]:
+        assert len(attribute(thing, name(other))) == lichen.count, f"{what}: {other}"
+
+
+def check_points(stem, lichen):
+    for extension in ["ply", "usda", "usd", "glb", "gltf", "obj"]:
+        thing = load(f"{stem}_points.{extension}")
+        near(places(thing), lichen.placed("z"), 1e-5, extension)
+        if extension == "obj":
+            assert len(attribute(thing, "Color")) == lichen.count
+            continue
+        gltf = extension in ("glb", "gltf")
+        name = (lambda n: f"_{n.upper()}") if gltf else (lambda n: n)
+        check_scalars(thing, lichen, name, extension)
+        radius = np.full(lichen.count, lichen.radius)
+        near(attribute(thing, name("radius")), radius, 1e-6, f"{extension}: radius")
+        if extension in ("usda", "usd"):
+            check_frames(attribute(thing, "orient"), attribute(thing, "N"), lichen, "y", extension)
+        else:
+            q = np.stack([attribute(thing, name(f"orient_{k}")) for k in "xyzw"], 1)
+            near(np.linalg.norm(q, axis=1), np.ones(lichen.count), 1e-5, f"{extension}: orient")
+
+
+def check_instances(stem, lichen):
+    load(f"{stem}_instances.usda")
+    graph = bpy.context.evaluated_depsgraph_get()
+    found = [i.matrix_world.copy() for i in graph.object_instances if i.is_instance]
+    check_lobes(found, lichen, "usda")
+    for extension in ["glb", "gltf"]:
+        load(f"{stem}_instances.{extension}")
+        lobes = [o.matrix_world for o in bpy.context.scene.objects if o.type == "MESH"]
+        check_lobes(lobes, lichen, extension)
+
+
+def check_lobes(matrices, lichen, what):
+    """As many, in the same places, and as large; in any order."""
+    assert len(matrices) == lichen.count, f"{what}: {len(matrices)} instances"
+    sort = lambda points: points[np.lexsort(np.round(points, 4).T)]
+    found = np.array([tuple(m.translation) for m in matrices])
+    near(sort(found), sort(lichen.placed("z")), 1e-5, f"{what}: places of instances")
+    scales = np.array([tuple(m.to_scale()) for m in matrices])
+    near(scales, np.full((lichen.count, 3), lichen.radius), 5e-3 * lichen.radius, f"{what}: scale")
+
+
+def check_curves(stem, lichen):
+    thing = load(f"{stem}_curves.usda")
+    birth = attribute(thing, "birth")
+    near(places(thing), lichen.placed("z")[birth], 1e-5, "curves: places")
+    radii = attribute(thing, "radius")
+    near(radii, attribute(thing, "branch_radius"), 1e-6, "curves: radius")
+    for extension in ["ply", "obj", "glb", "gltf"]:
+        if not os.path.exists(f"{stem}_curves.{extension}"):
+            continue
+        thing = load(f"{stem}_curves.{extension}")
+        near(places(thing), lichen.placed("z"), 1e-5, f"curves: {extension}")
+        edges = {tuple(sorted(e.vertices)) for e in thing.data.edges}
+        assert edges == lichen.links, f"curves: edges of {extension}"
+
+
+def main(folder):
+    for name in ["cube", "rock"]:
+        lichen = Lichen(f"{folder}/{name}")
+        check_points(f"{folder}/{name}", lichen)
+        check_instances(f"{folder}/{name}", lichen)
+    check_curves(f"{folder}/rock", lichen)
+    print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
+
+
+# Blender may hang when it is left.
+code = 1
+try:
+    main(sys.argv[1])
+    code = 0
+except BaseException:
+    import traceback
+
+    traceback.print_exc()
+sys.stdout.flush()
+sys.stderr.flush()
+os._exit(code)
