@@ -23,8 +23,9 @@
 //! The elements, in birth order, are the [`Cluster`](cluster::Cluster). An
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
-//! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files, and
-//! [`picture`] draws it.
+//! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
+//! [`morphometry`] measures it, an [`export::Scene`] holds both for another program, and [`picture`]
+//! draws it.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;
