@@ -1,10 +1,13 @@
 //! `thallus export` as a user meets it: axes, units, what each format holds, and how it fails.
 
 use std::fs;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
+use thallus::export::{Elements, Placement, SCENE_FORMATS, Scene, SceneFormat, UpAxis, What};
+use thallus::morphometry::measure;
 
 /// A cube of one metre, y-up; its first triangle has the corner (1, 1, 1) first.
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
@@ -264,6 +267,15 @@ fn what_cannot_be_is_said_with_its_cure() {
         1,
         &["small.obj", "there are 1"],
     );
+    let ply = fs::read(desk.path("one/elements.ply")).unwrap();
+    let end = ply.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    let header = String::from_utf8_lossy(&ply[..end]).replace("vertex 1\n", "vertex 0\n");
+    fs::write(desk.path("empty.ply"), header).unwrap();
+    desk.fails(
+        "export empty.ply -o a.usda",
+        1,
+        &["empty.ply", "no elements"],
+    );
     assert!(!desk.path("a.usda").exists());
 }
 
@@ -314,5 +326,98 @@ fn far_lichens_keep_their_shape() {
     for (k, expected) in [500001.0, 4000001.0, -299999.0].into_iter().enumerate() {
         assert!((origin[k] + local[k] - expected).abs() < 1e-3);
         assert!(local[k].abs() < 10.0);
+    }
+}
+
+/// A chain of three elements of this radius, measured.
+fn scene(radius: f64) -> Scene {
+    let along = |i: i32| [f64::from(2 * i) * radius, 0.0, 0.0];
+    let elements = Elements {
+        radius,
+        positions: (0..3).map(along).collect(),
+        normals: vec![[0.0, 1.0, 0.0]; 3],
+        parent: vec![-1, 0, 1],
+        colony: vec![0; 3],
+        triangle: vec![0; 3],
+        uv: vec![[0.0; 2]; 3],
+        probability: vec![1.0; 3],
+        ..Elements::default()
+    };
+    let measured = measure(&elements.sample(), 10.0 * radius);
+    Scene::new(elements, measured, &Placement::unchanged(UpAxis::Y), 1.0)
+}
+
+fn every_file() -> impl Iterator<Item = (What, &'static SceneFormat)> {
+    let all = [What::Points, What::Instances, What::Curves];
+    all.into_iter().flat_map(|what| {
+        let holds = move |f: &&SceneFormat| f.holds(what);
+        SCENE_FORMATS.iter().filter(holds).map(move |f| (what, f))
+    })
+}
+
+/// Accepts a number of bytes, then is full.
+struct Full(usize);
+
+impl Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match bytes.len().min(self.0) {
+            0 => Err(io::ErrorKind::StorageFull.into()),
+            taken => {
+                self.0 -= taken;
+                Ok(taken)
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_is_reported_by_every_format() {
+    let (scene, color) = (scene(0.5), |_: f32| [9; 3]);
+    for (what, format) in every_file() {
+        let mut whole = Vec::new();
+        format.write(what, &scene, &color, &mut whole).unwrap();
+        for room in (0..whole.len()).step_by(97) {
+            let error = format
+                .write(what, &scene, &color, &mut Full(room))
+                .unwrap_err();
+            assert_eq!(
+                error.kind(),
+                io::ErrorKind::StorageFull,
+                "{what} {}",
+                format.extension
+            );
+        }
+    }
+}
+
+#[test]
+fn lengths_that_float32_cannot_say_are_refused() {
+    let color = |_: f32| [9; 3];
+    for radius in [1e-60, 1e40] {
+        for (what, format) in every_file() {
+            let mut out = Vec::new();
+            let error = format
+                .write(what, &scene(radius), &color, &mut out)
+                .unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+            assert!(error.to_string().contains("--scale") && out.is_empty());
+        }
+    }
+}
+
+#[test]
+fn unsound_elements_are_not_written() {
+    let color = |_: f32| [9; 3];
+    let mut unsound = scene(0.5);
+    unsound.elements.normals[1][0] = f32::NAN;
+    for (what, format) in every_file() {
+        let mut out = Vec::new();
+        let error = format.write(what, &unsound, &color, &mut out).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+        assert!(out.is_empty());
     }
 }

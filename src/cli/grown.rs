@@ -24,6 +24,12 @@ impl Grown {
     pub(crate) fn read(from: &Path, mesh: Option<&Path>) -> Result<Self, Failure> {
         let table = table_in(from);
         let elements = read_elements(&table).map_err(anyhow::Error::new)?;
+        if elements.is_empty() {
+            let table = table.display();
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{table}: there are no elements in it"
+            )));
+        }
         let recipe = recipe_beside(&table)?;
         let mut grown = Self {
             up: recipe
@@ -101,11 +107,13 @@ fn load(mesh: &Path) -> Result<Substrate, Failure> {
 
 fn curvature_radius(elements: &Elements, recipe: Option<&Settings>) -> f64 {
     const USUAL_RADII: f64 = 10.0;
-    match recipe.and_then(|r| r.curvature_radius) {
-        Some(Length::Units(length)) => length,
-        Some(Length::Radii(radii)) => radii * elements.radius,
-        _ => USUAL_RADII * elements.radius,
-    }
+    let said = match recipe.and_then(|r| r.curvature_radius) {
+        Some(Length::Units(length)) => Some(length),
+        Some(Length::Radii(radii)) => Some(radii * elements.radius),
+        _ => None,
+    };
+    let sound = |length: &f64| length.is_finite() && *length >= elements.radius;
+    said.filter(sound).unwrap_or(USUAL_RADII * elements.radius)
 }
 
 /// The convention of the format that a mesh's name says.

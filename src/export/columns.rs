@@ -12,6 +12,15 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
+    /// As float32, exact for whole numbers up to 2²⁴.
+    pub(super) fn single(self) -> f32 {
+        match self {
+            Self::F64(x) => x as f32,
+            Self::F32(x) => x,
+            Self::I32(x) => x as f32,
+        }
+    }
+
     pub(super) fn push(self, bytes: &mut Vec<u8>) {
         match self {
             Self::F64(x) => bytes.extend_from_slice(&x.to_le_bytes()),

@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use serde_json::{Map, Value, json};
 
 use super::AgeColor;
-use super::columns::{Scalar, columns};
+use super::columns::columns;
 use super::lobe::Lobe;
 use super::scene::{Scene, linear};
 
@@ -124,11 +124,7 @@ impl Parts {
         const HELD: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
         let columns = columns(&scene.elements);
         for column in columns.iter().filter(|c| !HELD.contains(&c.name.as_str())) {
-            let value = |row| match column.at(row) {
-                Scalar::I32(x) => [x as f32],
-                Scalar::F32(x) => [x],
-                Scalar::F64(x) => [x as f32],
-            };
+            let value = |row| [column.at(row).single()];
             let accessor = self.floats(target, "SCALAR", (0..scene.elements.len()).map(value));
             attributes.insert(format!("_{}", column.name.to_uppercase()), accessor.into());
         }

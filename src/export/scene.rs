@@ -151,9 +151,16 @@ impl Scene {
         }
         let middle = |k: usize| {
             let [low, high] = range(points.iter().map(|p| p[k]));
-            (0.5 * low + 0.5 * high).round()
+            0.5 * low + 0.5 * high
         };
         [0, 1, 2].map(middle)
+    }
+
+    /// Whether float32, which attributes and most formats have, can say these lengths.
+    pub(super) fn fits_single(&self) -> bool {
+        let range = f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX) / 16.0;
+        let mut positions = self.elements.positions.iter().flatten();
+        range.contains(&self.elements.radius) && positions.all(|x| x.abs() < range.end)
     }
 
     /// Positions from the [`origin`](Self::origin).

@@ -231,10 +231,15 @@ impl SceneFormat {
     ) -> io::Result<()> {
         let invalid = |problem| io::Error::new(io::ErrorKind::InvalidInput, problem);
         let unsound = |e| io::Error::new(io::ErrorKind::InvalidData, e);
-        scene.elements.check().map_err(unsound)?;
         if scene.elements.is_empty() {
             return Err(invalid("there are no elements to write"));
         }
+        if !scene.fits_single() {
+            return Err(invalid(
+                "its lengths are beyond what 32-bit numbers hold: bring them nearer to 1 with --scale",
+            ));
+        }
+        scene.elements.check().map_err(unsound)?;
         if what == What::Curves && scene.streams.is_empty() {
             return Err(invalid("there are no branches: no element has a parent"));
         }

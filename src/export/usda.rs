@@ -227,11 +227,7 @@ impl<'a> Stage<'a> {
             Kind::F32 | Kind::F64 => "float",
         };
         let declared = format!("{kind}[] primvars:{}", column.name);
-        let values = of.iter().map(|&i| column.at(i));
-        match column.kind {
-            Kind::I32 => self.list(&declared, VERTEX, values.map(whole)),
-            Kind::F32 | Kind::F64 => self.numbers(&declared, VERTEX, values.map(single)),
-        }
+        self.list(&declared, VERTEX, of.iter().map(|&i| Value(column.at(i))))
     }
 
     /// The prototype.
@@ -268,22 +264,6 @@ fn is_own(name: &str) -> bool {
     !PARTS.contains(&name) && !name.starts_with("orient_")
 }
 
-fn whole(value: Scalar) -> i64 {
-    match value {
-        Scalar::I32(x) => x.into(),
-        Scalar::F32(x) => x as i64,
-        Scalar::F64(x) => x as i64,
-    }
-}
-
-fn single(value: Scalar) -> f32 {
-    match value {
-        Scalar::I32(x) => x as f32,
-        Scalar::F32(x) => x,
-        Scalar::F64(x) => x as f32,
-    }
-}
-
 /// The shortest text that reads back to the same float32.
 struct Number(f32);
 
@@ -292,6 +272,18 @@ impl Display for Number {
         match self.0 {
             x if x != 0.0 && !(1e-5..1e9).contains(&x.abs()) => write!(f, "{x:e}"),
             x => write!(f, "{x}"),
+        }
+    }
+}
+
+/// A value of a column: a whole number, or any as float32.
+struct Value(Scalar);
+
+impl Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Scalar::I32(x) => write!(f, "{x}"),
+            other => Number(other.single()).fmt(f),
         }
     }
 }
