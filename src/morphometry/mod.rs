@@ -44,7 +44,7 @@ pub struct Sample<'a> {
 pub struct Morphometry {
     /// See [`orientations`].
     pub orientations: Vec<[f64; 4]>,
-    /// See [`density`].
+    /// See [`density()`].
     pub density: Vec<f64>,
     /// See [`rim_distance`].
     pub rim_distance: Vec<Option<f64>>,

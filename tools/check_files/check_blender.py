@@ -78,24 +78,34 @@ def check_points(stem, lichen):
 
 
 def check_instances(stem, lichen):
+    # Smooth normals, y-up, which check.py has compared with the other files.
+    x, y, z = np.load(f"{stem}_points.npz")["normal"].T
+    normals = np.stack([x, -z, y], 1)
     load(f"{stem}_instances.usda")
     graph = bpy.context.evaluated_depsgraph_get()
-    found = [i.matrix_world.copy() for i in graph.object_instances if i.is_instance]
-    check_lobes(found, lichen, "usda")
+    found = [placed(i.matrix_world, i.object.data) for i in graph.object_instances if i.is_instance]
+    check_lobes(np.array(found), lichen, normals, "usda")
     for extension in ["glb", "gltf"]:
         load(f"{stem}_instances.{extension}")
-        lobes = [o.matrix_world for o in bpy.context.scene.objects if o.type == "MESH"]
-        check_lobes(lobes, lichen, extension)
+        lobes = [o for o in bpy.context.scene.objects if o.type == "MESH"]
+        found = [placed(o.matrix_world, o.data) for o in lobes]
+        check_lobes(np.array(found), lichen, normals, extension)
 
 
-def check_lobes(matrices, lichen, what):
-    """As many, in the same places, and as large; in any order."""
-    assert len(matrices) == lichen.count, f"{what}: {len(matrices)} instances"
-    sort = lambda points: points[np.lexsort(np.round(points, 4).T)]
-    found = np.array([tuple(m.translation) for m in matrices])
-    near(sort(found), sort(lichen.placed("z")), 1e-5, f"{what}: places of instances")
-    scales = np.array([tuple(m.to_scale()) for m in matrices])
-    near(scales, np.full((lichen.count, 3), lichen.radius), 5e-3 * lichen.radius, f"{what}: scale")
+def placed(matrix, mesh):
+    """A lobe's origin and the way to its top, which is the vertex nearest to the origin."""
+    top = min((v.co for v in mesh.vertices), key=lambda co: co.length)
+    return [tuple(matrix.translation), tuple(matrix @ top - matrix.translation)]
+
+
+def check_lobes(found, lichen, normals, what):
+    """As many, in the same places, as high, and upright on the surface; in any order."""
+    assert len(found) == lichen.count, f"{what}: {len(found)} instances"
+    order = lambda points: np.lexsort(np.round(points, 4).T)
+    found, places = found[order(found[:, 0])], lichen.placed("z")
+    near(found[:, 0], places[order(places)], 1e-5, f"{what}: places of instances")
+    tops = 0.38 * lichen.radius * normals[order(places)]
+    near(found[:, 1], tops, 5e-3 * lichen.radius, f"{what}: tops of instances")
 
 
 def check_curves(stem, lichen):
