@@ -4,7 +4,8 @@
 //! [`Elements`] is the finished table. Each of [`FORMATS`] turns it into bytes, streaming, as a
 //! pure function: the same table gives the same bytes. [`read_elements`] takes `elements.ply`
 //! back. A [`Scene`] is the table with what was measured on it, placed in the axes and units of the
-//! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves. [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
+//! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves.
+//! [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
 //!
 //! Nothing here knows of growth or of runs.
 

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: coloured vertices, loose or joined by lines. Loose ones have no `p` elements: Blender
-//! reads vertices without, and complains of each.
+//! Wavefront OBJ: coloured vertices, loose or joined by lines. Loose ones have no `p` elements:
+//! Blender reads vertices without, and complains of each.
 //!
 //! Colours after the coordinates are the common extension (sRGB, 0 to 1). OBJ has no place for
 //! other attributes.

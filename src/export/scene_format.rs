@@ -126,7 +126,7 @@ pub const SCENE_FORMATS: &[SceneFormat] = &[
     },
     SceneFormat {
         extension: "csv",
-        purpose: "a header and one line an element: spreadsheets, pandas, R, Blender, Houdini",
+        purpose: "a header and one line an element: spreadsheets, pandas, R, Blender",
         axes: Axes::Mesh,
         metres: false,
         points: |s, c, out| csv::write(&s.elements, c, out),
