@@ -56,11 +56,13 @@
 //! [`Units`](substrate::Units).
 
 pub mod cluster;
+mod color;
 pub mod export;
 pub mod growth;
 pub mod log;
 pub mod picture;
 pub mod rng;
 pub mod run;
+pub mod skin;
 pub mod substrate;
 pub mod walk;

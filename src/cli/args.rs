@@ -7,6 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::skin_args::SkinArgs;
+
 /// Grows lichen on triangle meshes.
 ///
 /// One command is enough: `thallus grow rock.obj -o out/rock`.
@@ -30,6 +32,11 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Write the elements of a run in another format
     Export(ExportArgs),
+    /// Turn the elements of a run into a triangle mesh with colours
+    ///
+    /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
+    /// bounding box's diagonal (0.5%).
+    Skin(Box<SkinArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),

@@ -21,7 +21,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
 }
 
 /// The table of a run's folder, or the file itself.
-fn table_in(from: &Path) -> PathBuf {
+pub(super) fn table_in(from: &Path) -> PathBuf {
     match from.is_dir() {
         true => from.join(output::ELEMENTS),
         false => from.to_owned(),

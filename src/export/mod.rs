@@ -11,6 +11,7 @@ mod atomic;
 mod csv;
 mod elements;
 mod from_cluster;
+mod mesh;
 mod npy;
 mod npz;
 mod output_dir;
@@ -18,16 +19,22 @@ mod output_error;
 mod ply;
 mod ply_header;
 mod ply_read;
+mod to_cluster;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
 pub use elements::{Elements, TableError};
+pub use mesh::{
+    MESH_FORMATS, MeshError, MeshFormat, TriMesh, UnknownMeshFormat, UpAxis, VertexAttribute,
+    mesh_format_of,
+};
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
+pub use to_cluster::OtherMeshError;
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.
 pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];
