@@ -51,7 +51,7 @@ pub(crate) struct ShapeArgs {
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) taper: Option<f64>,
     /// Distance at which an element's influence is halved: 1r shows every element as a granule, 3r
-    /// fuses them [default: 1.5r]
+    /// fuses them [default: 1.8r]
     #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
     pub(crate) falloff: Option<Length>,
     /// Longest edge of a triangle: half of it gives four times the triangles [default: 1r]

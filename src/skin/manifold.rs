@@ -27,13 +27,21 @@ impl Faults {
 pub fn faults(vertices: usize, triangles: &[[u32; 3]]) -> Faults {
     let degenerate = |t: &&[u32; 3]| t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
     Faults {
-        edges: faulty_edges(triangles),
-        vertices: faulty_vertices(vertices, triangles),
+        edges: faulty_edges(triangles).len(),
+        vertices: faulty_vertices(vertices, triangles).len(),
         degenerate: triangles.par_iter().filter(degenerate).count(),
     }
 }
 
-fn faulty_edges(triangles: &[[u32; 3]]) -> usize {
+/// The vertices at which there are faults; some may come twice.
+pub(super) fn faulty(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut found = faulty_vertices(vertices, triangles);
+    let ends = faulty_edges(triangles).into_iter().flatten();
+    found.extend(ends);
+    found
+}
+
+fn faulty_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let directed = |t: &[u32; 3]| {
         let [a, b, c] = *t;
         [(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b), a < b))
@@ -42,12 +50,13 @@ fn faulty_edges(triangles: &[[u32; 3]]) -> usize {
     edges.par_sort_unstable();
     let sound = |run: &[(u32, u32, bool)]| run.len() == 2 && run[0].2 != run[1].2;
     let runs = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-    runs.filter(|run| !sound(run)).count()
+    let wrong = runs.filter(|run| !sound(run));
+    wrong.map(|run| [run[0].0, run[0].1]).collect()
 }
 
 /// A vertex is sound when its triangles, each followed to the one that begins where it ends, come
 /// round after all of them.
-fn faulty_vertices(vertices: usize, triangles: &[[u32; 3]]) -> usize {
+fn faulty_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     let mut starts = vec![0usize; vertices + 1];
     let corners = || triangles.as_flattened().iter();
     corners().for_each(|&v| starts[v as usize + 1] += 1);
@@ -62,10 +71,8 @@ fn faulty_vertices(vertices: usize, triangles: &[[u32; 3]]) -> usize {
         }
     }
     let fan = |v: usize| &opposite[starts[v]..starts[v + 1]];
-    (0..vertices)
-        .into_par_iter()
-        .filter(|&v| !is_one_fan(fan(v)))
-        .count()
+    let torn = |v: &u32| !is_one_fan(fan(*v as usize));
+    (0..vertices as u32).into_par_iter().filter(torn).collect()
 }
 
 fn is_one_fan(sides: &[[u32; 2]]) -> bool {

@@ -67,7 +67,7 @@ impl Default for Shape {
         Self {
             thickness: 1.5,
             taper: 0.4,
-            falloff: 1.5,
+            falloff: 1.8,
             resolution: 1.0,
         }
     }
