@@ -220,7 +220,11 @@ impl<'a> Weaver<'a> {
 
     fn add_outline(&mut self) {
         for (&place, sample) in self.outline.places.iter().zip(&self.outline.samples) {
-            self.mesh.add(place, sample.normal, sample.attributes);
+            // At the outline the height is 0, and the iso-surface stands upright.
+            let Sample { normal, up, .. } = *sample;
+            let flat = (normal - up * normal.dot(up)).try_normalize();
+            self.mesh
+                .add(place, flat.unwrap_or(normal), sample.attributes);
         }
     }
 
