@@ -24,7 +24,7 @@
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
 //! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files, and
-//! [`picture`] draws it.
+//! [`picture`] draws it. [`skin`](mod@skin) makes a triangle mesh of it.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;

@@ -114,7 +114,7 @@ impl Tree {
         let mut kept = WordMap::default();
         let mut holds_below: Vec<bool> = Vec::new();
         for (depth, level) in self.levels.iter().enumerate().rev() {
-            let mut holds: Vec<bool> = level.faces.par_iter().map(|f| needed(f)).collect();
+            let mut holds: Vec<bool> = level.faces.par_iter().map(&needed).collect();
             for (i, middles) in level.middles.iter().enumerate() {
                 holds[i] &= *middles == [NONE; 3];
             }
@@ -135,11 +135,10 @@ impl Tree {
 }
 
 fn keep(kept: &mut WordMap<u32>, face: &Face, middles: &Middles) {
-    for k in 0..3 {
-        if middles[k] != NONE {
-            let (a, b) = (face.corners[k], face.corners[(k + 1) % 3]);
-            kept.insert(side_key(a.min(b), a.max(b)), middles[k]);
-        }
+    let [a, b, c] = face.corners;
+    let sides = [(a, b), (b, c), (c, a)].into_iter().zip(middles);
+    for ((a, b), middle) in sides.filter(|(_, middle)| **middle != NONE) {
+        kept.insert(side_key(a.min(b), a.max(b)), *middle);
     }
 }
 

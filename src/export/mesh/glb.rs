@@ -34,7 +34,7 @@ pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     let body: usize = columns.iter().map(|c| c.bytes).sum();
     let middle = middle(mesh);
     let mut text = document(mesh, &columns, body, middle).to_string();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(' ');
     }
     let too_large = |_| {
