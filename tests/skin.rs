@@ -415,6 +415,15 @@ fn what_cannot_be_is_refused() {
             "{shape:?}"
         );
     }
+    // Vertices of the two triangles, cut no finer, miss a lone element.
+    let aside = placed(&surface, 0.01, &[DVec3::new(0.313, 0.0, 0.177)]);
+    let coarse = Shape {
+        resolution: 10.0,
+        falloff: 0.8,
+        ..base
+    };
+    let missed = skin(&surface, &aside, &coarse, &Paint::default());
+    assert_eq!(missed, Err(SkinError::TooCoarse));
     let none = skin(&surface, &Cluster::new(0.01), &base, &Paint::default());
     assert_eq!(none, Err(SkinError::Empty));
 }

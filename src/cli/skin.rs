@@ -167,6 +167,9 @@ fn spinner(voice: Voice, doing: &str) -> ProgressBar {
     spinner
 }
 
+/// Triangles of the smallest closed mesh.
+const FEWEST_TRIANGLES: usize = 4;
+
 /// Writes the mesh, decimated as asked, at every level of detail.
 fn write_all(
     args: &SkinArgs,
@@ -182,7 +185,7 @@ fn write_all(
         .decimate
         .map_or(whole, |goal: Goal| goal.of(whole));
     for (level, file) in files.iter().enumerate() {
-        let goal = first >> level;
+        let goal = (first >> level).max(FEWEST_TRIANGLES);
         if goal < mesh.triangles.len() {
             mesh = simplify(&mesh, goal, file, voice, report);
         }

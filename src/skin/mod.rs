@@ -97,6 +97,9 @@ pub enum SkinError {
         /// How many there would be.
         triangles: f64,
     },
+    /// The resolution is too coarse to find any of the lichen.
+    #[error("nothing of the lichen is as large as the resolution: make it finer, as 1r")]
+    TooCoarse,
     /// There is nothing to cover.
     #[error("there are no elements to put a skin on")]
     Empty,
@@ -160,7 +163,7 @@ impl Shape {
 ///
 /// # Errors
 /// When a number of `shape` is out of its range, when there are no elements, or when the resolution
-/// makes more triangles than can be counted.
+/// makes more triangles than can be counted, or none.
 pub fn skin(
     substrate: &Substrate,
     cluster: &Cluster,
@@ -179,6 +182,9 @@ pub fn skin(
     let field = Field::new(substrate, &lichen, &grid, shape);
     let marched = march(&field, &winding, &tree, UNDERSIDE * cluster.radius());
     drop(tree);
+    if marched.triangles.is_empty() {
+        return Err(SkinError::TooCoarse);
+    }
     Ok(finish(substrate, cluster, marched, paint))
 }
 
