@@ -8,6 +8,8 @@ use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::skin_args::SkinArgs;
+
 /// Grows lichen on triangle meshes.
 ///
 /// One command is enough: `thallus grow rock.obj -o out/rock`.
@@ -33,6 +35,11 @@ pub(crate) enum Command {
     ///
     /// Points, instances or the tree of branches, with everything that can be measured on them.
     Export(ExportArgs),
+    /// Turn the elements of a run into a triangle mesh with colours
+    ///
+    /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
+    /// bounding box's diagonal (0.5%).
+    Skin(Box<SkinArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),

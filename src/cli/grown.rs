@@ -52,10 +52,7 @@ impl Grown {
         let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
         self.elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
         self.elements.source_triangle = Some(source.collect());
-        self.up = Some(match substrate.up().z > 0.5 {
-            true => UpAxis::Z,
-            false => UpAxis::Y,
-        });
+        self.up = Some(UpAxis::of(substrate));
         Ok(())
     }
 
@@ -83,7 +80,7 @@ impl Grown {
 }
 
 /// The table of a run's folder, or the file itself.
-fn table_in(from: &Path) -> PathBuf {
+pub(super) fn table_in(from: &Path) -> PathBuf {
     match from.is_dir() {
         true => from.join(output::ELEMENTS),
         false => from.to_owned(),

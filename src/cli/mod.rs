@@ -17,6 +17,9 @@ mod preset;
 mod preview;
 mod progress;
 mod resume;
+mod skin;
+mod skin_args;
+mod skin_paint;
 mod terminal;
 mod warnings;
 
@@ -39,6 +42,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Grow(args) => grow::grow(*args),
         Command::Check(args) => check::check(&args),
         Command::Export(args) => export::export(&args),
+        Command::Skin(args) => skin::skin(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

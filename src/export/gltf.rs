@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 use super::AgeColor;
 use super::columns::columns;
 use super::lobe::Lobe;
-use super::scene::{Scene, linear};
+use super::scene::Scene;
+use crate::color::to_linear;
 
 /// Primitive modes, component types and buffer targets, by their numbers in the specification.
 const POINTS: u32 = 0;
@@ -94,7 +95,7 @@ impl Parts {
         let normals = elements.normals.iter().copied();
         let normal = self.floats(ARRAY_BUFFER, "VEC3", normals);
         attributes.insert("NORMAL".into(), normal.into());
-        let colors = (0..elements.len()).map(|i| linear(color(elements.age(i))));
+        let colors = (0..elements.len()).map(|i| color(elements.age(i)).map(to_linear));
         attributes.insert("COLOR_0".into(), self.colors(colors).into());
         self.columns(scene, ARRAY_BUFFER, &mut attributes);
         attributes
@@ -112,7 +113,7 @@ impl Parts {
         attributes.insert("ROTATION".into(), rotation.into());
         let scales = elements.positions.iter().map(|_| [radius; 3]);
         attributes.insert("SCALE".into(), self.floats(0, "VEC3", scales).into());
-        let colors = (0..elements.len()).map(|i| linear(color(elements.age(i))));
+        let colors = (0..elements.len()).map(|i| color(elements.age(i)).map(to_linear));
         attributes.insert("_COLOR_0".into(), self.floats(0, "VEC3", colors).into());
         self.columns(scene, 0, &mut attributes);
         attributes

@@ -16,6 +16,7 @@ mod elements;
 mod from_cluster;
 mod gltf;
 mod lobe;
+mod mesh;
 mod npy;
 
 mod npz;
@@ -30,6 +31,7 @@ mod ply_read;
 mod pov;
 mod scene;
 mod scene_format;
+mod to_cluster;
 mod usda;
 
 use std::io::{self, BufWriter, Write};
@@ -37,6 +39,10 @@ use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
 pub use elements::{Attribute, Elements, TableError, Values};
+pub use mesh::{
+    MESH_FORMATS, MeshError, MeshFormat, TriMesh, UnknownMeshFormat, VertexAttribute,
+    mesh_format_of,
+};
 pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
@@ -44,6 +50,7 @@ pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
 pub use scene::{Placement, Scene, UpAxis};
 pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
+pub use to_cluster::OtherMeshError;
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.
 pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];

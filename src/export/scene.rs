@@ -3,14 +3,26 @@
 use super::elements::{Attribute, Elements, Values};
 use super::ply;
 use crate::morphometry::{Morphometry, Sample};
+use crate::substrate::Substrate;
 
 /// The axis that points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
     /// +Y, as in OBJ, glTF, Houdini and Maya.
+    #[default]
     Y,
     /// +Z, as in STL, PLY, Blender and 3ds Max.
     Z,
+}
+
+impl UpAxis {
+    /// That of a substrate's file.
+    pub fn of(substrate: &Substrate) -> Self {
+        match substrate.up().z > 0.5 {
+            true => Self::Z,
+            false => Self::Y,
+        }
+    }
 }
 
 /// How the mesh file's coordinates become those of the file to write: turned about x, then scaled.
@@ -197,14 +209,6 @@ pub(super) fn range(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
         .map(|x| [x, x])
         .reduce(|a, b| wider(a, b[0]))
         .unwrap_or_default()
-}
-
-/// Linear light of an sRGB colour (IEC 61966-2-1), 0 to 1 each.
-pub(super) fn linear(srgb: [u8; 3]) -> [f32; 3] {
-    srgb.map(|byte| match f32::from(byte) / 255.0 {
-        x if x <= 0.040_45 => x / 12.92,
-        x => libm::powf((x + 0.055) / 1.055, 2.4),
-    })
 }
 
 #[cfg(test)]

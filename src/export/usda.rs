@@ -10,7 +10,8 @@ use std::io::{self, Write};
 use super::AgeColor;
 use super::columns::{Column, Kind, Scalar, columns};
 use super::lobe::Lobe;
-use super::scene::{Scene, UpAxis, linear, range};
+use super::scene::{Scene, UpAxis, range};
+use crate::color::to_linear;
 
 pub(super) fn write_points(
     scene: &Scene,
@@ -205,7 +206,7 @@ impl<'a> Stage<'a> {
     /// Colours and every attribute of these elements.
     fn primvars(&mut self, scene: &Scene, color: AgeColor<'_>, of: &[usize]) -> io::Result<()> {
         let elements = &scene.elements;
-        let colors = of.iter().map(|&i| linear(color(elements.age(i))));
+        let colors = of.iter().map(|&i| color(elements.age(i)).map(to_linear));
         self.vectors("color3f[] primvars:displayColor", VERTEX, colors)?;
         let normals = of.iter().map(|&i| elements.normals[i]);
         self.vectors("normal3f[] primvars:N", VERTEX, normals)?;
