@@ -54,7 +54,7 @@ fn measure(substrate: &Substrate, cluster: &Cluster) {
     let started = Instant::now();
     let mut bytes = Vec::new();
     let glb = mesh_format_of("lichen.glb".as_ref()).expect("a format");
-    glb.write(&mesh, &mut bytes).expect("written");
+    glb.write(&mesh, 1.0, &mut bytes).expect("written");
     let write = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let half = decimate(&mesh, mesh.triangles.len() / 2);

@@ -97,30 +97,104 @@ fn glb_has_attributes_and_linear_colours() {
     let count = reader.read_indices().unwrap().into_u32().max().unwrap() as usize + 1;
     assert_eq!(count, positions.len());
     let text = String::from_utf8_lossy(&bytes);
-    for name in ["_BIRTH", "_DENSITY", "_RIM", "_COLONY"] {
+    for name in ["_BIRTH", "_DENSITY", "_RIM_DISTANCE", "_COLONY"] {
         assert!(text.contains(name), "{name}");
     }
 }
 
+/// Corners of the box about a skin that was written as glTF.
+fn gltf_box(desk: &Desk, file: &str) -> [[f32; 3]; 2] {
+    let file = gltf::Gltf::from_slice_without_validation(&desk.read(file)).unwrap();
+    let moved = file.nodes().next().unwrap().transform().matrix();
+    assert_eq!(moved[1][1], 1.0, "the data are turned, and no node");
+    let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+    let bounds = primitive.bounding_box();
+    [bounds.min, bounds.max]
+}
+
+/// Corners of the box about a skin that was written as OBJ.
+fn obj_box(desk: &Desk, file: &str) -> [[f32; 3]; 2] {
+    let text = String::from_utf8(desk.read(file)).unwrap();
+    let vertices = text.lines().filter_map(|line| line.strip_prefix("v "));
+    let numbers = |line: &str| -> Vec<f32> {
+        let words = line.split(' ').map(|word| word.parse().unwrap());
+        words.take(3).collect()
+    };
+    let empty = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    vertices.map(numbers).fold(empty, |[low, high], p| {
+        let low = [0, 1, 2].map(|k| low[k].min(p[k]));
+        [low, [0, 1, 2].map(|k| high[k].max(p[k]))]
+    })
+}
+
 #[test]
-fn meshes_with_z_up_are_turned_in_gltf() {
+fn axes_and_units_are_those_of_the_format_or_as_asked() {
     let desk = desk();
     let slab = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/slab.stl");
     fs::copy(slab, desk.path("slab.stl")).unwrap();
     desk.done("slab.stl --radius 0.5% --elements 100 -o slab");
-    made(&desk, "slab -o slab.glb --quiet");
-    let file = gltf::Gltf::from_slice_without_validation(&desk.read("slab.glb")).unwrap();
-    let turn = file.nodes().next().unwrap().transform().matrix();
-    // z goes up y.
-    let up = turn[2];
-    assert!(
-        (up[1] - 1.0).abs() < 1e-6 && up[0].abs() + up[2].abs() < 1e-6,
-        "{up:?}"
+    for run in ["slab", "out"] {
+        let boxed = |flags: &str| {
+            made(&desk, &format!("{run} -o a.obj --force --quiet {flags}"));
+            obj_box(&desk, "a.obj")
+        };
+        let [y_up, z_up] = ["", "--up z"].map(boxed);
+        let [[x0, y0, z0], [x1, y1, z1]] = y_up;
+        assert_eq!(z_up, [[x0, -z1, y0], [x1, -z0, y1]]);
+        let scaled = boxed("--scale 2");
+        assert_eq!(scaled, y_up.map(|corner| corner.map(|x| 2.0 * x)));
+        made(&desk, &format!("{run} -o a.glb --force --quiet"));
+        assert_eq!(gltf_box(&desk, "a.glb"), y_up);
+        made(&desk, &format!("{run} -o a.glb --force --quiet --unit mm"));
+        let metres = gltf_box(&desk, "a.glb");
+        assert!(
+            (metres[1][0] - 0.001 * x1).abs() < 1e-6,
+            "{metres:?} {y_up:?}"
+        );
+    }
+    // The plate lies in the xy plane of its file, which is z-up, and USD keeps to the file.
+    made(&desk, "slab -o slab.usda --quiet --unit cm");
+    let text = String::from_utf8(desk.read("slab.usda")).unwrap();
+    assert!(text.contains("upAxis = \"Z\"") && text.contains("metersPerUnit = 0.01\n"));
+    refused(&desk, "slab -o z.glb --up z", 2, &[".glb", "--up"]);
+}
+
+#[test]
+fn usd_holds_the_mesh_and_its_attributes() {
+    let desk = desk();
+    let answer = made(&desk, "out -o a.usda --json");
+    let report: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    made(&desk, "out -o a.usd --quiet");
+    assert_eq!(desk.read("a.usd"), desk.read("a.usda"));
+    let text = String::from_utf8(desk.read("a.usda")).unwrap();
+    let count = |name: &str| {
+        let line = text
+            .lines()
+            .find(|line| line.contains(&format!("{name} = [")));
+        let line = line.unwrap_or_else(|| panic!("no {name}"));
+        let values = line.split_once(" = [").unwrap().1;
+        match values.matches('(').count() - usize::from(line.contains("interpolation")) {
+            0 => values.split(']').next().unwrap().split(", ").count() as u64,
+            tuples => tuples as u64,
+        }
+    };
+    let file = &report["files"][0];
+    assert_eq!(count("faceVertexCounts"), file["triangles"]);
+    assert_eq!(
+        count("faceVertexIndices"),
+        3 * file["triangles"].as_u64().unwrap()
     );
-    let turned = made(&desk, "out -o rock.glb");
-    assert!(turned.contains("rock.glb"));
-    let file = gltf::Gltf::from_slice_without_validation(&desk.read("rock.glb")).unwrap();
-    assert_eq!(file.nodes().next().unwrap().transform().matrix()[1][1], 1.0);
+    for name in [
+        "points",
+        "normals",
+        "displayColor",
+        "birth",
+        "density",
+        "rim_distance",
+        "colony",
+    ] {
+        assert_eq!(count(name), file["vertices"], "{name}");
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::axes::AxesArgs;
 use super::skin_args::SkinArgs;
 
 /// Grows lichen on triangle meshes.
@@ -81,50 +82,11 @@ pub(crate) struct ExportArgs {
     /// The mesh that it grew on, for smooth normals [default: where the run's recipe.toml says]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
-    /// Up axis of the file [default: z for PLY; y for OBJ, glTF and POV-Ray; the mesh's for USD
-    /// and tables]
-    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
-    pub(crate) up: Option<UpAxis>,
-    /// Up axis of the mesh [default: y for OBJ and glTF, z for STL and PLY]
-    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
-    pub(crate) mesh_up: Option<UpAxis>,
-    /// What a unit of the mesh is: glTF is in metres, and USD says it
-    #[arg(
-        long,
-        value_enum,
-        value_name = "m|cm|mm|in|ft",
-        hide_possible_values = true,
-        default_value = "m"
-    )]
-    pub(crate) unit: Unit,
-    /// Multiply all lengths by this
-    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0, allow_negative_numbers = true)]
-    pub(crate) scale: f64,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
     /// Overwrite the file if it is there
     #[arg(long)]
     pub(crate) force: bool,
-}
-
-/// A unit of length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Unit {
-    M,
-    Cm,
-    Mm,
-    In,
-    Ft,
-}
-
-impl Unit {
-    pub(crate) fn meters(self) -> f64 {
-        match self {
-            Self::M => 1.0,
-            Self::Cm => 0.01,
-            Self::Mm => 0.001,
-            Self::In => 0.0254,
-            Self::Ft => 0.3048,
-        }
-    }
 }
 
 fn export_help() -> String {
@@ -141,16 +103,8 @@ fn what() -> impl TypedValueParser<Value = What> {
     ])
 }
 
-fn up() -> impl TypedValueParser<Value = UpAxis> {
+pub(super) fn up() -> impl TypedValueParser<Value = UpAxis> {
     choice([("y", UpAxis::Y), ("z", UpAxis::Z)])
-}
-
-/// A factor that lengths survive.
-fn factor(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(factor) if (1e-12..=1e12).contains(&factor) => Ok(factor),
-        _ => Err("give a number from 1e-12 to 1e12".to_owned()),
-    }
 }
 
 #[derive(Debug, Args)]

@@ -1,27 +1,33 @@
 //! `thallus export`: a run's lichen for another program.
 
+use std::path::Path;
+
 use thallus::export::{
-    Axes, Placement, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
+    Elements, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
 };
-use thallus::morphometry::measure;
+use thallus::morphometry::{measure, smooth_normals};
 use thallus::picture::age_color;
 
 use super::args::ExportArgs;
+use super::axes::Convention;
 use super::failure::Failure;
-use super::grown::Grown;
+use super::grown::{Grown, load};
 use super::number::plural;
 use super::terminal;
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let wrong = |e: SceneFormatError| Failure::Usage(e.into());
     let format = SceneFormat::of(&args.output, args.what).map_err(wrong)?;
-    let grown = Grown::read(&args.from, args.mesh.as_deref())?;
-    let placement = placement(args, format, grown.up)?;
-    let measured = measure(&grown.elements.sample(), grown.curvature_radius);
-    let meters_per_unit = match format.metres {
-        true => 1.0,
-        false => args.unit.meters(),
+    let convention = Convention {
+        extension: format.extension,
+        axes: format.axes,
+        metres: format.metres,
     };
+    let mut grown = Grown::read(&args.from)?;
+    let up = smooth(&mut grown, args.mesh.as_deref())?;
+    let placement = args.axes.placement(&convention, up)?;
+    let measured = measure(&grown.elements.sample(), grown.curvature_radius());
+    let meters_per_unit = args.axes.meters_per_unit(&convention);
     let scene = Scene::new(grown.elements, measured, &placement, meters_per_unit);
     write_file_atomically(&args.output, args.force, |out| {
         format.write(args.what, &scene, &age_color, out)
@@ -35,37 +41,35 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// From the mesh file's axes and units to those of the format, or as asked.
-fn placement(
-    args: &ExportArgs,
-    format: &SceneFormat,
-    mesh_up: Option<UpAxis>,
-) -> Result<Placement, Failure> {
-    let scale = match format.metres {
-        true => args.scale * args.unit.meters(),
-        false => args.scale,
-    };
-    let from = args.mesh_up.or(mesh_up);
-    let to = match (format.axes, args.up) {
-        (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
-            return Err(Failure::usage(format!(
-                ".{} files are y-up by specification, and programs turn them themselves: leave \
-                 --up away",
-                format.extension
-            )));
-        }
-        (Axes::Fixed(up), _) | (_, Some(up)) => Some(up),
-        (Axes::Usual(up), None) => Some(up),
-        (Axes::Mesh | Axes::Declared, None) => from,
-    };
-    match (from, to) {
-        (Some(from), Some(to)) => Ok(Placement { from, to, scale }),
-        (None, None) if format.axes == Axes::Mesh => Ok(Placement {
-            scale,
-            ..Placement::unchanged(UpAxis::Y)
-        }),
-        _ => Err(Failure::usage(
-            "nothing says which way is up on the mesh: give it with --mesh, or say --mesh-up y or z",
-        )),
+/// Gives elements the smooth normals of their mesh, and its up axis, as far as it is known. The
+/// lichen is whole without a mesh: its normals are then those of the flat triangles.
+fn smooth(grown: &mut Grown, mesh: Option<&Path>) -> Result<Option<UpAxis>, Failure> {
+    if let Some(mesh) = mesh {
+        return place(&mut grown.elements, mesh).map(Some);
     }
+    let placed = match grown.mesh_file() {
+        Ok(mesh) => place(&mut grown.elements, &mesh),
+        Err(unknown) => Err(Failure::Failed(unknown.into())),
+    };
+    match placed {
+        Ok(up) => Ok(Some(up)),
+        Err(Failure::Failed(error)) => {
+            terminal::warn(&format!(
+                "{error:#}; normals are those of the flat triangles: give the mesh with --mesh"
+            ));
+            Ok(grown.up_by_name())
+        }
+        Err(other) => Err(other),
+    }
+}
+
+fn place(elements: &mut Elements, mesh: &Path) -> Result<UpAxis, Failure> {
+    let substrate = load(mesh)?;
+    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
+    let places = elements.places_on(&substrate).map_err(not_here)?;
+    let normals = smooth_normals(&substrate, &places);
+    let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
+    elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
+    elements.source_triangle = Some(source.collect());
+    Ok(UpAxis::of(&substrate))
 }

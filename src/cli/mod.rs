@@ -4,6 +4,7 @@
 //! has what it wanted, and is no failure.
 
 mod args;
+mod axes;
 mod check;
 mod export;
 mod failure;

@@ -8,19 +8,16 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{
-    Elements, MeshFormat, OutputError, TriMesh, mesh_format_of, read_elements,
-    write_file_atomically,
+    MeshFormat, OutputError, TriMesh, UpAxis, mesh_format_of, write_file_atomically,
 };
-use thallus::run::{Length, Settings};
+use thallus::run::Length;
 use thallus::skin::{self, Paint, Shape, decimate};
 use thallus::substrate::Substrate;
 
-use super::check;
+use super::axes::Convention;
 use super::failure::Failure;
-use super::grow::named_mesh;
-use super::grown::table_in;
+use super::grown::{Grown, load};
 use super::number::{count, duration};
-use super::output::RECIPE;
 use super::skin_args::{Goal, ShapeArgs, SkinArgs};
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
@@ -32,27 +29,32 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     threads(args)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
-    let elements = read_elements(&table_in(&args.from)).map_err(anyhow::Error::new)?;
-    if elements.is_empty() {
-        let from = args.from.display();
-        return Err(Failure::Failed(anyhow::anyhow!(
-            "{from} has no elements to put a skin on"
-        )));
-    }
-    let (substrate, cluster) = place(args, &elements)?;
-    let in_radii = |length: Length| {
-        let units = substrate.units();
-        length.in_units(units.diagonal(), elements.radius) / elements.radius
+    let (substrate, cluster) = placed_cluster(args)?;
+    let convention = Convention {
+        extension: format.extension,
+        axes: format.axes,
+        metres: format.metres,
     };
+    let placement = args
+        .axes
+        .placement(&convention, Some(UpAxis::of(&substrate)))?;
+    let meters_per_unit = args.axes.meters_per_unit(&convention);
+    let units = substrate.units();
+    let radius = units.length_to_file(cluster.radius());
+    let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
     let shape = shape(&args.shape, &in_radii);
     shape.check().map_err(|e| Failure::Usage(e.into()))?;
     let paint = paint(&args.color, &in_radii)?;
-    let mut report = Report::new(elements.len());
+    let mut report = Report::new(cluster.len());
     report.seconds.load = started.elapsed().as_secs_f64();
-    drop(elements);
-    let mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;
+    let mut mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;
     drop((substrate, cluster));
-    write_all(args, mesh, &files, format, voice, &mut report)?;
+    mesh.place(&placement);
+    let file = MeshFile {
+        format,
+        meters_per_unit,
+    };
+    write_all(args, mesh, &files, &file, voice, &mut report)?;
     report.seconds.total = started.elapsed().as_secs_f64();
     conclude(args, &report)
 }
@@ -89,40 +91,16 @@ fn threads(args: &SkinArgs) -> Result<(), Failure> {
 }
 
 /// The lichen on its mesh.
-fn place(args: &SkinArgs, elements: &Elements) -> Result<(Substrate, Cluster), Failure> {
-    let mesh = mesh_file(args)?;
-    let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(&mesh, &e)));
-    let substrate = Substrate::load(&mesh).map_err(failed)?;
-    let cluster = elements
-        .to_cluster(&substrate)
-        .with_context(|| mesh.display().to_string())?;
+fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
+    let grown = Grown::read(&args.from)?;
+    let mesh = match &args.mesh {
+        Some(mesh) => mesh.clone(),
+        None => grown.mesh_file()?,
+    };
+    let substrate = load(&mesh)?;
+    let cluster = grown.elements.to_cluster(&substrate);
+    let cluster = cluster.with_context(|| mesh.display().to_string())?;
     Ok((substrate, cluster))
-}
-
-/// `--mesh`, or the mesh that the recipe beside the elements names.
-fn mesh_file(args: &SkinArgs) -> Result<PathBuf, Failure> {
-    if let Some(mesh) = &args.mesh {
-        return Ok(mesh.clone());
-    }
-    let recipe = table_in(&args.from).with_file_name(RECIPE);
-    if !recipe.is_file() {
-        return Err(Failure::usage(format!(
-            "there is no {} to name the mesh that the lichen grew on: give it with --mesh",
-            recipe.display()
-        )));
-    }
-    let named = Settings::read(&recipe)?.mesh.ok_or_else(|| {
-        Failure::usage(format!(
-            "{} names no mesh: give it with --mesh",
-            recipe.display()
-        ))
-    })?;
-    named_mesh(&recipe, &named).ok_or_else(|| {
-        Failure::Failed(anyhow::anyhow!(
-            "{named}: the mesh that {} names is neither here nor beside it; give it with --mesh",
-            recipe.display()
-        ))
-    })
 }
 
 fn shape(args: &ShapeArgs, in_radii: &dyn Fn(Length) -> f64) -> Shape {
@@ -170,12 +148,18 @@ fn spinner(voice: Voice, doing: &str) -> ProgressBar {
 /// Triangles of the smallest closed mesh.
 const FEWEST_TRIANGLES: usize = 4;
 
+/// How meshes are written.
+struct MeshFile {
+    format: &'static MeshFormat,
+    meters_per_unit: f64,
+}
+
 /// Writes the mesh, decimated as asked, at every level of detail.
 fn write_all(
     args: &SkinArgs,
     mut mesh: TriMesh,
     files: &[PathBuf],
-    format: &MeshFormat,
+    how: &MeshFile,
     voice: Voice,
     report: &mut Report,
 ) -> Result<(), Failure> {
@@ -189,7 +173,7 @@ fn write_all(
         if goal < mesh.triangles.len() {
             mesh = simplify(&mesh, goal, file, voice, report);
         }
-        write(&mesh, file, format, args.force, voice, report)?;
+        write(&mesh, file, how, args.force, voice, report)?;
     }
     Ok(())
 }
@@ -230,14 +214,16 @@ fn simplify(
 fn write(
     mesh: &TriMesh,
     file: &Path,
-    format: &MeshFormat,
+    how: &MeshFile,
     force: bool,
     voice: Voice,
     report: &mut Report,
 ) -> Result<(), Failure> {
     let started = Instant::now();
     let spinner = spinner(voice, &format!("writing {}", file.display()));
-    let written = write_file_atomically(file, force, |out| format.write(mesh, out));
+    let written = write_file_atomically(file, force, |out| {
+        how.format.write(mesh, how.meters_per_unit, out)
+    });
     spinner.finish_and_clear();
     written?;
     report.seconds.write += started.elapsed().as_secs_f64();

@@ -7,6 +7,8 @@ use clap::Args;
 use thallus::run::Length;
 use thallus::skin::PALETTE;
 
+use super::axes::AxesArgs;
+
 #[derive(Debug, Args)]
 pub(crate) struct SkinArgs {
     /// The folder of a run, or its elements.ply
@@ -23,6 +25,8 @@ pub(crate) struct SkinArgs {
     pub(crate) color: ColorArgs,
     #[command(flatten)]
     pub(crate) size: SizeArgs,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
     /// Say what was made as JSON
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,

@@ -10,6 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::AgeColor;
 use super::columns::columns;
+use super::glb::{document, node, write_head};
 use super::lobe::Lobe;
 use super::scene::Scene;
 use crate::color::to_linear;
@@ -37,7 +38,7 @@ pub(super) fn points(scene: &Scene, color: AgeColor<'_>) -> Asset {
     let attributes = parts.vertices(scene, color);
     let primitive = json!({"attributes": attributes, "mode": POINTS, "material": 0});
     let mesh = json!({"name": "elements", "primitives": [primitive]});
-    parts.finish(mesh, node(scene), &[])
+    parts.finish(mesh, node(scene.origin()), &[])
 }
 
 pub(super) fn curves(scene: &Scene, color: AgeColor<'_>) -> Asset {
@@ -48,7 +49,7 @@ pub(super) fn curves(scene: &Scene, color: AgeColor<'_>) -> Asset {
     let primitive =
         json!({"attributes": attributes, "indices": indices, "mode": LINES, "material": 0});
     let mesh = json!({"name": "branches", "primitives": [primitive]});
-    parts.finish(mesh, node(scene), &[])
+    parts.finish(mesh, node(scene.origin()), &[])
 }
 
 pub(super) fn instances(scene: &Scene, color: AgeColor<'_>) -> Asset {
@@ -62,19 +63,9 @@ pub(super) fn instances(scene: &Scene, color: AgeColor<'_>) -> Asset {
         "indices": indices, "mode": TRIANGLES, "material": 0,
     });
     let mesh = json!({"name": "lobe", "primitives": [primitive]});
-    let mut node = node(scene);
+    let mut node = node(scene.origin());
     node["extensions"] = json!({INSTANCING: {"attributes": parts.instances(scene, color)}});
     parts.finish(mesh, node, &[INSTANCING])
-}
-
-/// The node that holds the mesh, in the scene's origin.
-fn node(scene: &Scene) -> Value {
-    let mut node = json!({"name": "lichen", "mesh": 0});
-    let origin = scene.origin();
-    if origin != [0.0; 3] {
-        node["translation"] = json!(origin);
-    }
-    node
 }
 
 /// Accessors and the buffer that they look into.
@@ -200,24 +191,10 @@ impl Parts {
     }
 
     fn finish(self, mesh: Value, node: Value, extensions: &[&str]) -> Asset {
-        let material = json!({
-            "name": "lichen",
-            "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9},
-        });
-        let mut root = json!({
-            "asset": {
-                "version": "2.0",
-                "generator": concat!("thallus ", env!("CARGO_PKG_VERSION")),
-            },
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            "nodes": [node],
-            "meshes": [mesh],
-            "materials": [material],
-            "accessors": self.accessors,
-            "bufferViews": self.views,
-            "buffers": [{"byteLength": self.buffer.len()}],
-        });
+        let mut root = document(node, mesh);
+        root["accessors"] = self.accessors.into();
+        root["bufferViews"] = self.views.into();
+        root["buffers"] = json!([{"byteLength": self.buffer.len()}]);
         if !extensions.is_empty() {
             root["extensionsUsed"] = json!(extensions);
             root["extensionsRequired"] = json!(extensions);
@@ -230,24 +207,10 @@ impl Parts {
 }
 
 impl Asset {
-    /// One binary file ("GLB File Format").
+    /// One binary file.
     pub(super) fn write_glb(self, out: &mut dyn Write) -> io::Result<()> {
-        const HEADS: usize = 12 + 8 + 8;
-        let mut text = self.root.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let total = u32::try_from(HEADS + text.len() + self.buffer.len()).map_err(|_| {
-            let problem = "a .glb ends at 4 GiB and these elements need more: export them to .usda";
-            io::Error::new(io::ErrorKind::InvalidInput, problem)
-        })?;
-        out.write_all(b"glTF")?;
-        out.write_all(&2_u32.to_le_bytes())?;
-        out.write_all(&total.to_le_bytes())?;
-        for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &self.buffer)] {
-            out.write_all(&(chunk.len() as u32).to_le_bytes())?;
-            out.write_all(kind)?;
-            out.write_all(chunk)?;
-        }
-        Ok(())
+        write_head(&self.root, self.buffer.len(), out)?;
+        out.write_all(&self.buffer)
     }
 
     /// One text file, its buffer as a data URI.

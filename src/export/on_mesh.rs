@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Elements;
+use crate::cluster::{Cluster, Element, NO_PARENT};
 use crate::substrate::{Substrate, SurfacePoint};
 
 /// Elements that do not lie on a mesh.
@@ -46,6 +47,30 @@ impl Elements {
             }
         };
         (0..self.len()).map(place).collect()
+    }
+
+    /// The cluster that this is the table of, on the mesh that it grew on.
+    ///
+    /// Elements are where triangle and weights say, which files hold with 24 bits.
+    ///
+    /// # Errors
+    /// Those of [`places_on`](Self::places_on).
+    ///
+    /// # Panics
+    /// When columns differ in length: see [`Elements::check`].
+    pub fn to_cluster(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
+        let radius = substrate.units().length_to_local(self.radius);
+        let mut cluster = Cluster::new(radius);
+        for (i, at) in self.places_on(substrate)?.into_iter().enumerate() {
+            cluster.push(Element {
+                at,
+                position: substrate.position(&at),
+                parent: u32::try_from(self.parent[i]).unwrap_or(NO_PARENT),
+                colony: self.colony[i],
+                probability: f64::from(self.probability[i]),
+            });
+        }
+        Ok(cluster)
     }
 
     fn no_triangle(&self, i: usize, triangles: u32) -> String {

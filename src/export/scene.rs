@@ -47,7 +47,7 @@ impl Placement {
     }
 
     /// A direction, turned: exactly, as coordinates only change their places and signs.
-    fn turn<T: Copy + std::ops::Neg<Output = T>>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
+    pub(super) fn turn<T: Copy + std::ops::Neg<Output = T>>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
         match (self.from, self.to) {
             (UpAxis::Y, UpAxis::Z) => [x, -z, y],
             (UpAxis::Z, UpAxis::Y) => [x, z, -y],
@@ -55,7 +55,7 @@ impl Placement {
         }
     }
 
-    fn point(&self, p: [f64; 3]) -> [f64; 3] {
+    pub(super) fn point(&self, p: [f64; 3]) -> [f64; 3] {
         self.turn(p).map(|x| x * self.scale)
     }
 

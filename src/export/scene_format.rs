@@ -2,10 +2,13 @@
 
 use std::fmt;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::scene::{Scene, UpAxis};
-use super::{AgeColor, csv, gltf, npy, npz, obj, parquet, ply, pov, usda};
+use super::{AgeColor, gltf, obj, ply, pov, usda};
+use super::{
+    CSV, ElementFormat, Extension, NPY, NPZ, PARQUET, UnknownFormat, by_extension, dotted,
+};
 
 /// What of a lichen is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,23 +91,11 @@ pub const SCENE_FORMATS: &[SceneFormat] = &[
         instances: Some(|s, c, out| gltf::instances(s, c).write_gltf(out)),
         curves: Some(|s, c, out| gltf::curves(s, c).write_gltf(out)),
     },
-    SceneFormat {
-        extension: "usda",
-        purpose: "USD: points, instances or curves: Houdini, Blender, usdview",
-        axes: Axes::Declared,
-        metres: false,
-        points: usda::write_points,
-        instances: Some(usda::write_instances),
-        curves: Some(usda::write_curves),
-    },
+    USDA,
     SceneFormat {
         extension: "usd",
         purpose: "the same under its other name",
-        axes: Axes::Declared,
-        metres: false,
-        points: usda::write_points,
-        instances: Some(usda::write_instances),
-        curves: Some(usda::write_curves),
+        ..USDA
     },
     SceneFormat {
         extension: "obj",
@@ -124,52 +115,49 @@ pub const SCENE_FORMATS: &[SceneFormat] = &[
         instances: Some(pov::write_instances),
         curves: Some(pov::write_curves),
     },
-    SceneFormat {
-        extension: "csv",
-        purpose: "a header and one line an element: spreadsheets, pandas, R, Blender",
-        axes: Axes::Mesh,
-        metres: false,
-        points: |s, c, out| csv::write(&s.elements, c, out),
-        instances: None,
-        curves: None,
-    },
-    SceneFormat {
-        extension: "npy",
-        purpose: "NumPy structured array, one record an element",
-        axes: Axes::Mesh,
-        metres: false,
-        points: |s, c, out| npy::write(&s.elements, c, out),
-        instances: None,
-        curves: None,
-    },
-    SceneFormat {
-        extension: "npz",
-        purpose: "NumPy archive, one array an attribute",
-        axes: Axes::Mesh,
-        metres: false,
-        points: |s, c, out| npz::write(&s.elements, c, out),
-        instances: None,
-        curves: None,
-    },
-    SceneFormat {
-        extension: "parquet",
-        purpose: "Apache Parquet, one column an attribute: pandas, Polars, DuckDB, R",
-        axes: Axes::Mesh,
-        metres: false,
-        points: |s, c, out| parquet::write(&s.elements, c, out),
-        instances: None,
-        curves: None,
-    },
+    table(CSV, |s, c, out| (CSV.write)(&s.elements, c, out)),
+    table(NPY, |s, c, out| (NPY.write)(&s.elements, c, out)),
+    table(NPZ, |s, c, out| (NPZ.write)(&s.elements, c, out)),
+    table(PARQUET, |s, c, out| (PARQUET.write)(&s.elements, c, out)),
 ];
+
+const USDA: SceneFormat = SceneFormat {
+    extension: "usda",
+    purpose: "USD: points, instances or curves: Houdini, Blender, usdview",
+    axes: Axes::Declared,
+    metres: false,
+    points: usda::write_points,
+    instances: Some(usda::write_instances),
+    curves: Some(usda::write_curves),
+};
+
+/// A format of elements, in the mesh's axes.
+const fn table(format: ElementFormat, points: WriteScene) -> SceneFormat {
+    SceneFormat {
+        extension: format.extension,
+        purpose: format.purpose,
+        axes: Axes::Mesh,
+        metres: false,
+        points,
+        instances: None,
+        curves: None,
+    }
+}
+
+impl Extension for SceneFormat {
+    fn extension(&self) -> &'static str {
+        self.extension
+    }
+}
 
 /// Why a file cannot hold what was asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneFormatError {
     /// The name says no known format.
-    #[error("{}: {}; name the file with one of {}", .0.display(), super::says(.0), names(|_| true))]
-    Unknown(PathBuf),
+    #[error(transparent)]
+    Unknown(#[from] UnknownFormat),
     /// The format cannot hold this.
-    #[error(".{extension} files hold no {what}; name the file with one of {}", names(|f| f.holds(*.what)))]
+    #[error(".{extension} files hold no {what}; name the file with one of {}", dotted(SCENE_FORMATS.iter().filter(|f| f.holds(*.what))))]
     Cannot {
         /// The format.
         extension: &'static str,
@@ -178,22 +166,13 @@ pub enum SceneFormatError {
     },
 }
 
-fn names(wanted: impl Fn(&SceneFormat) -> bool) -> String {
-    let named = SCENE_FORMATS.iter().filter(|f| wanted(f));
-    let dotted: Vec<_> = named.map(|f| format!(".{}", f.extension)).collect();
-    dotted.join(", ")
-}
-
 impl SceneFormat {
     /// The format that a file's extension says, upper or lower case, if it can hold this.
     ///
     /// # Errors
     /// The message names the formats that could.
     pub fn of(path: &Path, what: What) -> Result<&'static Self, SceneFormatError> {
-        let extension = path.extension().and_then(|e| e.to_str());
-        let named = |f: &&Self| extension.is_some_and(|e| e.eq_ignore_ascii_case(f.extension));
-        let unknown = || SceneFormatError::Unknown(path.to_owned());
-        let format = SCENE_FORMATS.iter().find(named).ok_or_else(unknown)?;
+        let format = by_extension(SCENE_FORMATS, "elements", path)?;
         match format.holds(what) {
             true => Ok(format),
             false => Err(SceneFormatError::Cannot {

@@ -18,7 +18,7 @@ pub(super) fn write_points(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let mut stage = Stage::begin(scene, out)?;
+    let mut stage = Stage::of(scene, out)?;
     let every: Vec<usize> = (0..scene.elements.len()).collect();
     stage.open("Points", "elements")?;
     stage.int64s("ids", &every)?;
@@ -42,7 +42,7 @@ pub(super) fn write_instances(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let mut stage = Stage::begin(scene, out)?;
+    let mut stage = Stage::of(scene, out)?;
     let every: Vec<usize> = (0..scene.elements.len()).collect();
     let radius = scene.elements.radius as f32;
     stage.open("PointInstancer", "lobes")?;
@@ -70,7 +70,7 @@ pub(super) fn write_curves(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let mut stage = Stage::begin(scene, out)?;
+    let mut stage = Stage::of(scene, out)?;
     let vertices: Vec<usize> = scene
         .streams
         .iter()
@@ -91,18 +91,27 @@ pub(super) fn write_curves(
 }
 
 /// One value a point.
-const VERTEX: &str = "vertex";
+pub(super) const VERTEX: &str = "vertex";
 
 /// A stage that is being written, with its prims open so far.
-struct Stage<'a> {
+pub(super) struct Stage<'a> {
     out: &'a mut dyn Write,
     depth: usize,
 }
 
 impl<'a> Stage<'a> {
-    /// The layer's metadata, and the root prim, which stays open.
-    fn begin(scene: &Scene, out: &'a mut dyn Write) -> io::Result<Self> {
-        let up = match scene.up {
+    fn of(scene: &Scene, out: &'a mut dyn Write) -> io::Result<Self> {
+        Self::begin(scene.up, scene.meters_per_unit, scene.origin(), out)
+    }
+
+    /// The layer's metadata, and the root prim, moved by a vector, which stays open.
+    pub(super) fn begin(
+        up: UpAxis,
+        meters_per_unit: f64,
+        [x, y, z]: [f64; 3],
+        out: &'a mut dyn Write,
+    ) -> io::Result<Self> {
+        let up = match up {
             UpAxis::Y => "Y",
             UpAxis::Z => "Z",
         };
@@ -110,13 +119,12 @@ impl<'a> Stage<'a> {
         writeln!(out, "#usda 1.0\n(")?;
         writeln!(out, "    defaultPrim = \"lichen\"")?;
         writeln!(out, "    doc = \"Lichen grown by thallus {version}\"")?;
-        writeln!(out, "    metersPerUnit = {}", scene.meters_per_unit)?;
+        writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
         writeln!(out, "    upAxis = \"{up}\"\n)\n")?;
         let mut stage = Self { out, depth: 0 };
         stage.line("def Xform \"lichen\" (")?;
         stage.line("    kind = \"component\"\n)\n{")?;
         stage.depth = 1;
-        let [x, y, z] = scene.origin();
         if [x, y, z] != [0.0; 3] {
             stage.line(&format!("double3 xformOp:translate = ({x}, {y}, {z})"))?;
             stage.line("uniform token[] xformOpOrder = [\"xformOp:translate\"]")?;
@@ -128,25 +136,25 @@ impl<'a> Stage<'a> {
         write!(self.out, "{:1$}", "", 4 * self.depth)
     }
 
-    fn line(&mut self, text: &str) -> io::Result<()> {
+    pub(super) fn line(&mut self, text: &str) -> io::Result<()> {
         self.indent()?;
         writeln!(self.out, "{text}")
     }
 
-    fn open(&mut self, schema: &str, name: &str) -> io::Result<()> {
+    pub(super) fn open(&mut self, schema: &str, name: &str) -> io::Result<()> {
         self.line(&format!("def {schema} \"{name}\""))?;
         self.line("{")?;
         self.depth += 1;
         Ok(())
     }
 
-    fn close(&mut self) -> io::Result<()> {
+    pub(super) fn close(&mut self) -> io::Result<()> {
         self.depth -= 1;
         self.line("}")
     }
 
     /// An attribute, `TYPE[] NAME`, of values that are written as they are shown.
-    fn list(
+    pub(super) fn list(
         &mut self,
         declared: &str,
         interpolation: &str,
@@ -164,7 +172,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    fn numbers(
+    pub(super) fn numbers(
         &mut self,
         declared: &str,
         interpolation: &str,
@@ -173,7 +181,7 @@ impl<'a> Stage<'a> {
         self.list(declared, interpolation, values.map(Number))
     }
 
-    fn vectors<const N: usize>(
+    pub(super) fn vectors<const N: usize>(
         &mut self,
         declared: &str,
         interpolation: &str,

@@ -1,7 +1,5 @@
 //! Local density.
 
-use rayon::prelude::*;
-
 use super::Neighbours;
 
 /// For each element of this radius r the share of a flat disc of radius D that the elements with
@@ -18,7 +16,7 @@ pub fn density(radius: f64, neighbours: &Neighbours) -> Vec<f64> {
         neighbours.visit(i, |_, _, _| n += 1);
         f64::from(n) * share
     };
-    (0..neighbours.len()).into_par_iter().map(of).collect()
+    neighbours.map(of)
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ pub struct Morphometry {
 pub fn measure(sample: &Sample<'_>, within: f64) -> Morphometry {
     let tree = Tree::new(sample.parents);
     let neighbours = Neighbours::new(sample.positions, sample.normals, within);
-    let rim = is_rim(sample, &neighbours);
+    let rim = is_rim(&neighbours);
     Morphometry {
         orientations: orientations(sample),
         density: density(sample.radius, &neighbours),

@@ -1,6 +1,7 @@
 //! Who stands near whom, for points that do not change.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// The neighbours within a distance: points sorted by the cells of a grid of that size.
 pub struct Neighbours {
@@ -29,7 +30,7 @@ impl Neighbours {
         let low = points().fold(DVec3::INFINITY, DVec3::min);
         let number = |(i, p)| (pack(cell(p, low, within)), i as u32);
         let mut cells: Vec<_> = points().enumerate().map(number).collect();
-        cells.sort_unstable();
+        cells.par_sort_unstable();
         let place =
             |&(_, i): &(u64, u32)| (positions[i as usize].into(), normals[i as usize].into());
         let mut slots = vec![0; cells.len()];
@@ -58,6 +59,25 @@ impl Neighbours {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
+    }
+
+    /// The unit normal of a point.
+    pub fn normal(&self, of: usize) -> Vec3 {
+        self.places[self.slots[of] as usize].1
+    }
+
+    /// A value for each point, on all of rayon's threads: taken in the order of the grid, where
+    /// what one point looks at is still at hand for the next.
+    pub(super) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let values: Vec<T> = self
+            .cells
+            .par_iter()
+            .map(|&(_, i)| of(i as usize))
+            .collect();
+        self.slots
+            .iter()
+            .map(|&slot| values[slot as usize])
+            .collect()
     }
 
     /// Calls `visit` with the number of every other point that is no farther from point `of` than

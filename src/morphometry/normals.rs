@@ -14,7 +14,8 @@ const CREASE: f64 = 0.819;
 /// A corner's normal is the mean of the faces that meet there, weighted by their angles
 /// (G. Thürmer and C. A. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Faces
 /// that turn away from the place's own by more than 35° are left out, so that a cube keeps its
-/// edges; those wound the other way are turned.
+/// edges; those wound the other way are turned. Of a fan of more than 64 faces the first 64 count,
+/// which bounds the work at the hub of a huge one.
 ///
 /// # Panics
 /// When a place's triangle is not the substrate's.
@@ -34,11 +35,14 @@ pub fn smooth_normals(substrate: &Substrate, places: &[SurfacePoint]) -> Vec<DVe
     places.par_iter().map(at).collect()
 }
 
+/// Faces looked at around a vertex, at most.
+const AROUND: usize = 64;
+
 fn corner_normals(substrate: &Substrate, triangle: u32) -> [DVec3; 3] {
     let own = substrate.normal(triangle);
     substrate.triangles()[triangle as usize].map(|vertex| {
         let mut sum = DVec3::ZERO;
-        for &half_edge in substrate.half_edges_at(vertex) {
+        for &half_edge in substrate.half_edges_at(vertex).iter().take(AROUND) {
             let face = half_edge / 3;
             let normal = substrate.normal(face);
             let along = own.dot(normal);

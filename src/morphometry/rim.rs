@@ -9,21 +9,17 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
 
-use glam::{DVec3, Vec3};
-use rayon::prelude::*;
+use glam::DVec3;
 
-use super::{Neighbours, Sample};
+use super::Neighbours;
 
 /// Whether each element is α-extreme among its neighbours, α being half the neighbours' distance.
 ///
 /// Directions are those of the tangent plane, distances those in space. Where the surface curves
 /// strongly within the distance this is an approximation.
-///
-/// # Panics
-/// When `neighbours` are those of fewer elements.
-pub fn is_rim(sample: &Sample<'_>, neighbours: &Neighbours) -> Vec<bool> {
+pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
     let of = |i: usize| {
-        let normal = Vec3::from(sample.normals[i]).as_dvec3();
+        let normal = neighbours.normal(i).as_dvec3();
         let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
         let mut blocked = Vec::new();
         neighbours.visit(i, |_, way, length| {
@@ -31,10 +27,7 @@ pub fn is_rim(sample: &Sample<'_>, neighbours: &Neighbours) -> Vec<bool> {
         });
         !cover(&mut blocked)
     };
-    (0..sample.positions.len())
-        .into_par_iter()
-        .map(of)
-        .collect()
+    neighbours.map(of)
 }
 
 /// The directions, as an arc, in which the centre of the disc may not lie, lest a
@@ -119,7 +112,7 @@ mod tests {
 
     fn rim_of(lichen: &Lichen, within: f64) -> (Vec<bool>, Neighbours) {
         let neighbours = Neighbours::new(&lichen.positions, &lichen.normals, within);
-        (is_rim(&lichen.sample(), &neighbours), neighbours)
+        (is_rim(&neighbours), neighbours)
     }
 
     /// Discs laid at many places round each element, by the definition.

@@ -96,14 +96,17 @@ impl Winding {
         }
     }
 
+    /// 1 where a triangle is wound as in its file, −1 where it is turned.
+    pub(super) fn side(&self, triangle: u32) -> f64 {
+        match self.kept[triangle as usize] {
+            true => 1.0,
+            false => -1.0,
+        }
+    }
+
     /// The unit normal of a triangle by this winding.
     pub(super) fn normal(&self, substrate: &Substrate, triangle: u32) -> DVec3 {
-        let normal = substrate.normal(triangle);
-        if self.kept[triangle as usize] {
-            normal
-        } else {
-            -normal
-        }
+        self.side(triangle) * substrate.normal(triangle)
     }
 
     fn is_open(&self, substrate: &Substrate, half_edge: u32) -> bool {

@@ -127,8 +127,8 @@ fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
             .attributes
             .iter()
             .map(|a| VertexAttribute {
-                name: a.name,
                 values: kept.iter().map(|&v| a.values[v]).collect(),
+                ..*a
             })
             .collect(),
         triangles,

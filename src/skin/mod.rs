@@ -26,7 +26,6 @@ mod march;
 mod paint;
 mod palette;
 mod refine;
-mod rim;
 mod sheet;
 
 use glam::DVec3;
@@ -157,9 +156,11 @@ impl Shape {
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
 ///
 /// Its vertices have the attributes `birth` (mean birth index of the elements about them, by
-/// influence), `density` (elements about them as a share of densest packing), `rim` (distance from
-/// the outermost elements along the lichen, in the file's units) and `colony` (of the strongest
-/// element).
+/// influence), `density` and `rim_distance` (means of the elements' [density] and [distance from the
+/// rim](crate::morphometry::rim_distance), within six radii, the latter in the file's units; the
+/// mesh's diagonal where no rim can be reached) and `colony` (of the strongest element).
+///
+/// [density]: crate::morphometry::density()
 ///
 /// # Errors
 /// When a number of `shape` is out of its range, when there are no elements, or when the resolution
@@ -227,11 +228,15 @@ fn finish(substrate: &Substrate, cluster: &Cluster, marched: Marched, paint: &Pa
     let column = |name, value: &(dyn Fn(&field::Attributes) -> f32 + Sync)| VertexAttribute {
         name,
         values: of.par_iter().map(value).collect(),
+        is_length: false,
     };
     let attributes = vec![
         column("birth", &|a| a.birth),
         column("density", &|a| a.density),
-        column("rim", &|a| a.rim * radius),
+        VertexAttribute {
+            is_length: true,
+            ..column("rim_distance", &|a| a.rim * radius)
+        },
         column("colony", &|a| a.colony),
     ];
     let to_file = |p: &DVec3| units.to_file(*p).to_array();

@@ -1,8 +1,7 @@
 //! A mesh as binary glTF 2.0.
 //!
-//! glTF has y up: a mesh with z up is turned by its node. Coordinates are 32-bit: one that lies far
-//! from its origin is stored about its middle and moved there by its node. Colours are linear, 16
-//! bits a channel, as glTF wants them; attributes are named `_DENSITY` and the like, as its
+//! Coordinates are 32-bit: a mesh that lies far from its origin is stored about its middle and moved
+//! there by its node. Colours are linear, 16 bits a channel, as glTF wants them; attributes are named `_DENSITY` and the like, as its
 //! specification says of those of one's own.
 
 use std::io::{self, Write};
@@ -11,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::TriMesh;
 use crate::color::to_linear;
-use crate::export::UpAxis;
+use crate::export::glb::{document, node, write_head};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
@@ -32,25 +31,10 @@ struct Column {
 
 pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     let columns = columns(mesh);
-    let body: usize = columns.iter().map(|c| c.bytes).sum();
-    let middle = middle(mesh);
-    let mut text = document(mesh, &columns, body, middle).to_string();
-    while !text.len().is_multiple_of(4) {
-        text.push(' ');
-    }
-    let too_large = |_| {
-        let message = "glTF binary files end at 4 GiB; make the mesh coarser, or write .ply";
-        io::Error::new(io::ErrorKind::InvalidInput, message)
-    };
-    let total = u32::try_from(28 + text.len() + body).map_err(too_large)?;
-    let chunk = |length: usize, kind: &[u8; 4]| [&(length as u32).to_le_bytes()[..], kind].concat();
-    out.write_all(b"glTF")?;
-    out.write_all(&2u32.to_le_bytes())?;
-    out.write_all(&total.to_le_bytes())?;
-    out.write_all(&chunk(text.len(), b"JSON"))?;
-    out.write_all(text.as_bytes())?;
-    out.write_all(&chunk(body, b"BIN\0"))?;
-    write_body(mesh, middle, out)
+    let body = columns.iter().map(|c| c.bytes).sum();
+    let origin = mesh.origin();
+    write_head(&described(mesh, &columns, body, origin), body, out)?;
+    write_body(mesh, origin, out)
 }
 
 fn columns(mesh: &TriMesh) -> Vec<Column> {
@@ -91,16 +75,7 @@ fn columns(mesh: &TriMesh) -> Vec<Column> {
     columns
 }
 
-/// What positions are stored relative to.
-fn middle(mesh: &TriMesh) -> [f64; 3] {
-    let [low, high] = mesh.bounds();
-    match mesh.needs_doubles() {
-        true => [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),
-        false => [0.0; 3],
-    }
-}
-
-fn document(mesh: &TriMesh, columns: &[Column], body: usize, middle: [f64; 3]) -> Value {
+fn described(mesh: &TriMesh, columns: &[Column], body: usize, origin: [f64; 3]) -> Value {
     let mut offset = 0;
     let mut views = Vec::new();
     let mut accessors: Vec<Value> = Vec::new();
@@ -114,7 +89,7 @@ fn document(mesh: &TriMesh, columns: &[Column], body: usize, middle: [f64; 3]) -
             "type": column.shape, "normalized": column.normalized,
         }));
     }
-    let stored = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - middle[k]) as f32);
+    let stored = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
     let [low, high] = mesh.bounds();
     accessors[0]["min"] = json!(stored(low));
     accessors[0]["max"] = json!(stored(high));
@@ -122,47 +97,23 @@ fn document(mesh: &TriMesh, columns: &[Column], body: usize, middle: [f64; 3]) -
     let attributes = attributes.iter().enumerate();
     let attributes = attributes.map(|(i, c)| (c.name.clone(), json!(i)));
     let attributes: serde_json::Map<_, _> = attributes.collect();
-    json!({
-        "asset": { "version": "2.0", "generator": concat!("thallus ", env!("CARGO_PKG_VERSION")) },
-        "scene": 0,
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [node(mesh.up, middle)],
-        "meshes": [{ "name": "lichen", "primitives": [{
-            "attributes": attributes, "indices": indices, "material": 0,
-        }] }],
-        "materials": [{ "name": "lichen", "pbrMetallicRoughness": {
-            "metallicFactor": 0.0, "roughnessFactor": 0.9,
-        } }],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{ "byteLength": body }],
-    })
+    let primitive = json!({"attributes": attributes, "indices": indices, "material": 0});
+    let shape = json!({"name": "lichen", "primitives": [primitive]});
+    let mut document = document(node(origin), shape);
+    document["accessors"] = accessors.into();
+    document["bufferViews"] = views.into();
+    document["buffers"] = json!([{ "byteLength": body }]);
+    document
 }
 
-fn node(up: UpAxis, [x, y, z]: [f64; 3]) -> Value {
-    let mut node = json!({ "name": "lichen", "mesh": 0 });
-    let place = match up {
-        UpAxis::Y => [x, y, z],
-        UpAxis::Z => [x, z, -y],
-    };
-    if place != [0.0; 3] {
-        node["translation"] = json!(place);
-    }
-    if up == UpAxis::Z {
-        let half = -std::f32::consts::FRAC_1_SQRT_2;
-        node["rotation"] = json!([half, 0.0, 0.0, -half]);
-    }
-    node
-}
-
-fn write_body(mesh: &TriMesh, middle: [f64; 3], out: &mut dyn Write) -> io::Result<()> {
+fn write_body(mesh: &TriMesh, origin: [f64; 3], out: &mut dyn Write) -> io::Result<()> {
     let mut floats = |values: &[f32]| -> io::Result<()> {
         values
             .iter()
             .try_for_each(|x| out.write_all(&x.to_le_bytes()))
     };
     for p in &mesh.positions {
-        floats(&[0, 1, 2].map(|k| (p[k] - middle[k]) as f32))?;
+        floats(&[0, 1, 2].map(|k| (p[k] - origin[k]) as f32))?;
     }
     for normal in &mesh.normals {
         floats(normal)?;

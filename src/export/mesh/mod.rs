@@ -3,11 +3,12 @@
 mod glb;
 mod obj;
 mod ply;
+mod usda;
 
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::UpAxis;
+use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension};
 
 /// A number for each vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,12 +17,14 @@ pub struct VertexAttribute {
     pub name: &'static str,
     /// In the order of the vertices.
     pub values: Vec<f32>,
+    /// Whether the values are lengths, which are scaled as positions are.
+    pub is_length: bool,
 }
 
 /// Triangles with shared vertices. All columns have a row for each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
-    /// In the units and axes of the substrate's file.
+    /// In the units and axes of the substrate's file until it is [placed](TriMesh::place).
     pub positions: Vec<[f64; 3]>,
     /// Unit vectors, outwards.
     pub normals: Vec<[f32; 3]>,
@@ -31,7 +34,7 @@ pub struct TriMesh {
     pub attributes: Vec<VertexAttribute>,
     /// Numbers of vertices, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Which axis of `positions` points up. Only glTF, which has one of its own, needs to know.
+    /// Which axis of `positions` points up.
     pub up: UpAxis,
 }
 
@@ -59,7 +62,7 @@ pub enum MeshError {
     TooMany(usize),
 }
 
-type WriteMesh = fn(&TriMesh, &mut dyn Write) -> io::Result<()>;
+type WriteMesh = fn(&TriMesh, f64, &mut dyn Write) -> io::Result<()>;
 
 /// A file format for triangle meshes.
 #[derive(Clone, Copy, Debug)]
@@ -68,6 +71,10 @@ pub struct MeshFormat {
     pub extension: &'static str,
     /// What it is for, in words for the user.
     pub purpose: &'static str,
+    /// Which way is up.
+    pub axes: Axes,
+    /// Whether its unit is the metre by specification.
+    pub metres: bool,
     write: WriteMesh,
 }
 
@@ -75,65 +82,72 @@ pub struct MeshFormat {
 pub const MESH_FORMATS: &[MeshFormat] = &[
     MeshFormat {
         extension: "glb",
-        purpose: "glTF with colours and attributes: Blender, game engines, viewers",
-        write: glb::write,
+        purpose: "glTF with colours and attributes, in metres: Blender, game engines, viewers",
+        axes: Axes::Fixed(UpAxis::Y),
+        metres: true,
+        write: |mesh, _, out| glb::write(mesh, out),
+    },
+    USDA,
+    MeshFormat {
+        extension: "usd",
+        purpose: "the same under its other name",
+        ..USDA
     },
     MeshFormat {
         extension: "ply",
         purpose: "binary, with colours and attributes: Blender, MeshLab, Python",
-        write: ply::write,
+        axes: Axes::Usual(UpAxis::Z),
+        metres: false,
+        write: |mesh, _, out| ply::write(mesh, out),
     },
     MeshFormat {
         extension: "obj",
         purpose: "text, with colours but without attributes: nearly everything",
-        write: obj::write,
+        axes: Axes::Usual(UpAxis::Y),
+        metres: false,
+        write: |mesh, _, out| obj::write(mesh, out),
     },
 ];
 
-/// A file name that says no known format.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {}; name the file with one of {}", .path.display(), says(.path), extensions())]
-pub struct UnknownMeshFormat {
-    /// The name as given.
-    pub path: PathBuf,
-}
+const USDA: MeshFormat = MeshFormat {
+    extension: "usda",
+    purpose: "USD with colours and attributes: Houdini, Blender, usdview",
+    axes: Axes::Declared,
+    metres: false,
+    write: usda::write,
+};
 
-fn says(path: &Path) -> String {
-    match path.extension() {
-        Some(extension) => format!("'.{}' is not a format for meshes", extension.display()),
-        None => "the name has no extension to say the format".to_owned(),
+impl Extension for MeshFormat {
+    fn extension(&self) -> &'static str {
+        self.extension
     }
-}
-
-fn extensions() -> String {
-    let dotted = MESH_FORMATS.iter().map(|f| format!(".{}", f.extension));
-    dotted.collect::<Vec<_>>().join(", ")
 }
 
 /// The format that a file's extension says, upper or lower case.
 ///
 /// # Errors
 /// When there is no extension or no such format; the message names those that there are.
-pub fn mesh_format_of(path: &Path) -> Result<&'static MeshFormat, UnknownMeshFormat> {
-    let extension = path.extension().and_then(|e| e.to_str());
-    let named = |f: &&MeshFormat| extension.is_some_and(|e| e.eq_ignore_ascii_case(f.extension));
-    let unknown = || UnknownMeshFormat {
-        path: path.to_owned(),
-    };
-    MESH_FORMATS.iter().find(named).ok_or_else(unknown)
+pub fn mesh_format_of(path: &Path) -> Result<&'static MeshFormat, UnknownFormat> {
+    by_extension(MESH_FORMATS, "meshes", path)
 }
 
 impl MeshFormat {
-    /// Writes the mesh, buffered: the same mesh gives the same bytes.
+    /// Writes the mesh as it is placed, buffered: the same mesh gives the same bytes. USD says how
+    /// many metres its unit is.
     ///
     /// # Errors
     /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound;
     /// `InvalidInput` when the format cannot hold that much.
-    pub fn write(&self, mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
+    pub fn write(
+        &self,
+        mesh: &TriMesh,
+        meters_per_unit: f64,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
         let mut out = BufWriter::with_capacity(1 << 16, out);
-        (self.write)(mesh, &mut out)?;
+        (self.write)(mesh, meters_per_unit, &mut out)?;
         out.flush()
     }
 }
@@ -168,6 +182,27 @@ impl TriMesh {
         let there = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < expected);
         let stray = self.triangles.iter().position(|t| !there(t));
         stray.map_or(Ok(()), |triangle| Err(MeshError::Corner(triangle)))
+    }
+
+    /// Turns and scales the mesh into the axes and units of a file.
+    pub fn place(&mut self, placement: &Placement) {
+        let turned = self.positions.iter_mut();
+        turned.for_each(|p| *p = placement.point(*p));
+        let turned = self.normals.iter_mut();
+        turned.for_each(|n| *n = placement.turn(*n));
+        let lengths = self.attributes.iter_mut().filter(|a| a.is_length);
+        let scaled = |x: &mut f32| *x = (f64::from(*x) * placement.scale) as f32;
+        lengths.for_each(|a| a.values.iter_mut().for_each(scaled));
+        self.up = placement.to;
+    }
+
+    /// What files with float32 positions and a translation store positions relative to.
+    fn origin(&self) -> [f64; 3] {
+        let [low, high] = self.bounds();
+        match self.needs_doubles() {
+            true => [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),
+            false => [0.0; 3],
+        }
     }
 
     /// Lower and upper corner of the bounding box; zeros when there are no vertices.
