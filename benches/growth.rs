@@ -79,8 +79,16 @@ fn main() {
     let threads = threads.map_or(1, |n| n.parse().expect("a number of threads"));
     println!("{elements} elements; per element:");
     println!(
-        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "", "user µs", "time µs", "walkers", "steps", "crossings", "contacts", "conflicts"
+        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "",
+        "user µs",
+        "time µs",
+        "walkers",
+        "steps",
+        "crossings",
+        "contacts",
+        "conflicts",
+        "serial µs"
     );
     for workload in &WORKLOADS {
         if wanted.iter().all(|w| workload.name.contains(w.as_str())) {
@@ -111,7 +119,7 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
     let counts = &growth.counts;
     let each = |n: u64| n as f64 / growth.cluster.len() as f64;
     println!(
-        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.2} {:>9.3}",
+        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
         workload.name,
         spent * 1e6 / growth.cluster.len() as f64,
         time * 1e6 / growth.cluster.len() as f64,
@@ -120,6 +128,7 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
         each(counts.crossings),
         each(counts.contacts),
         each(growth.parallel.conflicts),
+        (time - growth.parallel.seconds) * 1e6 / growth.cluster.len() as f64,
     );
 }
 

@@ -2,12 +2,13 @@
 //!
 //! Random numbers are addressed, not drawn from a shared source: a [`Stream`] is named by
 //! (seed, purpose, index), so walker 17 sees the same numbers whoever runs it and when. The
-//! generator is ChaCha8 (rand's `ChaCha8Rng`, whose output is part of its contract).
+//! generator is xoshiro256++ (Blackman & Vigna 2021; rand's `Xoshiro256PlusPlus`), its 256 bits of
+//! state filled from the name by SplitMix64, as its authors advise.
 
 use glam::DVec2;
 use rand::SeedableRng;
 use rand::rand_core::Rng;
-use rand::rngs::ChaCha8Rng;
+use rand::rngs::Xoshiro256PlusPlus;
 
 /// Everything that random numbers are used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,32 +20,50 @@ pub enum Purpose {
 }
 
 /// A stream of random numbers of its own.
-pub struct Stream(ChaCha8Rng);
+#[derive(Clone, Debug)]
+pub struct Stream(Xoshiro256PlusPlus);
 
 impl Stream {
     /// The stream for a purpose and index under a seed.
+    ///
+    /// Streams of one seed and purpose start from different states; others share one with
+    /// probability 2⁻⁶⁴.
     pub fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
-        let mut key = [0; 32];
-        key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[8..16].copy_from_slice(&(purpose as u64).to_le_bytes());
-        let mut generator = ChaCha8Rng::from_seed(key);
-        generator.set_stream(index);
-        Self(generator)
+        let under_seed = mix(seed).wrapping_add(purpose as u64);
+        let name = mix(under_seed).wrapping_add(index);
+        Self(Xoshiro256PlusPlus::seed_from_u64(mix(name)))
     }
 
     /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    #[inline]
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform by area in the unit disc without its centre, by rejection from the square.
+    /// Uniform by area in the unit disc, by rejection from the square. Coordinates are odd
+    /// multiples of 2⁻³², so the centre never comes.
+    #[inline]
     pub fn in_unit_disc(&mut self) -> DVec2 {
         loop {
-            let p = DVec2::new(2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);
-            let length_sq = p.length_squared();
-            if length_sq > 0.0 && length_sq <= 1.0 {
+            let bits = self.0.next_u64();
+            let p = DVec2::new(centred(bits as u32), centred((bits >> 32) as u32));
+            if p.length_squared() <= 1.0 {
                 return p;
             }
         }
     }
+}
+
+/// A uniform number in (−1, 1) from 32 uniform bits.
+#[inline]
+fn centred(bits: u32) -> f64 {
+    (f64::from(bits as i32) + 0.5) * (1.0 / (1u64 << 31) as f64)
+}
+
+/// One step of SplitMix64 (Steele, Lea & Flood 2014): a bijection that spreads every bit.
+fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }

@@ -203,7 +203,7 @@ fn scattered(
     points: &[SurfacePoint],
 ) -> (Cluster, SparseIndex) {
     let mut cluster = Cluster::new(radius);
-    let mut index = SparseIndex::new(radius, 10.0 * radius, substrate.bounds());
+    let mut index = SparseIndex::new(radius, Some(10.0 * radius), substrate.bounds());
     for &at in points {
         let position = substrate.position(&at);
         cluster.push(Element {

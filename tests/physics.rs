@@ -117,7 +117,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
         seed: 1,
     };
     let mut cluster = Cluster::new(scale);
-    let mut index = SparseIndex::new(scale, 10.0 * scale, plane.bounds());
+    let mut index = SparseIndex::new(scale, Some(10.0 * scale), plane.bounds());
     for row in -20..=20 {
         for column in -20..=20 {
             let shift = if row % 2 == 0 { 0.0 } else { 1.0 };

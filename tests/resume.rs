@@ -102,7 +102,7 @@ fn a_run_may_be_killed_again_and_again() {
 #[test]
 fn an_interrupted_run_goes_on_to_the_same_bytes() {
     let desk = Desk::new();
-    let run = slow_run();
+    let run = RUN.replace("3000", "40000");
     desk.done(&format!("{run} -o whole --quiet"));
     let child = desk.start(&format!("{run} -o out"));
     wait_for_elements(&desk.path("out"));

@@ -7,8 +7,9 @@ use super::Element;
 /// Mean of the centres in space, and the distance from it to the farthest (DESIGN section 1).
 ///
 /// The centroid moves with every birth, so the farthest centre may change at any time. Only the
-/// centres near the rim can become it: they are listed at a survey, and the list serves until the
-/// centroid has moved by the slack that it was made with, or the rim has moved out by eight.
+/// centres near the rim can become it: they are listed at a survey, the farthest first, and the list
+/// serves until the centroid has moved by the slack that it was made with, or the rim has moved out
+/// by eight. As long as the centroid has moved little, only the first few of it are looked at.
 #[derive(Clone, Debug, Default)]
 pub struct Extent {
     sum: DVec3,
@@ -16,9 +17,16 @@ pub struct Extent {
     radius: f64,
     surveyed_from: DVec3,
     slack: f64,
-    /// Centres farther from the surveyed centroid are listed.
+    /// Centres farther from the surveyed centroid are listed, the farthest first.
     inner: f64,
-    rim: Vec<DVec3>,
+    rim: Vec<Rim>,
+}
+
+/// A centre near the rim, and its distance from the surveyed centroid.
+#[derive(Clone, Copy, Debug)]
+struct Rim {
+    distance: f64,
+    position: DVec3,
 }
 
 /// Slack of a survey, as a share of the effective radius.
@@ -40,14 +48,23 @@ impl Extent {
         let Some(last) = elements.last() else { return };
         self.sum += last.position;
         self.centroid = self.sum / elements.len() as f64;
-        if last.position.distance(self.surveyed_from) >= self.inner {
-            self.rim.push(last.position);
+        let rim = self.rim_of(last);
+        if rim.distance >= self.inner {
+            let after = self.rim.partition_point(|r| r.distance >= rim.distance);
+            self.rim.insert(after, rim);
         }
         let moved = self.centroid.distance(self.surveyed_from) > self.slack;
         if moved || self.radius > self.inner + 8.0 * self.slack {
             self.survey(elements);
         }
-        self.radius = farthest(&self.rim, self.centroid);
+        self.radius = self.farthest();
+    }
+
+    fn rim_of(&self, element: &Element) -> Rim {
+        Rim {
+            distance: element.position.distance(self.surveyed_from),
+            position: element.position,
+        }
     }
 
     /// Lists the centres that can be the farthest while the centroid stays within the slack: all
@@ -61,21 +78,23 @@ impl Extent {
         self.surveyed_from = centroid;
         self.slack = SLACK * radius;
         self.inner = radius - 2.0 * self.slack;
-        self.rim.clear();
-        let far = elements
-            .iter()
-            .map(|e| e.position)
-            .filter(|p| p.distance(centroid) >= self.inner);
-        self.rim.extend(far);
+        let all = elements.iter().map(|e| self.rim_of(e));
+        self.rim = all.filter(|r| r.distance >= self.inner).collect();
+        self.rim.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     }
-}
 
-fn farthest(points: &[DVec3], from: DVec3) -> f64 {
-    points
-        .iter()
-        .map(|p| p.distance_squared(from))
-        .fold(0.0, f64::max)
-        .sqrt()
+    /// The distance from the centroid to the farthest on the list.
+    fn farthest(&self) -> f64 {
+        let moved = self.centroid.distance(self.surveyed_from);
+        let mut farthest = 0.0;
+        for rim in &self.rim {
+            if rim.distance + moved < farthest {
+                break;
+            }
+            farthest = rim.position.distance(self.centroid).max(farthest);
+        }
+        farthest
+    }
 }
 
 #[cfg(test)]

@@ -14,8 +14,8 @@ pub trait ElementIndex: Sync {
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
     /// corner; `wide` is the largest radius that [`count`](Self::count) and
-    /// [`within`](Self::within) will be asked for often.
-    fn new(radius: f64, wide: f64, bounds: [DVec3; 2]) -> Self
+    /// [`within`](Self::within) will be asked for often, none where that is a few element radii.
+    fn new(radius: f64, wide: Option<f64>, bounds: [DVec3; 2]) -> Self
     where
         Self: Sized;
 
@@ -25,11 +25,18 @@ pub trait ElementIndex: Sync {
     /// Keeps what looking found out.
     fn adopt(&mut self, notes: &mut Self::Notes);
 
-    /// Whether a walker that looked again where it looked would see the same.
-    fn holds(&self, notes: &Self::Notes) -> bool;
+    /// How much a walker has seen until now.
+    fn mark(&self, notes: &Self::Notes) -> Mark;
+
+    /// How much of what a walker saw it would see again: it would see the same up to any mark
+    /// [within](Mark::is_within) this one.
+    fn held(&self, notes: &Self::Notes) -> Mark;
+
+    /// Forgets what a walker saw after a mark, up to which all holds.
+    fn rewind(&self, notes: &mut Self::Notes, mark: Mark);
 
     /// A new walker starts: forgets where the last one was. What it sees is remembered for
-    /// [`holds`](Self::holds) only where `others_walk`, so that one thread does not pay for many.
+    /// [`held`](Self::held) only where `others_walk`, so that one thread does not pay for many.
     fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
 
     /// How near the nearest centre is.
@@ -51,4 +58,20 @@ pub struct Look {
     pub clear: f64,
     /// Some centre is nearer than two radii.
     pub touching: bool,
+}
+
+/// How much a walker has seen: the lengths of its notes, by kind, and where its next search begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mark {
+    /// Lengths of the lists that an index keeps notes in.
+    pub seen: [u32; 3],
+    /// Where the next search begins.
+    pub level: u32,
+}
+
+impl Mark {
+    /// Whether all seen up to here had been seen at another mark.
+    pub fn is_within(&self, other: &Self) -> bool {
+        self.seen.iter().zip(other.seen).all(|(a, b)| *a <= b)
+    }
 }

@@ -7,7 +7,7 @@ mod sparse;
 
 pub use element::{Element, NO_PARENT};
 pub use extent::Extent;
-pub use index::{ElementIndex, Look};
+pub use index::{ElementIndex, Look, Mark};
 pub use sparse::{Notes, SparseIndex};
 
 /// The append-only list of elements, in birth order.

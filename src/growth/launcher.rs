@@ -15,6 +15,9 @@ const LEAST_EXTENT: f64 = 4.0;
 /// The launch sphere is at least this many radii outside R_e.
 const LEAST_GAP: f64 = 4.0;
 
+/// A bound from the sphere that holds the lichen serves when it is this share of its radius.
+const OUTSIDE: f64 = 0.2;
+
 /// Where walkers start at present, and how far they may go.
 #[derive(Default)]
 pub(super) struct Launcher {
@@ -23,6 +26,8 @@ pub(super) struct Launcher {
     radius: f64,
     /// All elements are within this distance of the centre.
     pub(super) reach: f64,
+    /// Squared distance from the centre beyond which that says enough of how far the lichen is.
+    pub(super) outside_sq: f64,
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
     pub(super) ring: LaunchRing,
@@ -71,8 +76,10 @@ impl Launcher {
         self.centre = extent.centroid();
         self.radius = launch_radius(parameters, effective);
         self.reach = effective + (self.radius - effective) / 8.0;
+        let outside = self.reach + (OUTSIDE * self.reach).max(2.0 * parameters.radius);
         let kill = parameters.kill * floored_extent(parameters, effective);
         self.kill = kill.max(self.radius + LEAST_GAP * parameters.radius);
+        self.outside_sq = outside.min(self.kill).powi(2);
     }
 
     /// Whether the launch sphere encloses all that carries lichen.

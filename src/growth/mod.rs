@@ -3,6 +3,7 @@
 //! A law is a [`GrowthModel`]. The one of Sumner 2001 is [`WalkerModel`]: follow
 //! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
+mod flight;
 mod join;
 mod launch;
 mod launcher;
@@ -20,7 +21,7 @@ pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};
 pub use parameters::{Boundary, Join, Parameters, Steps};
 pub use place::{PlaceError, SeedPlace};
-pub use step::random_step;
+pub use step::{RandomStep, random_step};
 pub use stick::Stickiness;
 pub use surroundings::Surroundings;
 pub use walker_model::WalkerModel;

@@ -4,13 +4,38 @@ use glam::DVec2;
 
 use crate::rng::Stream;
 
-/// A step in a uniform direction of length d = s + r·√u − r, for the bound s ≥ r on its length.
-///
-/// At s = r it is uniform in the disc of radius r. With s = max(D, r), for a walker D away from
-/// contact, only steps from nearer than r end inside contact: over a smooth edge of contact 0.28 r
-/// inside on average, and 0.27 r where all steps are small.
+/// What is random in a step: a place in the unit disc.
+#[derive(Clone, Copy, Debug)]
+pub struct RandomStep {
+    place: DVec2,
+    inverse: f64,
+}
+
+impl RandomStep {
+    /// Uniform by area.
+    #[inline]
+    pub fn draw(stream: &mut Stream) -> Self {
+        let place = stream.in_unit_disc();
+        Self {
+            place,
+            inverse: 1.0 / place.length(),
+        }
+    }
+
+    /// The step in a uniform direction of length d = s + r·√u − r, for the bound s ≥ r on its
+    /// length.
+    ///
+    /// At s = r it is uniform in the disc of radius r. With s = max(D, r), for a walker D away from
+    /// contact, only steps from nearer than r end inside contact: over a smooth edge of contact
+    /// 0.28 r inside on average, and 0.27 r where all steps are small.
+    #[inline]
+    pub fn within(&self, bound: f64, radius: f64) -> DVec2 {
+        self.place * (radius + (bound - radius) * self.inverse)
+    }
+}
+
+/// The next step of a walker: see [`RandomStep`].
+#[inline]
 pub fn random_step(stream: &mut Stream, bound: f64, radius: f64) -> DVec2 {
-    let v = stream.in_unit_disc();
-    let share = v.length();
-    v * ((bound - radius + radius * share) / share)
+    RandomStep::draw(stream).within(bound, radius)
 }

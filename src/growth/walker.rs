@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
+use super::flight::{Asked, Track, Way};
 use super::launcher::Launcher;
-use super::step::random_step;
+use super::step::RandomStep;
 use super::stick::Answer;
-use super::{Boundary, Counts, Halt, Parameters, Steps, Stickiness, Surroundings};
+use super::{Boundary, Halt, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
@@ -14,11 +15,9 @@ use crate::walk::{Connectivity, End, Stand};
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: u32 = 20_000;
 
-/// A bound from the launcher's sphere serves when it is this share of the sphere's radius.
-const FAR_OUTSIDE: f64 = 0.2;
-
-/// Steps between two looks at whether to stop.
-const STEPS_PER_LOOK: u64 = 4096;
+/// Steps between two looks at whether to stop; also those between two places to which a walker can
+/// be taken back.
+const STEPS_PER_LOOK: u64 = 16;
 
 /// Shortest steps in a row after which a walker looks whether what is near is on its own sheet.
 const PATIENCE: u32 = 24;
@@ -40,40 +39,18 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) launcher: &'b Launcher,
     pub(super) scratch: &'b mut Connectivity,
     pub(super) track: &'b mut Track<I>,
-    /// Whether others may be born before this walker's element is: see [`Track::asked`].
+    /// Whether others may be born before this walker's element is: see [`Track`].
     pub(super) others_walk: bool,
-    pub(super) cancelled: &'b (dyn Fn() -> bool + Sync),
-    /// Steps in a row that were as short as they get, without a contact.
-    pub(super) cramped: u32,
+    pub(super) interrupts: Interrupts<'b>,
 }
 
-/// What a walker leaves behind.
-pub(super) struct Track<I: ElementIndex> {
-    /// What it took.
-    pub(super) counts: Counts,
-    /// What it saw of the index.
-    pub(super) notes: I::Notes,
-    /// Where it asked which elements there are.
-    pub(super) asked: Vec<Asked>,
-}
-
-/// A ball whose elements decided something.
+/// Reasons to stop in the middle of a walk.
 #[derive(Clone, Copy)]
-pub(super) struct Asked {
-    pub(super) centre: DVec3,
-    pub(super) radius: f64,
-    /// How many more elements there might have been without making a difference.
-    pub(super) spare: usize,
-}
-
-impl<I: ElementIndex> Default for Track<I> {
-    fn default() -> Self {
-        Self {
-            counts: Counts::default(),
-            notes: I::Notes::default(),
-            asked: Vec::new(),
-        }
-    }
+pub(super) struct Interrupts<'b> {
+    /// For good.
+    pub(super) cancelled: &'b (dyn Fn() -> bool + Sync),
+    /// For now: to go on later.
+    pub(super) paused: &'b (dyn Fn() -> bool + Sync),
 }
 
 /// What comes of a walker near enough to an element.
@@ -93,21 +70,27 @@ pub(super) enum Fate {
 }
 
 impl<I: ElementIndex> Walk<'_, I> {
-    /// The walk of the walker with this number, from launch to joining.
-    pub(super) fn run(&mut self, number: u64) -> Fate {
-        self.track.counts = Counts {
-            walkers: 1,
-            ..Counts::default()
-        };
-        self.track.asked.clear();
-        self.around
-            .index
-            .begin(&mut self.track.notes, self.others_walk);
+    /// The walker with this number, launched.
+    pub(super) fn set_out(&mut self, number: u64) -> Result<Way, Fate> {
+        self.track.begin(self.around.index, self.others_walk);
         let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
-        match self.launch(&mut stream) {
-            Some(start) => self.walk(start, &mut stream),
-            None => Fate::Halted(Halt::NoFreeSurface),
-        }
+        let Some(start) = self.launch(&mut stream) else {
+            return Err(Fate::Halted(Halt::NoFreeSurface));
+        };
+        let here = Stand::new(self.around.substrate, &start);
+        let Some(look) = self.look(here.position) else {
+            return Err(self.kill());
+        };
+        let mut cramped = 0;
+        let bound = self.step_bound(&here, &look, &mut cramped);
+        let random = RandomStep::draw(&mut stream);
+        Ok(Way {
+            here,
+            bound,
+            random,
+            cramped,
+            stream,
+        })
     }
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.
@@ -143,61 +126,81 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
     }
 
-    fn walk(&mut self, start: SurfacePoint, stream: &mut Stream) -> Fate {
+    /// Goes on to the end, or until paused: then there is no fate yet.
+    pub(super) fn go_on(&mut self, way: &mut Way) -> Option<Fate> {
         let (substrate, parameters) = (self.around.substrate, self.around.parameters);
         let absorb = parameters.boundary == Boundary::Absorb;
-        let mut here = Stand::new(substrate, &start);
-        let Some(look) = self.look(here.position) else {
-            return self.kill();
-        };
-        let mut bound = self.step_bound(&here, &look);
+        let mut now = way.clone();
         loop {
-            // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8).
-            let step = random_step(stream, bound, parameters.radius);
-            let moved = here.step(substrate, step, absorb);
+            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK)
+                && let Some(stopped) = self.stopped(&now)
+            {
+                *way = now;
+                return stopped;
+            }
+            // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
+            // next one is drawn while the processor waits for what the index says of this one.
+            let step = now.random.within(now.bound, parameters.radius);
+            now.random = RandomStep::draw(&mut now.stream);
+            let moved = now.here.step(substrate, step, absorb);
             self.track.counts.steps += 1;
             self.track.counts.crossings += u64::from(moved.crossings);
-            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) && (self.cancelled)() {
-                return Fate::Halted(Halt::Cancelled);
-            }
             if moved.end == End::Boundary {
                 self.track.counts.absorbed += 1;
-                return Fate::Lost;
+                return Some(Fate::Lost);
             }
             let Some(look) = self.look(moved.to.position) else {
-                return self.kill();
+                return Some(self.kill());
             };
             // 4. Contact: stick, or go back to the last position and walk on.
             if look.touching {
-                match self.meet(&moved.to, stream) {
+                match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
-                        self.cramped = 0;
+                        now.cramped = 0;
                         continue;
                     }
-                    Meeting::Sticks(probability) => return self.join(&here, step, probability),
+                    Meeting::Sticks(probability) => {
+                        return Some(self.join(&now.here, step, probability));
+                    }
                 }
             }
-            here = moved.to;
-            bound = self.step_bound(&here, &look);
+            now.here = moved.to;
+            now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
         }
     }
 
-    /// How far it is to the lichen at least; none beyond the kill radius.
-    fn look(&mut self, p: DVec3) -> Option<Look> {
-        let from_centre = p.distance(self.launcher.centre);
-        if from_centre > self.launcher.kill && !self.launcher.encloses() {
+    /// Whether to stop here, with a fate or to go on later. Otherwise the walker can be taken back
+    /// to here.
+    fn stopped(&mut self, now: &Way) -> Option<Option<Fate>> {
+        if (self.interrupts.cancelled)() {
+            return Some(Some(Fate::Halted(Halt::Cancelled)));
+        }
+        if !self.others_walk {
             return None;
         }
-        let clear = from_centre - self.launcher.reach;
-        let contact = self.around.contact_distance();
-        if clear > (FAR_OUTSIDE * self.launcher.reach).max(contact) {
-            return Some(Look {
-                clear,
-                touching: false,
-            });
+        self.track.remember(self.around.index, now);
+        (self.interrupts.paused)().then_some(None)
+    }
+
+    /// How far it is to the lichen at least; none beyond the kill radius.
+    #[inline]
+    fn look(&mut self, p: DVec3) -> Option<Look> {
+        if p.distance_squared(self.launcher.centre) > self.launcher.outside_sq {
+            return self.look_from_outside(p);
         }
         Some(self.around.index.look(p, &mut self.track.notes))
+    }
+
+    /// The same for a walker well outside the sphere that holds the lichen.
+    #[inline(never)]
+    fn look_from_outside(&mut self, p: DVec3) -> Option<Look> {
+        let from_centre = p.distance(self.launcher.centre);
+        let look = Look {
+            clear: from_centre - self.launcher.reach,
+            touching: false,
+        };
+        (from_centre <= self.launcher.kill || self.launcher.encloses()).then_some(look)
     }
 
     /// What becomes of a walker that an element is near enough to touch.
@@ -236,24 +239,28 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
-    fn step_bound(&mut self, here: &Stand, look: &Look) -> f64 {
+    ///
+    /// `cramped` counts the steps in a row that were as short as they get, without a contact.
+    #[inline]
+    fn step_bound(&mut self, here: &Stand, look: &Look, cramped: &mut u32) -> f64 {
         let Parameters { radius, steps, .. } = *self.around.parameters;
         if steps == Steps::Small {
             return radius;
         }
-        let contact = self.around.contact_distance();
-        let bound = (look.clear - contact).max(radius);
-        if bound > radius {
-            self.cramped = 0;
+        let bound = (look.clear - self.around.contact_distance()).max(radius);
+        *cramped = if bound > radius { 0 } else { *cramped + 1 };
+        if *cramped < PATIENCE {
             return bound;
         }
-        self.cramped += 1;
-        if self.cramped < PATIENCE {
-            return bound;
-        }
-        let bound = (self.clear_on_sheet(here) - contact).max(radius);
+        self.bound_on_sheet(here, cramped)
+    }
+
+    #[cold]
+    fn bound_on_sheet(&mut self, here: &Stand, cramped: &mut u32) -> f64 {
+        let radius = self.around.parameters.radius;
+        let bound = (self.clear_on_sheet(here) - self.around.contact_distance()).max(radius);
         if bound == radius {
-            self.cramped = 0;
+            *cramped = 0;
         }
         bound
     }

@@ -1,23 +1,32 @@
 //! Walkers in order of their numbers, on any number of threads (DESIGN section 5).
 //!
 //! A walker's way depends on the lichen as it is when all walkers before it have come to their end.
-//! To use several threads, a batch of walkers walks at the same time against the lichen as it is
-//! when the batch begins, and each leaves a [`Track`] of what it asked. They are then taken in
-//! order. A walker that would still get the same answers has walked as it should; one that would
-//! not walks again. So the result is that of one walker after the other, bit for bit, whatever the
-//! threads and the length of the batch.
+//! To use several threads, a fleet of walkers walks at the same time against the lichen as it is
+//! just now, and each leaves a [`Track`](super::flight::Track) of what it asked. They land in order.
+//! A walker that would have seen something else, had it waited, is first taken back to before that
+//! and walks on from there. So the result is that of one walker after the other, bit for bit,
+//! whatever the threads and the size of the fleet.
 
-use std::sync::Mutex;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
-use super::walker::{Asked, Fate, Track, Walk};
+use super::walker::{Fate, Interrupts, Walk};
 use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Stickiness, Surroundings};
 use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use crate::substrate::Substrate;
 use crate::walk::Connectivity;
+
+/// Walkers on their way for each thread, at most.
+const FLEET_PER_THREAD: usize = 3;
+
+/// Looks at whether the fleet flies again before a thread may sleep: some hundred microseconds.
+const MOST_WAITS: u32 = 10_000;
 
 /// Diffusion-limited aggregation with curvature-based sticking.
 pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
@@ -27,41 +36,16 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     index: I,
     launcher: Launcher,
     counts: Counts,
-    batch: Batch<I>,
+    /// Walkers on their way, in order of their numbers.
+    fleet: VecDeque<Flight<I>>,
+    /// Flights that have landed, for what they hold in memory.
+    landed: Vec<Flight<I>>,
     threads: usize,
     /// One a thread.
     scratch: Vec<Mutex<Connectivity>>,
     parallel: Parallel,
-}
-
-/// Walkers that walked at the same time.
-struct Batch<I: ElementIndex> {
-    flights: Vec<Flight<I>>,
-    /// How many of the flights are this batch's.
-    flown: usize,
-    /// How many of those have been taken.
-    taken: usize,
-    /// What there was when they walked.
-    elements: usize,
-    launcher: u64,
-}
-
-/// A walk that has been walked but not been taken.
-struct Flight<I: ElementIndex> {
-    track: Track<I>,
-    fate: Fate,
-}
-
-impl<I: ElementIndex> Default for Batch<I> {
-    fn default() -> Self {
-        Self {
-            flights: Vec::new(),
-            flown: 0,
-            taken: 0,
-            elements: 0,
-            launcher: 0,
-        }
-    }
+    /// Flights of the fleet so far.
+    flown: Arc<AtomicU64>,
 }
 
 type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
@@ -69,16 +53,18 @@ type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// A model of its own index, for a cluster that is still empty, on one thread.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let wide = parameters.curvature_radius;
+        let wide = (parameters.gain != 0.0).then_some(parameters.curvature_radius);
         Self {
             law: Stickiness::new(&parameters),
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
             counts: Counts::default(),
-            batch: Batch::default(),
+            fleet: VecDeque::new(),
+            landed: Vec::new(),
             threads: 1,
             scratch: vec![Mutex::default()],
             parallel: Parallel::default(),
+            flown: Arc::default(),
             substrate,
             parameters,
         }
@@ -99,47 +85,98 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
 
     /// Walkers that walk at the same time: enough to share among the threads, but so few beside the
     /// lichen's tips that they seldom come in each other's way.
-    fn batch_length(&self, elements: usize) -> usize {
+    fn fleet_size(&self, elements: usize) -> usize {
         match self.threads {
             1 => 1,
-            threads => (elements.isqrt() / 8).clamp(1, WALKERS_PER_THREAD * threads),
+            threads => (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads),
         }
     }
 
-    /// Sends the next batch on its way.
+    /// Sends new walkers on their way until the fleet is complete.
+    fn complete_fleet(&mut self, elements: usize) {
+        for _ in self.fleet.len()..self.fleet_size(elements) {
+            let mut flight = self.landed.pop().unwrap_or_default();
+            flight.begin(self.counts.walkers + self.fleet.len() as u64);
+            self.fleet.push_back(flight);
+        }
+    }
+
+    /// Lets the fleet walk, at least until its first walker has come to its end.
     fn fly(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) {
-        let length = self.batch_length(cluster.len());
-        let mut batch = std::mem::take(&mut self.batch);
-        if batch.flights.len() < length {
-            batch.flights.resize_with(length, Flight::default);
+        self.complete_fleet(cluster.len());
+        let mut fleet = std::mem::take(&mut self.fleet);
+        match fleet.len() {
+            1 => {
+                let interrupts = Interrupts {
+                    cancelled,
+                    paused: &|| false,
+                };
+                self.advance(&mut fleet[0], cluster, interrupts);
+            }
+            _ => self.fly_together(&mut fleet, cluster, cancelled),
         }
-        (batch.flown, batch.taken) = (length, 0);
-        (batch.elements, batch.launcher) = (cluster.len(), self.launcher.version);
-        let first = self.counts.walkers;
-        let flights = &mut batch.flights[..length];
-        if length == 1 {
-            self.walk(&mut flights[0], first, cluster, cancelled);
-        } else {
-            let started = Instant::now();
-            flights
-                .par_iter_mut()
-                .enumerate()
-                .with_max_len(1)
-                .for_each(|(i, flight)| self.walk(flight, first + i as u64, cluster, cancelled));
-            self.parallel.seconds += started.elapsed().as_secs_f64();
-            self.parallel.walks += length as u64;
-        }
-        self.batch = batch;
+        self.fleet = fleet;
     }
 
-    /// Walks one walker against the lichen as it is.
-    fn walk(
-        &self,
-        flight: &mut Flight<I>,
-        number: u64,
+    fn fly_together(
+        &mut self,
+        fleet: &mut VecDeque<Flight<I>>,
         cluster: &Cluster,
         cancelled: Cancelled<'_>,
     ) {
+        let started = Instant::now();
+        let (stopped, first_ended) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let conflicts = AtomicU64::new(0);
+        // When a thread has nothing left to do, the others pause, but the first goes on to its end:
+        // without it none can land.
+        let enough = (fleet.len() + 1).saturating_sub(self.threads);
+        let paused =
+            || stopped.load(Ordering::Relaxed) >= enough && first_ended.load(Ordering::Relaxed);
+        let interrupts = Interrupts {
+            cancelled,
+            paused: &paused,
+        };
+        let this = &*self;
+        self.flown.fetch_add(1, Ordering::Relaxed);
+        fleet
+            .par_iter_mut()
+            .enumerate()
+            .with_max_len(1)
+            .for_each(|(i, flight)| {
+                let again = this.advance(flight, cluster, interrupts);
+                conflicts.fetch_add(again.into(), Ordering::Relaxed);
+                stopped.fetch_add(1, Ordering::Relaxed);
+                first_ended.fetch_or(i == 0, Ordering::Relaxed);
+            });
+        self.parallel.seconds += started.elapsed().as_secs_f64();
+        self.parallel.conflicts += conflicts.into_inner();
+        self.keep_awake();
+    }
+
+    /// Keeps the other threads from falling asleep until the fleet flies again: that takes less time
+    /// than to wake them.
+    fn keep_awake(&self) {
+        let flown = self.flown.load(Ordering::Relaxed);
+        for _ in 1..self.threads {
+            let latest = Arc::clone(&self.flown);
+            rayon::spawn(move || {
+                let waits = |_: &u32| latest.load(Ordering::Relaxed) == flown;
+                (0..MOST_WAITS)
+                    .take_while(waits)
+                    .for_each(|_| std::hint::spin_loop());
+            });
+        }
+    }
+
+    /// Takes a walker back to where it was disturbed, and lets it walk on. Whether it was taken
+    /// back.
+    fn advance(
+        &self,
+        flight: &mut Flight<I>,
+        cluster: &Cluster,
+        interrupts: Interrupts<'_>,
+    ) -> bool {
+        let again = self.catch_up(flight, cluster);
         let thread = rayon::current_thread_index().unwrap_or(0) % self.threads;
         let mut scratch = match self.scratch[thread].lock() {
             Ok(scratch) => scratch,
@@ -158,58 +195,50 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             scratch: &mut scratch,
             track: &mut flight.track,
             others_walk: self.threads > 1,
-            cancelled,
-            cramped: 0,
+            interrupts,
         };
-        flight.fate = walk.run(number);
+        if let Stage::Ready = flight.stage {
+            flight.launcher = self.launcher.version;
+            flight.stage = match walk.set_out(flight.number) {
+                Ok(way) => Stage::UnderWay(way),
+                Err(fate) => Stage::Ended(fate),
+            };
+        }
+        if let Stage::UnderWay(way) = &mut flight.stage
+            && let Some(fate) = walk.go_on(way)
+        {
+            flight.stage = Stage::Ended(fate);
+        }
+        again
     }
 
-    /// Whether a walker would walk the same way now.
-    fn still_holds(&self, flight: &Flight<I>, cluster: &Cluster) -> bool {
-        let births = &cluster.elements()[self.batch.elements..];
-        if births.is_empty() {
-            return true;
-        }
-        let undisturbed = |asked: &Asked| {
-            let limit = asked.radius * asked.radius;
-            let inside = |e: &&Element| e.position.distance_squared(asked.centre) < limit;
-            births.iter().filter(inside).count() <= asked.spare
-        };
-        self.launcher.version == self.batch.launcher
-            && flight.track.asked.iter().all(undisturbed)
-            && self.index.holds(&flight.track.notes)
+    fn catch_up(&self, flight: &mut Flight<I>, cluster: &Cluster) -> bool {
+        flight.catch_up(&self.index, cluster.elements(), self.launcher.version)
     }
 
     /// The next walker's fate, with everything that it found out and took taken in.
     fn take(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Fate {
-        if self.batch.taken == self.batch.flown {
+        loop {
+            if let Some(mut first) = self.fleet.pop_front() {
+                let again = self.catch_up(&mut first, cluster);
+                self.parallel.conflicts += u64::from(again);
+                if let Some(fate) = first.fate() {
+                    self.land(first);
+                    return fate;
+                }
+                self.fleet.push_front(first);
+            }
             self.fly(cluster, cancelled);
         }
-        let mut flight = std::mem::take(&mut self.batch.flights[self.batch.taken]);
-        if !self.still_holds(&flight, cluster) {
-            self.parallel.conflicts += 1;
-            self.walk(&mut flight, self.counts.walkers, cluster, cancelled);
-        }
-        let fate = flight.fate;
-        if !matches!(fate, Fate::Halted(_)) {
+    }
+
+    fn land(&mut self, mut flight: Flight<I>) {
+        if !matches!(flight.fate(), Some(Fate::Halted(_))) {
             self.index.adopt(&mut flight.track.notes);
             self.counts.add(&flight.track.counts);
+            self.parallel.walks += u64::from(self.threads > 1);
         }
-        self.batch.flights[self.batch.taken] = flight;
-        self.batch.taken += 1;
-        fate
-    }
-}
-
-/// Walkers that a thread takes on in a batch, on average.
-const WALKERS_PER_THREAD: usize = 4;
-
-impl<I: ElementIndex> Default for Flight<I> {
-    fn default() -> Self {
-        Self {
-            track: Track::default(),
-            fate: Fate::Lost,
-        }
+        self.landed.push(flight);
     }
 }
 

@@ -57,6 +57,16 @@ impl Chart {
     pub fn corners(&self) -> [DVec2; 3] {
         [DVec2::ZERO, DVec2::new(self.base, 0.0), self.apex]
     }
+
+    /// True for a point in the triangle, its edges included.
+    #[inline]
+    pub fn contains(&self, p: DVec2) -> bool {
+        let apex = self.apex;
+        let beyond_base = p.x - self.base;
+        p.y >= 0.0
+            && apex.x * p.y <= apex.y * p.x
+            && (apex.x - self.base) * p.y >= apex.y * beyond_base
+    }
 }
 
 /// Where a triangle's chart lies in space.
@@ -79,6 +89,7 @@ impl Frame {
     }
 
     /// A point of the chart in space.
+    #[inline]
     pub fn lift(&self, p: DVec2) -> DVec3 {
         self.origin + self.x * p.x + self.y * p.y
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::trace::{Absorbing, End, Reflecting, contains, trace_in_chart};
+use super::trace::{Absorbing, End, Reflecting, trace_in_chart};
 use crate::substrate::{Chart, Substrate, SurfacePoint};
 
 /// A place in a triangle's chart and in space.
@@ -38,6 +38,7 @@ impl Stand {
         Self::lifted(substrate, point.triangle, a * w0 + b * w1 + c * w2)
     }
 
+    #[inline]
     fn lifted(substrate: &Substrate, triangle: u32, at: DVec2) -> Self {
         Self {
             triangle,
@@ -55,15 +56,22 @@ impl Stand {
     }
 
     /// A straight step, a vector in the triangle's chart.
+    #[inline]
     pub fn step(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
-        let corners = substrate.charts()[self.triangle as usize].corners();
-        if contains(&corners, self.at + step) {
+        let there = self.at + step;
+        if substrate.charts()[self.triangle as usize].contains(there) {
             return Moved {
-                to: Self::lifted(substrate, self.triangle, self.at + step),
+                to: Self::lifted(substrate, self.triangle, there),
                 end: End::Distance,
                 crossings: 0,
             };
         }
+        self.step_across(substrate, step, absorb)
+    }
+
+    #[inline(never)]
+    fn step_across(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
+        let corners = substrate.charts()[self.triangle as usize].corners();
         let about = corners.map(|c| c - self.at);
         let traced = match absorb {
             true => trace_in_chart(substrate, self.triangle, about, step, &mut Absorbing),

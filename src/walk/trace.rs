@@ -215,6 +215,8 @@ struct Front {
     entry: Twin,
     /// The triangle being left lies as its mirror image.
     mirrored: bool,
+    /// What lies beyond.
+    beyond: Crossing,
 }
 
 impl Front {
@@ -224,11 +226,13 @@ impl Front {
         let pair = |k: usize| (side[k], side[(k + 1) % 3]);
         let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
         let k = (0..3).find(leaves).unwrap_or_else(|| grazing(side));
+        let entry = substrate.twin(3 * triangle + k as HalfEdge);
         Self {
             left: corners[(k + 1) % 3],
             right: corners[k],
-            entry: substrate.twin(3 * triangle + k as HalfEdge),
+            entry,
             mirrored: false,
+            beyond: substrate.crossings()[entry.half_edge() as usize],
         }
     }
 
@@ -247,11 +251,14 @@ impl Front {
     }
 
     /// Lays the triangle beyond the edge flat.
+    ///
+    /// What lies beyond both its other edges is fetched now, while it is worked out which one the
+    /// path takes: on a fine mesh that takes longer than all the arithmetic.
     #[inline(always)]
     fn cross(self, crossings: &[Crossing]) -> Unfolded {
         let mirrored = self.mirrored ^ self.entry.is_flipped();
         let entry = self.entry.half_edge();
-        let crossing = &crossings[entry as usize];
+        let crossing = self.beyond;
         let e = self.right - self.left;
         // A mirrored triangle's half-edge runs from right to left.
         let along = if mirrored {
@@ -265,6 +272,7 @@ impl Front {
             apex: self.left + e * along + e.perp() * crossing.height,
             entry,
             exits: crossing.exits,
+            beyond: crossing.exits.map(|e| crossings[e.half_edge() as usize]),
             mirrored,
         }
     }
@@ -330,6 +338,7 @@ struct Unfolded {
     /// The half-edge that the path came through, and what lies across the two after it.
     entry: HalfEdge,
     exits: [Twin; 2],
+    beyond: [Crossing; 2],
     mirrored: bool,
 }
 
@@ -351,6 +360,7 @@ impl Unfolded {
             right,
             entry: self.exits[exit],
             mirrored: self.mirrored,
+            beyond: self.beyond[exit],
         }
     }
 

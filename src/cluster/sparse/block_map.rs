@@ -17,6 +17,8 @@ pub(super) fn coarsen([x, y, z]: Block, bits: usize) -> Block {
 pub(super) struct BlockMap {
     map: TableMap,
     tables: Vec<[u32; 64]>,
+    /// Which of its blocks each table has numbers for, a bit each.
+    taken: Vec<u64>,
 }
 
 /// The table that somebody looked at last, to be found again without hashing.
@@ -65,10 +67,12 @@ impl BlockMap {
         let table = self.map.get_or_insert(coarsen(block, 2), next);
         if table == next {
             self.tables.push([EMPTY; 64]);
+            self.taken.push(0);
         }
         let number = &mut self.tables[table as usize][within(block)];
         if *number == EMPTY {
             *number = new;
+            self.taken[table as usize] |= 1 << within(block);
         }
         *number
     }
@@ -81,16 +85,31 @@ impl BlockMap {
                 return;
             };
             let numbers = &self.tables[number as usize];
-            let from = [0, 1, 2].map(|i| low[i].max(table[i] << 2));
-            let to = [0, 1, 2].map(|i| high[i].min(table[i] << 2 | 3));
-            visit_between([from, to], |block| {
-                let number = numbers[within(block)];
-                if number != EMPTY {
-                    visit(block, number);
-                }
-            });
+            let mut left = self.taken[number as usize] & bits_between(table, low, high);
+            while left != 0 {
+                let bit = left.trailing_zeros();
+                let offset = [bit & 3, bit >> 2 & 3, bit >> 4];
+                visit([0, 1, 2].map(|i| table[i] << 2 | offset[i]), numbers[bit as usize]);
+                left &= left - 1;
+            }
         });
     }
+}
+
+/// The bits of a table's blocks that are between two corners, both included.
+fn bits_between(table: Block, low: Block, high: Block) -> u64 {
+    let row = |axis: usize| {
+        let from = low[axis].saturating_sub(table[axis] << 2).min(3);
+        let to = (high[axis] - (table[axis] << 2)).min(3);
+        (0b1111 << from) & (0b1111 >> (3 - to))
+    };
+    let (x, y, z) = (row(0), row(1), row(2));
+    let mut bits = 0;
+    for i in 0..4 {
+        let in_row = (y >> i & 1) * x;
+        bits |= in_row << (4 * i);
+    }
+    (0..4).fold(0, |all, i| all | (z >> i & 1) * (bits << (16 * i)))
 }
 
 /// A block's place in its table.

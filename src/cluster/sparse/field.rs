@@ -1,32 +1,32 @@
 //! Lower bounds on the distance to the nearest centre, on cubic grids of doubling cell size.
 //!
 //! A grid holds for each of its cells the squared distance from the cell's middle to the nearest
-//! obstacle, rounded down to 16 bits, and says nothing beyond a window of eight cells. Its obstacles are the
+//! obstacle, rounded down to a byte, and says nothing beyond a window of eight cells. Its obstacles are the
 //! centres themselves on the finest grid, and on the others occupied boxes, each as large as eight
 //! cells: few births occupy a new one of those, so that a birth changes the finest grid and seldom
 //! another.
 //!
-//! Cells are kept in blocks of 4³, and only where somebody has asked. A block made
-//! late is the same as one that was there from the beginning.
+//! Cells are kept in blocks of 4³, one cache line each, and only where somebody has asked. A block
+//! made late is the same as one that was there from the beginning.
 //!
-//! All lengths here are in units of the element radius.
+//! All lengths here are in units of the element radius. Cells of the finest grid have whole numbers
+//! for their middles, so that a point's cell is found by rounding.
 
 use glam::DVec3;
 
 use super::block_map::{Block, BlockMap, coarsen};
 
 /// Squared distances from the middles of a block of 4³ cells, x fastest.
-pub(super) type Distances = [i16; 64];
+pub(super) type Distances = [u8; 64];
 
 /// Cells that a grid sees; farther is the same as this far.
 pub(super) const WINDOW: u32 = 8;
 
-/// The unit of squared distances is a cell's size squared over this. It is a multiple of 4 and the
-/// largest for which the window's square is an i16, which vector code has a minimum for.
-const SCALE: i16 = ((i16::MAX as u32 / (WINDOW * WINDOW)) & !3) as i16;
+/// Squared distances are counted in quarters of a cell's size squared: in half cells, squared.
+const QUARTERS: f64 = 4.0;
 
 /// The squared distance of a cell that sees no obstacle.
-pub(super) const FAR: i16 = SCALE * (WINDOW * WINDOW) as i16;
+pub(super) const FAR: u8 = u8::MAX;
 
 /// The blocks with cells at most the window away from a cell, or from any between two.
 pub(super) fn seen_from(low: Block, high: Block) -> [Block; 2] {
@@ -105,18 +105,18 @@ impl Grid {
 }
 
 /// Squared distance along an axis from a cell's middle to an obstacle's box.
-fn box_gap_sq(cell: u32, obstacle: u32) -> i16 {
+fn box_gap_sq(cell: u32, obstacle: u32) -> u8 {
     // In half cells everything is whole: a middle is at 2c + 1, the box from 4v to 4v + 4.
     let (middle, low) = (2 * cell + 1, 4 * obstacle);
     let below = low.saturating_sub(middle);
-    let gap = below.max(middle.saturating_sub(low + 4)).min(2 * WINDOW);
-    (gap * gap) as i16 * (SCALE / 4)
+    let gap = below.max(middle.saturating_sub(low + 4));
+    gap.saturating_mul(gap).min(FAR.into()) as u8
 }
 
 /// Squared distances along each axis from the cells of some blocks to an obstacle.
 pub(super) struct Gaps {
     low: Block,
-    by_axis: [[[i16; 4]; MOST_BLOCKS]; 3],
+    by_axis: [[[u8; 4]; MOST_BLOCKS]; 3],
 }
 
 /// Blocks along an axis that an obstacle is seen from.
@@ -125,7 +125,7 @@ const MOST_BLOCKS: usize = (2 * WINDOW as usize + 2).div_ceil(4) + 1;
 impl Gaps {
     /// For the blocks from one corner to another, by a function of axis and cell.
     #[inline]
-    fn new([low, high]: [Block; 2], gap_sq: impl Fn(usize, u32) -> i16) -> Self {
+    fn new([low, high]: [Block; 2], gap_sq: impl Fn(usize, u32) -> u8) -> Self {
         let mut by_axis = [[[FAR; 4]; MOST_BLOCKS]; 3];
         for (axis, blocks) in by_axis.iter_mut().enumerate() {
             for (gaps, block) in blocks.iter_mut().zip(low[axis]..=high[axis]) {
@@ -146,8 +146,8 @@ impl Gaps {
     pub(super) fn to_centre(blocks: [Block; 2], p: DVec3) -> Self {
         let p = p.to_array();
         Self::new(blocks, |axis, cell| {
-            let gap = p[axis] - f64::from(cell) - 0.5;
-            (gap * gap * f64::from(SCALE)).min(f64::from(FAR)) as i16
+            let gap = p[axis] - f64::from(cell);
+            (gap * gap * QUARTERS) as u8
         })
     }
 
@@ -156,26 +156,45 @@ impl Gaps {
     pub(super) fn lower(&self, distances: &mut Distances, block: Block) {
         let of = |axis: usize| self.by_axis[axis][(block[axis] - self.low[axis]) as usize];
         let (x, y, z) = (of(0), of(1), of(2));
-        // Two rows at a time: eight numbers, one register.
-        let x = [x[0], x[1], x[2], x[3], x[0], x[1], x[2], x[3]];
-        for (j, rows) in distances.as_chunks_mut::<8>().0.iter_mut().enumerate() {
-            let z = z[j >> 1];
-            let (first, second) = (
-                y[2 * (j & 1)].saturating_add(z),
-                y[2 * (j & 1) + 1].saturating_add(z),
-            );
-            let across = [first, first, first, first, second, second, second, second];
-            for (i, distance) in rows.iter_mut().enumerate() {
-                *distance = (*distance).min(x[i].saturating_add(across[i]));
+        // A layer at a time: sixteen numbers, one register.
+        let across: [u8; 16] = std::array::from_fn(|i| x[i & 3].saturating_add(y[i >> 2]));
+        for (layer, z) in distances.as_chunks_mut::<16>().0.iter_mut().zip(z) {
+            for (distance, across) in layer.iter_mut().zip(across) {
+                *distance = (*distance).min(across.saturating_add(z));
             }
         }
     }
 }
 
-/// The bound that a cell gives at a point, from a grid of this cell size. May be negative.
-#[inline]
-pub(super) fn bound(distance_sq: i16, size: f64, cell: Block, p: DVec3) -> f64 {
-    let corner = DVec3::new(cell[0].into(), cell[1].into(), cell[2].into());
-    let middle = (corner + 0.5) * size;
-    (f64::from(distance_sq) * (1.0 / f64::from(SCALE))).sqrt() * size - p.distance(middle)
+/// Whole numbers of half cells squared as distances in cells.
+pub(super) struct Roots([f64; 256]);
+
+impl Default for Roots {
+    fn default() -> Self {
+        Self(std::array::from_fn(|quarters| {
+            (quarters as f64 / QUARTERS).sqrt()
+        }))
+    }
+}
+
+impl Roots {
+    /// The distance between middle and obstacle that a cell has, in cells: no more than that.
+    #[inline(always)]
+    pub(super) fn least(&self, distance_sq: u8) -> f64 {
+        self.0[usize::from(distance_sq)]
+    }
+
+    /// No centre that made the cell of the finest grid what it is, is farther.
+    #[inline(always)]
+    pub(super) fn most(&self, distance_sq: u8) -> f64 {
+        // Rounded down once an axis.
+        self.0[usize::from(distance_sq.saturating_add(3))]
+    }
+}
+
+/// The middle of a cell, from a grid of this cell size: of the finest cells in it.
+#[inline(always)]
+pub(super) fn middle(cell: Block, size: f64) -> DVec3 {
+    let low = DVec3::new(cell[0].into(), cell[1].into(), cell[2].into());
+    low * size + 0.5 * (size - 1.0)
 }

@@ -109,21 +109,6 @@ impl Chunks {
     }
 }
 
-impl Chunks {
-    /// Visits the ids in a list.
-    fn each(&self, list: List, mut visit: impl FnMut(u32)) {
-        let (mut at, mut left) = (list.head, list.len as usize);
-        while at != NONE {
-            let here = (left - 1) % LANES + 1;
-            self.chunks[at as usize].id[..here]
-                .iter()
-                .for_each(|&id| visit(id));
-            left -= here;
-            at = self.next[at as usize];
-        }
-    }
-}
-
 impl Chunk {
     #[inline(always)]
     fn distances_sq(&self, p: DVec3) -> [f32; LANES] {
@@ -225,14 +210,6 @@ impl CellLists {
             sum.unsure += tally.unsure;
         });
         sum
-    }
-
-    /// Visits the ids in all cells from one corner to another.
-    pub(super) fn visit_cells(&self, corners: [Block; 2], mut visit: impl FnMut(u32)) {
-        self.map.visit(corners, |_, number| {
-            self.chunks
-                .each(self.cells[number as usize].list, &mut visit);
-        });
     }
 
     /// Visits all that may be within a radius.

@@ -1,42 +1,41 @@
 //! The index that growth uses: bytes of distance where it is far, lists of centres where it is near.
 //!
 //! See [`field`] for distances and [`lists`] for centres. A walker asks one or two cache lines a
-//! step: the block of cells about it knows how far the nearest centre is at least, and only within
-//! two radii and a cell are centres themselves looked at.
+//! step: the block of cells about it knows how far the nearest centre is at least, and only where
+//! that leaves in doubt whether one touches are centres themselves looked at.
 
 mod block_map;
 mod field;
+mod finest;
 mod lists;
+mod touching;
 
 use glam::DVec3;
 
-use super::index::{ElementIndex, Look};
-use block_map::{Block, BlockMap, Recent, coarsen};
-use field::{Distances, FAR, Gaps, Grid, WINDOW, address, bound, seen_from};
-use lists::{CellLists, Chunks, List};
+use super::index::{ElementIndex, Look, Mark};
+use block_map::{Block, Recent, coarsen};
+use field::{Distances, FAR, Gaps, Grid, Roots, WINDOW, address, middle};
+use finest::{Ball, Centres, Finest, cell_of, middle_of};
+use lists::CellLists;
+use touching::Touch;
 
 /// Sparse grids over the space that walkers ask about.
 pub struct SparseIndex {
-    low: DVec3,
     radius: f64,
-    inverse: f64,
-    positions: Vec<DVec3>,
-    /// Centres by blocks of the finest grid.
-    small: CellLists,
-    /// Centres by cells of the widest ball.
-    wide: CellLists,
+    roots: Roots,
+    positions: Positions,
     finest: Finest,
     /// Cells of 2, 4, 8 … radii.
     coarser: Vec<Grid>,
+    /// Centres by cells of the widest ball, where wide balls are asked for.
+    wide: Option<CellLists>,
 }
 
-/// The finest grid: cells of one radius, and the centres that can touch each block.
-#[derive(Default)]
-struct Finest {
-    asked: BlockMap,
-    distances: Vec<Distances>,
-    touching: Vec<List>,
-    chunks: Chunks,
+/// The centres, in the units that they came in and in the grids'.
+struct Positions {
+    all: Vec<DVec3>,
+    low: DVec3,
+    inverse: f64,
 }
 
 /// What one walker found out.
@@ -53,9 +52,16 @@ pub struct Notes {
     /// The cells that were looked at, in blocks that were there.
     reads: Vec<Read>,
     /// Places so near to elements that nothing matters but whether they touch.
-    near: Vec<DVec3>,
-    fine: Vec<FineNote>,
-    coarse: Vec<(usize, Block, Distances)>,
+    near: Places,
+    /// Blocks that nobody had asked for.
+    new: Vec<NewBlock>,
+}
+
+/// Some places and a box that holds them.
+struct Places {
+    places: Vec<DVec3>,
+    low: DVec3,
+    high: DVec3,
 }
 
 /// A cell that was looked at, and what it said.
@@ -63,19 +69,18 @@ struct Read {
     block: u32,
     level: u8,
     within: u8,
-    distance_sq: i16,
+    distance_sq: u8,
 }
 
 /// The last table of each grid.
 #[derive(Default)]
 struct Tables([Recent; MOST_LEVELS]);
 
-/// A block of the finest grid that nobody had asked for.
-struct FineNote {
+/// A block that was worked out by a walker.
+struct NewBlock {
+    level: usize,
     block: Block,
     distances: Distances,
-    /// Offsets from the block's corner.
-    touching: Vec<(DVec3, u32)>,
 }
 
 /// Grids at most: radii are more than a 10-millionth of the box.
@@ -92,41 +97,45 @@ const FIRST_LEVEL: usize = 5;
 /// As elements are added it only sinks, along with all that led to it.
 const NEAR: f64 = 3.0;
 
-/// Cells in a block, along an axis.
-const BLOCK: f64 = 4.0;
-
 /// A bound of this many cells is worth more than a look at the next finer grid.
 const GOOD: f64 = 3.0;
+
+/// Balls of this many radii, or larger, are counted faster in the lists of wide cells.
+const WIDE: f64 = 6.0;
 
 impl ElementIndex for SparseIndex {
     type Notes = Notes;
 
-    fn new(radius: f64, wide: f64, [low, high]: [DVec3; 2]) -> Self {
+    fn new(radius: f64, wide: Option<f64>, [low, high]: [DVec3; 2]) -> Self {
         let across = low.distance(high) / (radius * f64::from(WINDOW));
         let levels = across.max(1.0).log2().ceil() as usize;
         assert!(
             levels < MOST_LEVELS,
             "a radius above a 10-millionth of the box"
         );
+        let wide = wide.map(|wide| wide / radius).filter(|&wide| wide > WIDE);
         Self {
-            low: low - radius,
             radius,
-            inverse: 1.0 / radius,
-            positions: Vec::new(),
-            small: CellLists::new(BLOCK),
-            wide: CellLists::new((wide / radius).max(BLOCK)),
+            roots: Roots::default(),
+            positions: Positions {
+                all: Vec::new(),
+                low: low - radius,
+                inverse: 1.0 / radius,
+            },
             finest: Finest::default(),
             coarser: (0..levels).map(|_| Grid::default()).collect(),
+            wide: wide.map(CellLists::new),
         }
     }
 
     fn insert(&mut self, position: DVec3) {
-        let id = self.positions.len() as u32;
-        self.positions.push(position);
+        let id = self.positions.all.len() as u32;
         let p = self.scaled(position);
-        self.small.insert(p, id);
-        self.wide.insert(p, id);
-        self.finest.insert(p, id);
+        self.finest.insert(p, id, &self.positions);
+        self.positions.all.push(position);
+        if let Some(wide) = &mut self.wide {
+            wide.insert(p, id);
+        }
         let cell = cell_of(p);
         for (i, grid) in self.coarser.iter_mut().enumerate() {
             if !grid.occupy(coarsen(cell, i + 2)) {
@@ -136,82 +145,155 @@ impl ElementIndex for SparseIndex {
     }
 
     fn adopt(&mut self, notes: &mut Notes) {
-        for mut note in notes.fine.drain(..) {
-            self.catch_up(&mut note, notes.known);
-            self.finest.keep(&note);
-        }
-        for (level, block, mut distances) in notes.coarse.drain(..) {
-            self.catch_up_coarse(level, block, &mut distances, notes.known);
-            self.coarser[level - 1].keep(block, &distances);
+        for mut new in notes.new.drain(..) {
+            self.catch_up(&mut new, notes.known);
+            match new.level {
+                0 => self.finest.keep(new.block, &new.distances, &self.positions),
+                level => self.coarser[level - 1].keep(new.block, &new.distances),
+            }
         }
     }
 
-    fn holds(&self, notes: &Notes) -> bool {
+    fn mark(&self, notes: &Notes) -> Mark {
+        let seen = [notes.reads.len(), notes.near.places.len(), notes.new.len()];
+        Mark {
+            seen: seen.map(|n| n as u32),
+            level: notes.level as u32,
+        }
+    }
+
+    fn held(&self, notes: &Notes) -> Mark {
         let same = |read: &Read| {
-            let grid = match read.level {
-                0 => &self.finest.distances,
-                level => &self.coarser[usize::from(level) - 1].distances,
-            };
+            let grid = self.grid(read.level.into());
             grid[read.block as usize][usize::from(read.within)] == read.distance_sq
         };
-        let fine = |note: &FineNote| {
-            let mut now = note.distances;
-            self.lower_fine(note.block, &mut now, notes.known);
-            now == note.distances
+        let unchanged = |new: &NewBlock| {
+            let mut now = NewBlock { ..*new };
+            self.catch_up(&mut now, notes.known);
+            now.distances == new.distances
         };
-        let coarse = |(level, block, distances): &(usize, Block, Distances)| {
-            let mut now = *distances;
-            self.catch_up_coarse(*level, *block, &mut now, notes.known);
-            now == *distances
-        };
-        let limit = (CONTACT * self.radius).powi(2);
-        let births = &self.positions[notes.known..];
+        let contact = CONTACT * self.radius;
+        let births: Vec<DVec3> = self.positions.all[notes.known..]
+            .iter()
+            .copied()
+            .filter(|q| notes.near.may_touch(*q, contact))
+            .collect();
+        let limit = contact * contact;
         let untouched = |p: &DVec3| births.iter().all(|q| q.distance_squared(*p) >= limit);
-        notes.near.iter().all(untouched)
-            && notes.reads.iter().all(same)
-            && notes.fine.iter().all(fine)
-            && notes.coarse.iter().all(coarse)
+        Mark {
+            seen: [
+                first_not(&notes.reads, same),
+                first_not(&notes.near.places, untouched),
+                first_not(&notes.new, unchanged),
+            ],
+            level: 0,
+        }
+    }
+
+    fn rewind(&self, notes: &mut Notes, mark: Mark) {
+        let [reads, near, new] = mark.seen.map(|n| n as usize);
+        notes.reads.truncate(reads);
+        notes.near.places.truncate(near);
+        notes.new.truncate(new);
+        notes.level = mark.level as usize;
+        notes.known = self.positions.all.len();
     }
 
     fn begin(&self, notes: &mut Notes, others_walk: bool) {
         notes.remembers = others_walk;
         notes.level = self.coarser.len().min(FIRST_LEVEL);
-        notes.known = self.positions.len();
+        notes.known = self.positions.all.len();
         notes.reads.clear();
         notes.near.clear();
-        notes.fine.clear();
-        notes.coarse.clear();
+        notes.new.clear();
     }
 
+    #[inline]
     fn look(&self, position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
+        if notes.level == 0 {
+            let cell = cell_of(p);
+            let (block, within) = address(cell);
+            let known = self.finest.blocks.get_again(block, &mut notes.tables.0[0]);
+            let distance_sq = known.map_or(FAR, |n| self.finest.distances[n as usize][within]);
+            if let (Some(number), true) = (known, distance_sq != FAR) {
+                let bounds = self.near_bounds(p, distance_sq);
+                if notes.remembers {
+                    if bounds[0] < NEAR {
+                        notes.near.push(position);
+                    } else {
+                        notes.read(0, number, within, distance_sq);
+                    }
+                }
+                return self.look_near(position, bounds, || self.finest.touch(number, block, p));
+            }
+        }
+        self.search(position, p, notes)
+    }
+
+    fn count(&self, position: DVec3, radius: f64) -> usize {
+        let (p, reach) = (self.scaled(position), radius * self.positions.inverse);
+        if let Some(wide) = self.wide.as_ref().filter(|_| reach > WIDE) {
+            let tally = wide.tally(p, reach);
+            if tally.unsure == 0 {
+                return tally.inside as usize;
+            }
+        }
+        let mut n = 0;
+        self.within(position, radius, &mut |_, _| n += 1);
+        n
+    }
+
+    fn within(&self, position: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3)) {
+        let (p, reach) = (self.scaled(position), radius * self.positions.inverse);
+        let limit = radius * radius;
+        let mut one = |id: u32| {
+            let q = self.positions.all[id as usize];
+            if q.distance_squared(position) < limit {
+                visit(id, q);
+            }
+        };
+        let (block, _) = address(cell_of(p));
+        let known = self.finest.blocks.get(block).filter(|_| reach <= CONTACT);
+        match (known, &self.wide) {
+            (Some(number), _) => self.finest.touching(number, block, p).for_each(one),
+            (_, Some(wide)) if reach > WIDE => wide.visit(p, reach, &mut one),
+            _ => {
+                let ball = Ball { p, reach };
+                self.finest
+                    .visit(ball, &self.positions, &mut |id, _| one(id));
+            }
+        }
+    }
+}
+
+impl SparseIndex {
+    /// Looks at one grid after the other for the one that can tell most.
+    ///
+    /// The search begins with the grid that answered last: a step seldom changes the scale.
+    #[inline(never)]
+    fn search(&self, position: DVec3, p: DVec3, notes: &mut Notes) -> Look {
         let cell = cell_of(p);
-        let top = self.coarser.len();
         let seen_before = notes.reads.len();
         let mut coarser_says: Option<f64> = None;
         let mut finer_says = f64::NEG_INFINITY;
-        // The search begins with the grid that answered last: a step seldom changes the scale.
         loop {
             let level = notes.level;
-            let size = (1u64 << level) as f64;
-            let distance_sq = if level == 0 {
-                let (distance_sq, known) = self.finest_distance_sq(cell, notes);
-                if distance_sq != FAR {
-                    let bound = bound(distance_sq, size, cell, p);
-                    if bound < NEAR && notes.remembers {
-                        notes.reads.truncate(seen_before);
-                        notes.near.push(position);
-                    }
-                    return self.look_near(position, bound, known, p);
+            let size = f64::from(1u32 << level);
+            let distance_sq = self.distance_sq(level, cell, notes);
+            if level == 0 && distance_sq != FAR {
+                let bounds = self.near_bounds(p, distance_sq);
+                if bounds[0] < NEAR && notes.remembers {
+                    notes.reads.truncate(seen_before);
+                    notes.near.push(position);
                 }
-                distance_sq
-            } else {
-                self.distance_sq(level, cell, notes)
-            };
-            let here = bound(distance_sq, size, coarsen(cell, level), p);
-            if distance_sq == FAR && level < top {
+                return self.look_near(position, bounds, || Touch::Unsure);
+            }
+            let aside = p.distance(middle(coarsen(cell, level), size));
+            let here = self.roots.least(distance_sq) * size - aside;
+            if distance_sq == FAR && level < self.coarser.len() {
                 if let Some(bound) = coarser_says {
-                    return self.nothing_nearer_than(bound.max(here));
+                    return self.nothing_nearer_than(here.max(bound));
                 }
                 finer_says = here;
                 notes.level = level + 1;
@@ -224,49 +306,21 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn count(&self, position: DVec3, radius: f64) -> usize {
-        let p = self.scaled(position);
-        let tally = self.wide.tally(p, radius * self.inverse);
-        if tally.unsure == 0 {
-            return tally.inside as usize;
-        }
-        let mut n = 0;
-        self.within(position, radius, &mut |_, _| n += 1);
-        n
+    /// Bounds on the distance to the nearest centre by what the finest grid says of the cell about
+    /// a point.
+    #[inline(always)]
+    fn near_bounds(&self, p: DVec3, distance_sq: u8) -> [f64; 2] {
+        let aside = p.distance(middle_of(p));
+        [
+            self.roots.least(distance_sq) - aside,
+            self.roots.most(distance_sq) + aside,
+        ]
     }
 
-    fn within(&self, position: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3)) {
-        let (p, reach, limit) = (
-            self.scaled(position),
-            radius * self.inverse,
-            radius * radius,
-        );
-        let mut one = |id: u32| {
-            let q = self.positions[id as usize];
-            if q.distance_squared(position) < limit {
-                visit(id, q);
-            }
-        };
-        let (block, _) = address(cell_of(p));
-        let known = self.finest.asked.get(block).filter(|_| reach <= CONTACT);
-        if let Some(number) = known {
-            let (list, limit) = (self.finest.touching[number as usize], reach * reach);
-            let offset = p - corner_of(block);
-            self.finest
-                .chunks
-                .visit(list, offset, limit as f32, &mut one);
-        } else if reach > 1.5 * BLOCK {
-            self.wide.visit(p, reach, &mut one);
-        } else {
-            self.small.visit(p, reach, &mut one);
-        }
-    }
-}
-
-impl SparseIndex {
     /// In units of the radius, from the grids' origin.
+    #[inline(always)]
     fn scaled(&self, position: DVec3) -> DVec3 {
-        (position - self.low) * self.inverse
+        self.positions.scale(position)
     }
 
     fn nothing_nearer_than(&self, bound: f64) -> Look {
@@ -276,113 +330,86 @@ impl SparseIndex {
         }
     }
 
-    /// What a grid but the finest says of the cell about a point.
+    fn grid(&self, level: usize) -> &[Distances] {
+        match level {
+            0 => &self.finest.distances,
+            level => &self.coarser[level - 1].distances,
+        }
+    }
+
+    /// What a grid says of the cell about a point.
     #[inline]
-    fn distance_sq(&self, level: usize, cell: Block, notes: &mut Notes) -> i16 {
+    fn distance_sq(&self, level: usize, cell: Block, notes: &mut Notes) -> u8 {
         let (block, within) = address(coarsen(cell, level));
-        let grid = &self.coarser[level - 1];
-        match grid.asked.get_again(block, &mut notes.tables.0[level]) {
+        let (blocks, distances) = match level {
+            0 => (&self.finest.blocks, &self.finest.distances),
+            level => {
+                let grid = &self.coarser[level - 1];
+                (&grid.asked, &grid.distances)
+            }
+        };
+        match blocks.get_again(block, &mut notes.tables.0[level]) {
             Some(block) => {
-                let distance_sq = grid.distances[block as usize][within];
+                let distance_sq = distances[block as usize][within];
                 notes.read(level, block, within, distance_sq);
                 distance_sq
             }
-            None => self.coarse_note(level, block, notes)[within],
+            None => self.new_block(level, block, notes)[within],
         }
     }
 
-    /// What the finest grid says, and the block's number if it has one.
-    #[inline]
-    fn finest_distance_sq(&self, cell: Block, notes: &mut Notes) -> (i16, Option<u32>) {
-        let (block, within) = address(cell);
-        match self.finest.asked.get_again(block, &mut notes.tables.0[0]) {
-            Some(block) => {
-                let distance_sq = self.finest.distances[block as usize][within];
-                notes.read(0, block, within, distance_sq);
-                (distance_sq, Some(block))
-            }
-            None => (self.fine_note(block, notes).distances[within], None),
-        }
+    /// A block that is not there, worked out once a walker.
+    #[cold]
+    fn new_block<'a>(&self, level: usize, block: Block, notes: &'a mut Notes) -> &'a Distances {
+        let noted = |new: &NewBlock| new.level == level && new.block == block;
+        let number = notes.new.iter().position(noted).unwrap_or_else(|| {
+            let distances = match level {
+                0 => self.finest.survey(block, &self.positions),
+                level => self.coarser[level - 1].survey(block),
+            };
+            notes.new.push(NewBlock {
+                level,
+                block,
+                distances,
+            });
+            notes.new.len() - 1
+        });
+        &notes.new[number].distances
     }
 
     /// Lowers a noted block by the elements after the first `known`.
-    fn lower_fine(&self, block: Block, distances: &mut Distances, known: usize) {
-        for &position in &self.positions[known..] {
+    fn catch_up(&self, new: &mut NewBlock, known: usize) {
+        let block = new.block;
+        for &position in &self.positions.all[known..] {
             let p = self.scaled(position);
-            Gaps::to_centre([block; 2], p).lower(distances, block);
+            let gaps = match new.level {
+                0 => Gaps::to_centre([block; 2], p),
+                level => Gaps::to_box([block; 2], coarsen(cell_of(p), level + 1)),
+            };
+            gaps.lower(&mut new.distances, block);
         }
     }
 
-    /// Brings a noted block up to the present.
-    fn catch_up(&self, note: &mut FineNote, known: usize) {
-        self.lower_fine(note.block, &mut note.distances, known);
-        for (id, &position) in self.positions.iter().enumerate().skip(known) {
-            let offset = self.scaled(position) - corner_of(note.block);
-            if touches(offset) {
-                note.touching.push((offset, id as u32));
-            }
-        }
-    }
-
-    fn catch_up_coarse(&self, level: usize, block: Block, distances: &mut Distances, known: usize) {
-        for &position in &self.positions[known..] {
-            let obstacle = coarsen(cell_of(self.scaled(position)), level + 1);
-            Gaps::to_box([block; 2], obstacle).lower(distances, block);
-        }
-    }
-
-    #[cold]
-    fn coarse_note<'a>(&self, level: usize, block: Block, notes: &'a mut Notes) -> &'a Distances {
-        let noted = notes
-            .coarse
-            .iter()
-            .position(|n| n.0 == level && n.1 == block);
-        let number = noted.unwrap_or_else(|| {
-            let distances = self.coarser[level - 1].survey(block);
-            notes.coarse.push((level, block, distances));
-            notes.coarse.len() - 1
-        });
-        &notes.coarse[number].2
-    }
-
-    #[cold]
-    fn fine_note<'a>(&self, block: Block, notes: &'a mut Notes) -> &'a FineNote {
-        let noted = notes.fine.iter().position(|n| n.block == block);
-        let number = noted.unwrap_or_else(|| {
-            notes.fine.push(self.survey(block));
-            notes.fine.len() - 1
-        });
-        &notes.fine[number]
-    }
-
-    /// A block of the finest grid, worked out from the centres about it.
-    fn survey(&self, block: Block) -> FineNote {
-        let corner = corner_of(block);
-        let mut note = FineNote {
-            block,
-            distances: [FAR; 64],
-            touching: Vec::new(),
-        };
-        let low = block.map(|b| b << 2);
-        let seen = seen_from(low, low.map(|c| c + 3));
-        self.small.visit_cells(seen, |id| {
-            let p = self.scaled(self.positions[id as usize]);
-            Gaps::to_centre([block; 2], p).lower(&mut note.distances, block);
-            if touches(p - corner) {
-                note.touching.push((p - corner, id));
-            }
-        });
-        note
-    }
-
-    /// The finest grid's answer, and that of the centres where it is too near to tell.
-    #[inline]
-    fn look_near(&self, position: DVec3, bound: f64, block: Option<u32>, p: DVec3) -> Look {
-        let touching = bound < CONTACT && self.touches(position, p, block);
-        let clear = match bound {
+    /// The finest grid's answer from both bounds on the distance to the nearest centre, and that of
+    /// the centres where these do not tell whether it touches.
+    #[inline(always)]
+    fn look_near(
+        &self,
+        position: DVec3,
+        [least, most]: [f64; 2],
+        touch: impl FnOnce() -> Touch,
+    ) -> Look {
+        let touching = least < CONTACT
+            && (most < CONTACT
+                || match touch() {
+                    Touch::Yes => true,
+                    Touch::No => false,
+                    Touch::Unsure => self.touches(position),
+                });
+        let clear = match least {
             _ if touching => 0.0,
-            b if b < NEAR => CONTACT,
-            b => b,
+            bound if bound < NEAR => CONTACT,
+            bound => bound,
         };
         Look {
             clear: clear * self.radius,
@@ -390,25 +417,65 @@ impl SparseIndex {
         }
     }
 
-    fn touches(&self, position: DVec3, p: DVec3, block: Option<u32>) -> bool {
-        let limit = (CONTACT * CONTACT) as f32;
-        if let Some(number) = block {
-            let offset = p - corner_of(address(cell_of(p)).0);
-            let list = self.finest.touching[number as usize];
-            let tally = self.finest.chunks.tally(list, offset, limit);
-            if tally.inside > 0 || tally.unsure == 0 {
-                return tally.inside > 0;
-            }
-        }
+    #[cold]
+    fn touches(&self, position: DVec3) -> bool {
         let mut touching = false;
         self.within(position, CONTACT * self.radius, &mut |_, _| touching = true);
         touching
     }
 }
 
+impl Positions {
+    /// In units of the radius, from the grids' origin.
+    #[inline(always)]
+    fn scale(&self, position: DVec3) -> DVec3 {
+        (position - self.low) * self.inverse
+    }
+}
+
+impl Centres for Positions {
+    fn centre(&self, id: u32) -> DVec3 {
+        self.scale(self.all[id as usize])
+    }
+}
+
+impl Default for Places {
+    fn default() -> Self {
+        Self {
+            places: Vec::new(),
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+        }
+    }
+}
+
+impl Places {
+    #[inline]
+    fn push(&mut self, place: DVec3) {
+        self.places.push(place);
+        self.low = self.low.min(place);
+        self.high = self.high.max(place);
+    }
+
+    fn clear(&mut self) {
+        self.places.clear();
+        (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    }
+
+    /// False where no place is within a distance.
+    fn may_touch(&self, q: DVec3, distance: f64) -> bool {
+        q.cmpge(self.low - distance).all() && q.cmple(self.high + distance).all()
+    }
+}
+
+/// The number of the first that something does not hold for, or how many there are.
+fn first_not<T>(all: &[T], holds: impl Fn(&T) -> bool) -> u32 {
+    all.iter().position(|one| !holds(one)).unwrap_or(all.len()) as u32
+}
+
 impl Notes {
     #[inline]
-    fn read(&mut self, level: usize, block: u32, within: usize, distance_sq: i16) {
+    fn read(&mut self, level: usize, block: u32, within: usize, distance_sq: u8) {
         if self.remembers {
             self.reads.push(Read {
                 block,
@@ -417,54 +484,6 @@ impl Notes {
                 distance_sq,
             });
         }
-    }
-}
-
-/// The cell of the finest grid that holds a point.
-#[inline(always)]
-fn cell_of(p: DVec3) -> Block {
-    [p.x as u32, p.y as u32, p.z as u32]
-}
-
-/// The lower corner of a block of the finest grid.
-#[inline(always)]
-fn corner_of([x, y, z]: Block) -> DVec3 {
-    DVec3::new(x.into(), y.into(), z.into()) * BLOCK
-}
-
-/// Whether a centre can touch something in a block, given from the block's corner.
-fn touches(offset: DVec3) -> bool {
-    let gap = offset - offset.clamp(DVec3::ZERO, DVec3::splat(BLOCK));
-    gap.length_squared() < CONTACT * CONTACT * (1.0 + 1e-5)
-}
-
-impl Finest {
-    fn insert(&mut self, p: DVec3, id: u32) {
-        let cell = cell_of(p);
-        let seen = seen_from(cell, cell);
-        let gaps = Gaps::to_centre(seen, p);
-        self.asked.visit(seen, |near, number| {
-            let number = number as usize;
-            gaps.lower(&mut self.distances[number], near);
-            let offset = p - corner_of(near);
-            if touches(offset) {
-                self.chunks.push(&mut self.touching[number], offset, id);
-            }
-        });
-    }
-
-    /// Keeps a block, unless it is there.
-    fn keep(&mut self, note: &FineNote) {
-        let new = self.distances.len() as u32;
-        if self.asked.get_or_insert(note.block, new) != new {
-            return;
-        }
-        let mut list = List::default();
-        for &(offset, id) in &note.touching {
-            self.chunks.push(&mut list, offset, id);
-        }
-        self.distances.push(note.distances);
-        self.touching.push(list);
     }
 }
 

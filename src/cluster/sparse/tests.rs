@@ -23,7 +23,7 @@ impl Brute {
 
 fn empty() -> SparseIndex {
     let corner = DVec3::new(1.0, 1.0, 0.1);
-    SparseIndex::new(RADIUS, 10.0 * RADIUS, [-corner, corner])
+    SparseIndex::new(RADIUS, Some(10.0 * RADIUS), [-corner, corner])
 }
 
 /// What an index must never get wrong, and how good its bounds are: the mean of bound over

@@ -1,0 +1,196 @@
+//! The finest grid: cells of one radius, in blocks that know how far the nearest centre is from
+//! each of their cells, and which centres can touch something in them.
+
+use glam::DVec3;
+
+use super::CONTACT;
+use super::block_map::{Block, BlockMap};
+use super::field::{Distances, FAR, Gaps, address, seen_from};
+use super::touching::{Entry, Lines, List, Touch};
+
+/// Cells in a block, along an axis.
+pub(super) const BLOCK: f64 = 4.0;
+
+/// The blocks that somebody asked for, or that hold centres. Lengths are in units of the radius.
+#[derive(Default)]
+pub(super) struct Finest {
+    pub(super) blocks: BlockMap,
+    pub(super) distances: Vec<Distances>,
+    touching: Vec<List>,
+    lines: Lines,
+}
+
+/// Centres by their ids, in the grid's units.
+pub(super) trait Centres {
+    /// One of them.
+    fn centre(&self, id: u32) -> DVec3;
+}
+
+/// A place in the grid's units, and how far from it centres are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Ball {
+    pub(super) p: DVec3,
+    pub(super) reach: f64,
+}
+
+impl Finest {
+    /// Adds a centre.
+    pub(super) fn insert(&mut self, p: DVec3, id: u32, centres: &impl Centres) {
+        let cell = cell_of(p);
+        let (block, _) = address(cell);
+        if self.blocks.get(block).is_none() {
+            self.keep(block, &self.survey(block, centres), centres);
+        }
+        let seen = seen_from(cell, cell);
+        let gaps = Gaps::to_centre(seen, p);
+        self.blocks.visit(seen, |near, number| {
+            gaps.lower(&mut self.distances[number as usize], near);
+        });
+        let mut lists = Vec::with_capacity(8);
+        let about = Ball { p, reach: CONTACT };
+        self.near(about, |_, number, offset| lists.push((number, offset)));
+        for (number, offset) in lists {
+            let entry = Entry::new(offset, id);
+            self.lines.push(&mut self.touching[number as usize], entry);
+        }
+    }
+
+    /// Keeps a block, unless it is there.
+    pub(super) fn keep(&mut self, block: Block, distances: &Distances, centres: &impl Centres) {
+        if self.blocks.get(block).is_some() {
+            return;
+        }
+        let around = Ball {
+            p: corner_of(block) + 0.5 * (BLOCK - 1.0),
+            reach: 0.5 * BLOCK * 3f64.sqrt() + CONTACT,
+        };
+        let mut list = List::default();
+        let mut entries = Vec::new();
+        self.visit(around, centres, &mut |id, q| {
+            let offset = q - corner_of(block);
+            if gaps_sq(offset) <= CONTACT * CONTACT * (1.0 + 1e-5) {
+                entries.push(Entry::new(offset, id));
+            }
+        });
+        for entry in entries {
+            self.lines.push(&mut list, entry);
+        }
+        self.blocks
+            .get_or_insert(block, self.distances.len() as u32);
+        self.distances.push(*distances);
+        self.touching.push(list);
+    }
+
+    /// The distances of a block, worked out from the centres about it.
+    pub(super) fn survey(&self, block: Block, centres: &impl Centres) -> Distances {
+        let mut distances = [FAR; 64];
+        let low = block.map(|b| b << 2);
+        let seen = seen_from(low, low.map(|c| c + 3));
+        self.blocks.visit(seen, |near, number| {
+            self.each_inside(near, number, DVec3::ZERO, f64::INFINITY, centres, |_, q| {
+                Gaps::to_centre([block; 2], q).lower(&mut distances, block);
+            });
+        });
+        distances
+    }
+
+    /// Whether a place in a block touches a centre.
+    #[inline]
+    pub(super) fn touch(&self, number: u32, block: Block, p: DVec3) -> Touch {
+        let list = self.touching[number as usize];
+        self.lines.touch(list, p - corner_of(block))
+    }
+
+    /// The ids of those that may touch a place in a block.
+    pub(super) fn touching(
+        &self,
+        number: u32,
+        block: Block,
+        p: DVec3,
+    ) -> impl Iterator<Item = u32> {
+        let list = self.touching[number as usize];
+        self.lines.touching(list, p - corner_of(block))
+    }
+
+    /// Visits all centres nearer than the ball's reach, and perhaps some others.
+    pub(super) fn visit(
+        &self,
+        ball: Ball,
+        centres: &impl Centres,
+        visit: &mut dyn FnMut(u32, DVec3),
+    ) {
+        self.near(ball, |block, number, offset| {
+            self.each_inside(block, number, offset, ball.reach, centres, &mut *visit);
+        });
+    }
+
+    /// Visits the centres in a block that are within a distance of a place, and perhaps others in
+    /// it.
+    fn each_inside(
+        &self,
+        block: Block,
+        number: u32,
+        offset: DVec3,
+        reach: f64,
+        centres: &impl Centres,
+        mut visit: impl FnMut(u32, DVec3),
+    ) {
+        let list = self.touching[number as usize];
+        for id in self.lines.inside(list, offset, reach) {
+            let q = centres.centre(id);
+            // A centre is in the lists of several blocks, but only in one block.
+            if address(cell_of(q)).0 == block {
+                visit(id, q);
+            }
+        }
+    }
+
+    /// The blocks that have places in a ball, with the ball's middle relative to each.
+    #[inline]
+    fn near(&self, Ball { p, reach }: Ball, mut visit: impl FnMut(Block, u32, DVec3)) {
+        let low = address(cell_of((p - reach).max(DVec3::ZERO))).0;
+        let high = address(cell_of(p + reach)).0;
+        let limit = reach * reach * (1.0 + 1e-5);
+        self.blocks.visit([low, high], |block, number| {
+            let offset = p - corner_of(block);
+            if gaps_sq(offset) <= limit {
+                visit(block, number, offset);
+            }
+        });
+    }
+}
+
+/// The cell of the finest grid that holds a point: the nearest whole numbers.
+#[inline(always)]
+pub(super) fn cell_of(p: DVec3) -> Block {
+    (p + SHIFT).to_array().map(|x| x.to_bits() as u32)
+}
+
+/// The middle of that cell.
+#[inline(always)]
+pub(super) fn middle_of(p: DVec3) -> DVec3 {
+    (p + SHIFT) - SHIFT
+}
+
+/// What is added to it loses all digits behind the point, and ends in its bits as an integer.
+const SHIFT: f64 = (3u64 << 51) as f64;
+
+/// The middle of a block's lowest cell.
+#[inline(always)]
+fn corner_of([x, y, z]: Block) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into()) * BLOCK
+}
+
+/// Squared distance of a place from a block.
+#[inline(always)]
+fn gaps_sq(offset: DVec3) -> f64 {
+    gap_sq(offset.x) + gap_sq(offset.y) + gap_sq(offset.z)
+}
+
+/// Squared distance along an axis to a block, from a place given relative to the middle of its
+/// lowest cell.
+#[inline(always)]
+fn gap_sq(offset: f64) -> f64 {
+    let gap = (-0.5 - offset).max(offset - (BLOCK - 0.5)).max(0.0);
+    gap * gap
+}

@@ -1,0 +1,219 @@
+//! The centres that can touch something in a block of the finest grid.
+//!
+//! Their places relative to the block are kept as bytes, eight centres to a cache line, and compared
+//! in whole numbers of sixteen bits, eight at once. That tells whether something touches except in a
+//! band of a twelfth of a radius; what falls into the band is decided by the full positions.
+
+use glam::DVec3;
+
+use super::CONTACT;
+use super::finest::BLOCK;
+
+/// A block and what can touch it span this much along an axis, in radii.
+const SPAN: f64 = BLOCK + 2.0 * CONTACT;
+
+/// Where that begins, from the middle of the block's lowest cell.
+const BEGIN: f64 = -0.5 - CONTACT;
+
+/// Steps of a byte along an axis.
+const STEP: f64 = SPAN / 256.0;
+
+/// Places are compared in half steps: the middle of a byte's step is a whole number of them.
+const HALF: f64 = 0.5 * STEP;
+
+/// A centre is off by up to half a step an axis, a point by up to a quarter: √3 times as much in all.
+const ERROR: f64 = 1.7321 * 0.75 * STEP;
+
+/// Squared distances in half steps below which a centre touches for sure.
+const SURE: u16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (HALF * HALF)) as u16;
+
+/// Squared distances in half steps from which on it does not.
+const POSSIBLE: u16 = ((CONTACT + ERROR) * (CONTACT + ERROR) / (HALF * HALF)) as u16 + 2;
+
+const LANES: usize = 8;
+
+/// A centre relative to a block.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    place: [u8; 3],
+    id: u32,
+}
+
+impl Entry {
+    /// A centre that can touch something in the block, or nearly.
+    pub(super) fn new(offset: DVec3, id: u32) -> Self {
+        Self {
+            place: ((offset - BEGIN) * (1.0 / STEP))
+                .to_array()
+                .map(|x| x as u8),
+            id,
+        }
+    }
+}
+
+/// Eight of them.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Line {
+    x: [u8; LANES],
+    y: [u8; LANES],
+    z: [u8; LANES],
+    id: [u32; LANES],
+    next: u32,
+}
+
+/// No line.
+const NONE: u32 = u32::MAX;
+
+/// A linked list of lines; only the first may have free places.
+#[derive(Clone, Copy)]
+pub(super) struct List {
+    head: u32,
+    len: u32,
+}
+
+impl Default for List {
+    fn default() -> Self {
+        Self { head: NONE, len: 0 }
+    }
+}
+
+/// Whether a point touches a centre of a list.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Touch {
+    Yes,
+    No,
+    /// It is for the full positions to tell.
+    Unsure,
+}
+
+/// The lines of many lists.
+#[derive(Default)]
+pub(super) struct Lines(Vec<Line>);
+
+impl Lines {
+    pub(super) fn push(&mut self, list: &mut List, Entry { place, id }: Entry) {
+        let lane = list.len as usize % LANES;
+        if lane == 0 {
+            self.0.push(Line {
+                x: [0; LANES],
+                y: [0; LANES],
+                z: [0; LANES],
+                id: [u32::MAX; LANES],
+                next: list.head,
+            });
+            list.head = self.0.len() as u32 - 1;
+        }
+        let line = &mut self.0[list.head as usize];
+        [line.x[lane], line.y[lane], line.z[lane]] = place;
+        line.id[lane] = id;
+        list.len += 1;
+    }
+
+    /// The lines of a list, and how many places are taken in each.
+    fn lines(&self, list: List) -> impl Iterator<Item = (&Line, usize)> {
+        let (mut at, mut left) = (list.head, list.len as usize);
+        std::iter::from_fn(move || {
+            (at != NONE).then(|| {
+                let line = &self.0[at as usize];
+                let taken = (left - 1) % LANES + 1;
+                (at, left) = (line.next, left - taken);
+                (line, taken)
+            })
+        })
+    }
+
+    /// Whether a point in the block touches something.
+    #[inline]
+    pub(super) fn touch(&self, list: List, offset: DVec3) -> Touch {
+        let at = Place::new(offset);
+        let mut nearest = u16::MAX;
+        for (line, taken) in self.lines(list) {
+            nearest = nearest.min(line.nearest_sq(at, taken));
+        }
+        match nearest {
+            n if n < SURE => Touch::Yes,
+            n if n < POSSIBLE => Touch::Unsure,
+            _ => Touch::No,
+        }
+    }
+
+    /// The ids of those that may touch a point in the block.
+    pub(super) fn touching(&self, list: List, offset: DVec3) -> impl Iterator<Item = u32> {
+        let at = Place::new(offset);
+        self.lines(list).flat_map(move |(line, taken)| {
+            let distances = line.distances_sq(at);
+            (0..taken).filter_map(move |i| (distances[i] < POSSIBLE).then_some(line.id[i]))
+        })
+    }
+
+    /// The ids of those that may be in the block itself and within a distance of a place.
+    pub(super) fn inside(
+        &self,
+        list: List,
+        offset: DVec3,
+        reach: f64,
+    ) -> impl Iterator<Item = u32> {
+        let limit = (reach + ERROR) * (reach + ERROR);
+        self.lines(list).flat_map(move |(line, taken)| {
+            (0..taken).filter_map(move |i| {
+                let place = [line.x[i], line.y[i], line.z[i]];
+                let near = || place_of(place).distance_squared(offset) < limit;
+                (may_be_inside(place) && near()).then_some(line.id[i])
+            })
+        })
+    }
+}
+
+/// The middle of the bytes' steps.
+fn place_of([x, y, z]: [u8; 3]) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into()) * STEP + (BEGIN + HALF)
+}
+
+/// Whether a centre is in its list's block, or beside it by no more than rounding.
+fn may_be_inside(place: [u8; 3]) -> bool {
+    const LOW: u8 = (CONTACT / STEP) as u8 - 1;
+    const HIGH: u8 = ((CONTACT + BLOCK) / STEP) as u8;
+    place.iter().all(|x| (LOW..=HIGH).contains(x))
+}
+
+/// A point relative to a block, in half steps.
+#[derive(Clone, Copy)]
+struct Place([i16; 3]);
+
+impl Place {
+    #[inline(always)]
+    fn new(offset: DVec3) -> Self {
+        // Half of it is added to round to the nearest.
+        let half_steps = (offset - BEGIN) * (1.0 / HALF) + 0.5;
+        Self(half_steps.to_array().map(|x| x as i16))
+    }
+}
+
+impl Line {
+    /// Squared distances in half steps, as far as sixteen bits reach: twice that of contact.
+    #[inline(always)]
+    fn distances_sq(&self, Place([x, y, z]): Place) -> [u16; LANES] {
+        std::array::from_fn(|i| {
+            let (x, y, z) = (gap(self.x[i], x), gap(self.y[i], y), gap(self.z[i], z));
+            (x * x).saturating_add(y * y).saturating_add(z * z)
+        })
+    }
+
+    #[inline(always)]
+    fn nearest_sq(&self, at: Place, taken: usize) -> u16 {
+        let distances = self.distances_sq(at);
+        let mut nearest = u16::MAX;
+        for (i, distance) in distances.into_iter().enumerate() {
+            let taken = if i < taken { distance } else { u16::MAX };
+            nearest = nearest.min(taken);
+        }
+        nearest
+    }
+}
+
+#[inline(always)]
+fn gap(byte: u8, place: i16) -> u16 {
+    let middle = 2 * i16::from(byte) + 1;
+    (middle - place).abs().min(255) as u16
+}

@@ -1,0 +1,184 @@
+//! A walk that can be left and gone on with, and taken back to where others disturbed it.
+
+use glam::DVec3;
+
+use super::Counts;
+use super::step::RandomStep;
+use super::walker::Fate;
+use crate::cluster::{Element, ElementIndex, Mark};
+use crate::rng::Stream;
+use crate::walk::Stand;
+
+/// A walk that may be under way.
+pub(super) struct Flight<I: ElementIndex> {
+    /// The walker's number.
+    pub(super) number: u64,
+    pub(super) stage: Stage,
+    pub(super) track: Track<I>,
+    /// Elements that there were when all that the walker saw was last as it saw it.
+    pub(super) elements: usize,
+    /// The launcher that it was launched by.
+    pub(super) launcher: u64,
+}
+
+/// How far a walk has come.
+pub(super) enum Stage {
+    Ready,
+    UnderWay(Way),
+    Ended(Fate),
+}
+
+/// A walker between two steps.
+#[derive(Clone)]
+pub(super) struct Way {
+    pub(super) here: Stand,
+    /// The bound on the next step, and what is random in it.
+    pub(super) bound: f64,
+    pub(super) random: RandomStep,
+    /// Steps in a row that were as short as they get, without a contact.
+    pub(super) cramped: u32,
+    pub(super) stream: Stream,
+}
+
+/// What a walker leaves behind.
+pub(super) struct Track<I: ElementIndex> {
+    /// What it took.
+    pub(super) counts: Counts,
+    /// What it saw of the index.
+    pub(super) notes: I::Notes,
+    /// Where it asked which elements there are.
+    pub(super) asked: Vec<Asked>,
+    /// Places to which it can be taken back.
+    milestones: Vec<Milestone>,
+}
+
+/// A ball whose elements decided something.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+    /// How many more elements there might be without making a difference.
+    pub(super) spare: usize,
+}
+
+/// A walker between two steps, and the lengths of what it had left behind.
+struct Milestone {
+    way: Way,
+    counts: Counts,
+    mark: Mark,
+    asked: usize,
+}
+
+impl<I: ElementIndex> Default for Track<I> {
+    fn default() -> Self {
+        Self {
+            counts: Counts::default(),
+            notes: I::Notes::default(),
+            asked: Vec::new(),
+            milestones: Vec::new(),
+        }
+    }
+}
+
+impl<I: ElementIndex> Track<I> {
+    /// A new walker starts.
+    pub(super) fn begin(&mut self, index: &I, others_walk: bool) {
+        self.counts = Counts {
+            walkers: 1,
+            ..Counts::default()
+        };
+        self.asked.clear();
+        self.milestones.clear();
+        index.begin(&mut self.notes, others_walk);
+    }
+
+    /// Notes a place to which the walker can be taken back.
+    pub(super) fn remember(&mut self, index: &I, way: &Way) {
+        self.milestones.push(Milestone {
+            way: way.clone(),
+            counts: self.counts.clone(),
+            mark: index.mark(&self.notes),
+            asked: self.asked.len(),
+        });
+    }
+}
+
+impl<I: ElementIndex> Flight<I> {
+    /// Makes it that of another walker.
+    pub(super) fn begin(&mut self, number: u64) {
+        (self.number, self.stage) = (number, Stage::Ready);
+    }
+
+    pub(super) fn fate(&self) -> Option<Fate> {
+        match self.stage {
+            Stage::Ended(fate) => Some(fate),
+            _ => None,
+        }
+    }
+
+    /// Takes the walker back to before anything that it would see otherwise now. False where there
+    /// was nothing of the kind.
+    pub(super) fn catch_up(&mut self, index: &I, elements: &[Element], launcher: u64) -> bool {
+        let known = std::mem::replace(&mut self.elements, elements.len());
+        if matches!(self.stage, Stage::Ready) || known == elements.len() {
+            return false;
+        }
+        if launcher != self.launcher {
+            self.stage = Stage::Ready;
+            return true;
+        }
+        let births = &elements[known..];
+        let (held, asked) = (index.held(&self.track.notes), self.undisturbed(births));
+        let now = index.mark(&self.track.notes);
+        if now.is_within(&held) && asked == self.track.asked.len() {
+            index.rewind(&mut self.track.notes, now);
+            return false;
+        }
+        self.take_back(index, held, asked);
+        true
+    }
+
+    /// The number of the first ball in which births make a difference, or of all.
+    fn undisturbed(&mut self, births: &[Element]) -> usize {
+        let disturbed = |asked: &mut Asked| {
+            let limit = asked.radius * asked.radius;
+            let inside = |e: &&Element| e.position.distance_squared(asked.centre) < limit;
+            let inside = births.iter().filter(inside).count();
+            let disturbed = inside > asked.spare;
+            asked.spare -= inside.min(asked.spare);
+            disturbed
+        };
+        let all = self.track.asked.len();
+        let first = self.track.asked.iter_mut().position(disturbed);
+        first.unwrap_or(all)
+    }
+
+    /// Takes the walker back to its last milestone before these, or to before its launch.
+    fn take_back(&mut self, index: &I, held: Mark, asked: usize) {
+        let track = &mut self.track;
+        let before = |m: &Milestone| m.mark.is_within(&held) && m.asked <= asked;
+        let kept = track.milestones.iter().take_while(|m| before(m)).count();
+        track.milestones.truncate(kept);
+        self.stage = match track.milestones.last() {
+            None => Stage::Ready,
+            Some(milestone) => {
+                track.counts = milestone.counts.clone();
+                track.asked.truncate(milestone.asked);
+                index.rewind(&mut track.notes, milestone.mark);
+                Stage::UnderWay(milestone.way.clone())
+            }
+        };
+    }
+}
+
+impl<I: ElementIndex> Default for Flight<I> {
+    fn default() -> Self {
+        Self {
+            number: 0,
+            stage: Stage::Ready,
+            track: Track::default(),
+            elements: 0,
+            launcher: 0,
+        }
+    }
+}
