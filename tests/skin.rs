@@ -8,7 +8,7 @@ use glam::DVec3;
 use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::export::TriMesh;
 use thallus::run::{Execution, grow};
-use thallus::skin::{Paint, Shape, SkinError, decimate, faults, skin};
+use thallus::skin::{PALETTE, Paint, Shape, SkinError, decimate, faults, skin};
 use thallus::substrate::Substrate;
 
 /// A lichen of this many elements, grown.
@@ -230,6 +230,48 @@ fn a_lone_element_is_the_dome_of_its_field() {
         let normal = DVec3::from(n.map(f64::from));
         assert!(normal.dot(exact) > 0.999, "{p:?} {normal} {exact}");
     }
+}
+
+#[test]
+fn the_outline_is_the_fields_however_coarse_the_mesh() {
+    let surface = plane(4.0);
+    let (r, shape) = (0.1, Shape::default());
+    let mesh = skinned(&surface, &placed(&surface, r, &[DVec3::ZERO]), &shape);
+    let outline = mesh.positions.iter().filter(|p| p[1].abs() < 1e-6 * r);
+    let distances: Vec<f64> = outline
+        .map(|p| (p[0] * p[0] + p[2] * p[2]).sqrt() / (shape.falloff * r))
+        .collect();
+    assert!(distances.len() >= 6, "{distances:?}");
+    assert!(
+        distances.iter().all(|d| (d - 1.0).abs() < 0.05),
+        "{distances:?}"
+    );
+}
+
+#[test]
+fn a_lichen_without_a_rim_has_no_margin() {
+    let surface = sphere(24);
+    let n = 2000;
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let place = |i: i32| {
+        let y = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (sin, cos) = (golden * f64::from(i)).sin_cos();
+        let out = (1.0 - y * y).sqrt();
+        DVec3::new(out * cos, y, out * sin)
+    };
+    let places: Vec<DVec3> = (0..n).map(place).collect();
+    let cluster = placed(&surface, 0.05, &places);
+    let map = PALETTE.iter().find(|map| map.name == "rhizocarpon");
+    let paint = Paint::of(map.expect("a map"));
+    let margin = paint.prothallus.expect("a dark margin").color;
+    let mesh = skin(&surface, &cluster, &Shape::default(), &paint).expect("a skin");
+    let dark = |color: &&[u8; 3]| (0..3).all(|k| color[k] < margin[k] + 40);
+    assert_eq!(mesh.colors.iter().filter(dark).count(), 0);
+    // Where the sphere is cut in half, there is one.
+    let half: Vec<DVec3> = places.into_iter().filter(|p| p.y > 0.0).collect();
+    let cluster = placed(&surface, 0.05, &half);
+    let mesh = skin(&surface, &cluster, &Shape::default(), &paint).expect("a skin");
+    assert!(mesh.colors.iter().filter(dark).count() > 100);
 }
 
 #[test]

@@ -146,12 +146,12 @@ impl Outline {
             } else {
                 (b, a)
             };
-            let (inner, outer) = (samples.levels[a], samples.levels[b]);
-            let share = (inner / (inner - outer)).clamp(APART, 1.0 - APART);
-            let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
             let home = tree.homes[a];
             let facing = winding.normal(field.substrate, home).as_vec3();
-            (place, field.sample(place, home, facing, sheet))
+            crossing([samples.levels[a], samples.levels[b]], |share| {
+                let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
+                (place, field.sample(place, home, facing, sheet))
+            })
         };
         let (places, samples) = sides.par_iter().map_init(sheet, cross).unzip();
         Self {
@@ -166,6 +166,29 @@ impl Outline {
         let side = side_key(a.min(b), a.max(b));
         self.sides.partition_point(|&s| s < side) as u32
     }
+}
+
+/// The place between an inner and an outer end of these levels where the level is about 0.
+///
+/// The level falls as the square of the distance, so a straight line between the ends misses by
+/// more the longer the side is, and the outline would be jagged: two steps of the method of false
+/// position mend it.
+fn crossing(
+    [mut inner, mut outer]: [f32; 2],
+    mut sampled: impl FnMut(f32) -> (DVec3, Sample),
+) -> (DVec3, Sample) {
+    const STEPS: usize = 2;
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut share = inner / (inner - outer);
+    for _ in 0..STEPS {
+        let level = sampled(share.clamp(APART, 1.0 - APART)).1.level;
+        match level > 0.0 {
+            true => (low, inner) = (share, level),
+            false => (high, outer) = (share, level),
+        }
+        share = low + (high - low) * inner / (inner - outer);
+    }
+    sampled(share.clamp(APART, 1.0 - APART))
 }
 
 /// Puts the mesh together: vertices of the upper side, of the outline, of the underside.

@@ -67,7 +67,7 @@ impl Default for Shape {
             thickness: 1.5,
             taper: 0.4,
             falloff: 1.8,
-            resolution: 1.0,
+            resolution: 2.0,
         }
     }
 }
@@ -174,12 +174,12 @@ pub fn skin(
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
-    let mut lichen = Lichen::new(substrate, &winding, cluster);
+    // The distance from the rim is found by one thread, and needs nothing of the tree.
+    let (mut lichen, tree) = rayon::join(
+        || Lichen::new(substrate, &winding, cluster),
+        || refine(substrate, &winding, cluster, shape),
+    );
     let grid = lichen.sort(cutoff(shape) * cluster.radius());
-    let places = lichen.granules.iter().map(|g| g.position);
-    let nearness = Nearness::new(places.collect());
-    let tree = refine(substrate, &winding, &nearness, shape, cluster.radius());
-    drop(nearness);
     let field = Field::new(substrate, &lichen, &grid, shape);
     let marched = march(&field, &winding, &tree, UNDERSIDE * cluster.radius());
     drop(tree);
@@ -190,13 +190,10 @@ pub fn skin(
 }
 
 /// The part of the substrate that may carry lichen, cut finer where it does.
-fn refine(
-    substrate: &Substrate,
-    winding: &Winding,
-    nearness: &Nearness,
-    shape: &Shape,
-    radius: f64,
-) -> Tree {
+fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &Shape) -> Tree {
+    let radius = cluster.radius();
+    let places = cluster.elements().iter().map(|e| e.position);
+    let nearness = Nearness::new(places.collect());
     let felt = cutoff(shape) * radius;
     let may_carry = |&t: &u32| {
         let corners = substrate.corners(t);
