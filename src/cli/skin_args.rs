@@ -132,7 +132,8 @@ fn colormap_help() -> String {
         .map(|map| format!("\n{}: {}", map.name, map.look));
     let maps: String = maps.collect();
     format!(
-        "Colours by local density, where 1 is densest packing and closed lichen has 0.5 to 0.8. \
+        "Colours by local density, the share of the surface that elements cover: closed lichen has \
+         0.5 to 0.75. \
          Stops as 0.1:#c9d0bd,0.65:#8d9a82, a file with stops = [[0.1, \"#c9d0bd\"], ...], or one \
          of [default: {}]:{maps}",
         PALETTE[0].name

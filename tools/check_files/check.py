@@ -17,7 +17,7 @@ import pyarrow.parquet
 import trimesh
 from pxr import Usd, UsdGeom, UsdValidation
 
-from common import Lichen, check_frames, near
+from common import SKINS, Lichen, check_frames, near
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -130,7 +130,7 @@ def check_usd_curves(stem, lichen):
 
 
 def check_gltf(stem, lichen):
-    files = [f"{stem}_{what}.{e}" for what in ["points", "instances", "curves"]
+    files = [f"{stem}_{what}.{e}" for what in ["points", "instances", "curves", "skin"]
              for e in ["glb", "gltf"] if os.path.exists(f"{stem}_{what}.{e}")]
     done = subprocess.run(["node", f"{HERE}/validate_gltf.js", *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -143,6 +143,32 @@ def check_trimesh(stem, lichen):
     cloud = trimesh.load(f"{stem}_points.ply", process=False)
     near(cloud.vertices, lichen.placed("z"), 1e-6, "trimesh: ply")
     assert len(cloud.colors) == lichen.count
+
+
+def check_skins(stem, lichen):
+    """The mesh of every format is closed, and the same but for its axes."""
+    stage = open_stage(f"{stem}_skin.usda")
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/lichen/skin"))
+    points = np.array(mesh.GetPointsAttr().Get(), float)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    valid, why = UsdGeom.Mesh.ValidateTopology(
+        mesh.GetFaceVertexIndicesAttr().Get(), mesh.GetFaceVertexCountsAttr().Get(), len(points))
+    assert valid, why
+    near(mesh.GetExtentAttr().Get(), [points.min(0), points.max(0)], 1e-6, "skin: extent")
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    birth = np.array(primvars.GetPrimvar("birth").Get())
+    assert birth.shape == (len(points),) and 0 <= birth.min() and birth.max() < lichen.count
+    for name in ["displayColor", "density", "rim_distance", "colony"]:
+        assert len(primvars.GetPrimvar(name).Get()) == len(points), f"skin: {name}"
+    for extension in SKINS:
+        if extension in ("usd", "usda"):
+            continue
+        read = trimesh.load(f"{stem}_skin.{extension}", process=False, force="mesh")
+        assert read.is_watertight and read.is_winding_consistent and read.volume > 0, extension
+        x, y, z = points.T
+        expected = np.stack([x, -z, y] if extension == "ply" else [x, y, z], 1)
+        near(read.bounds, [expected.min(0), expected.max(0)], 1e-5, f"skin: {extension}")
+        assert len(read.faces) == len(corners), extension
 
 
 def check_obj(stem, lichen, curves):
@@ -166,6 +192,7 @@ def main(folder):
         check_usd(stem, lichen)
         check_gltf(stem, lichen)
         check_trimesh(stem, lichen)
+        check_skins(stem, lichen)
         check_obj(f"{stem}_points.obj", lichen, False)
     near(Lichen(f"{folder}/cube").points, [[1, 1, 1]], 1e-7, "the corner of the cube")
     check_usd_curves(f"{folder}/rock", lichen)

@@ -123,11 +123,32 @@ def check_curves(stem, lichen):
         assert edges == lichen.links, f"curves: edges of {extension}"
 
 
+def check_skins(stem, lichen):
+    """In every format the skin lies on the elements, coloured, with its attributes."""
+    low, high = lichen.placed("z").min(0), lichen.placed("z").max(0)
+    for extension in ["glb", "usda", "usd", "ply", "obj"]:
+        thing = load(f"{stem}_skin.{extension}")
+        found = places(thing)
+        margin = 3 * lichen.radius
+        assert (found.min(0) > low - margin).all() and (found.max(0) < high + margin).all(), extension
+        if lichen.count > 1:
+            assert (found.min(0) < low).all() and (found.max(0) > high).all(), extension
+        assert len(thing.data.color_attributes) == 1, f"skin: {extension}"
+        if extension == "obj":
+            continue
+        name = (lambda n: f"_{n.upper()}") if extension == "glb" else (lambda n: n)
+        birth = attribute(thing, name("birth"))
+        assert 0 <= birth.min() and birth.max() < lichen.count, f"skin: {extension}"
+        for other in ["density", "rim_distance", "colony"]:
+            assert len(attribute(thing, name(other))) == len(birth), f"skin: {extension}: {other}"
+
+
 def main(folder):
     for name in ["cube", "rock"]:
         lichen = Lichen(f"{folder}/{name}")
         check_points(f"{folder}/{name}", lichen)
         check_instances(f"{folder}/{name}", lichen)
+        check_skins(f"{folder}/{name}", lichen)
     check_curves(f"{folder}/rock", lichen)
     print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
 

@@ -15,6 +15,8 @@ WHAT = {
     "curves": ["ply", "glb", "gltf", "usda", "obj", "inc"],
 }
 
+SKINS = ["glb", "usda", "usd", "ply", "obj"]
+
 PLY_TYPES = {"float": "<f4", "double": "<f8", "int": "<i4", "uchar": "u1"}
 
 
@@ -57,6 +59,10 @@ def make(program, rock, folder):
                 out = f"{folder}/{lichen}_{what}.{extension}"
                 said = thallus(program, "export", f"{folder}/{lichen}", "--what", what, "-o", out)
                 assert "warning" not in said, said
+        for extension in SKINS:
+            out = f"{folder}/{lichen}_skin.{extension}"
+            said = thallus(program, "skin", f"{folder}/{lichen}", "-o", out, "--quiet")
+            assert said == "", said
 
 
 class Lichen:
