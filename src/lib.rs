@@ -23,8 +23,9 @@
 //! The elements, in birth order, are the [`Cluster`](cluster::Cluster). An
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
-//! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files, and
-//! [`picture`] draws it.
+//! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
+//! [`morphometry`] measures it, an [`export::Scene`] holds both for another program,
+//! [`skin`](mod@skin) makes a triangle mesh of the cluster, and [`picture`] draws it.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;
@@ -56,11 +57,14 @@
 //! [`Units`](substrate::Units).
 
 pub mod cluster;
+mod color;
 pub mod export;
 pub mod growth;
 pub mod log;
+pub mod morphometry;
 pub mod picture;
 pub mod rng;
 pub mod run;
+pub mod skin;
 pub mod substrate;
 pub mod walk;

@@ -42,6 +42,7 @@ fn two() -> Elements {
         uv: vec![[0.25, 0.5], [1.0, 0.0]],
         probability: vec![1.0, 0.1],
         source_triangle: None,
+        attributes: Vec::new(),
     }
 }
 

@@ -4,8 +4,12 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
+
+use super::axes::AxesArgs;
+use super::skin_args::SkinArgs;
 
 /// Grows lichen on triangle meshes.
 ///
@@ -28,8 +32,15 @@ pub(crate) enum Command {
     ///
     /// Exits with 1 when it cannot.
     Check(CheckArgs),
-    /// Write the elements of a run in another format
+    /// Write a run's lichen for another program
+    ///
+    /// Points, instances or the tree of branches, with everything that can be measured on them.
     Export(ExportArgs),
+    /// Turn the elements of a run into a triangle mesh with colours
+    ///
+    /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
+    /// bounding box's diagonal (0.5%).
+    Skin(Box<SkinArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),
@@ -62,17 +73,38 @@ pub(crate) struct ExportArgs {
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
     /// The file to write; its extension says the format
-    #[arg(long, value_name = "FILE", help = export_help())]
-    pub(crate) to: PathBuf,
+    #[arg(short, long, visible_alias = "to", value_name = "FILE", help = export_help())]
+    pub(crate) output: PathBuf,
+    /// A point an element; a lobe an element, turned to the surface and to the growth; or the tree
+    /// of parents as lines that taper from the seed
+    #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "points|instances|curves", default_value = "points")]
+    pub(crate) what: What,
+    /// The mesh that it grew on, for smooth normals [default: where the run's recipe.toml says]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
     /// Overwrite the file if it is there
     #[arg(long)]
     pub(crate) force: bool,
 }
 
 fn export_help() -> String {
-    let line = |f: &thallus::export::ElementFormat| format!("\n.{}: {}", f.extension, f.purpose);
-    let formats: String = thallus::export::FORMATS.iter().map(line).collect();
+    let line = |f: &SceneFormat| format!("\n.{}: {}", f.extension, f.purpose);
+    let formats: String = SCENE_FORMATS.iter().map(line).collect();
     format!("The file to write; its extension says the format:{formats}")
+}
+
+fn what() -> impl TypedValueParser<Value = What> {
+    choice([
+        ("points", What::Points),
+        ("instances", What::Instances),
+        ("curves", What::Curves),
+    ])
+}
+
+pub(super) fn up() -> impl TypedValueParser<Value = UpAxis> {
+    choice([("y", UpAxis::Y), ("z", UpAxis::Z)])
 }
 
 #[derive(Debug, Args)]
@@ -217,15 +249,15 @@ fn boundary() -> impl TypedValueParser<Value = Boundary> {
     choice([("reflect", Boundary::Reflect), ("absorb", Boundary::Absorb)])
 }
 
-/// One of two named values.
-fn choice<T: Copy + Send + Sync + 'static>(
-    values: [(&'static str, T); 2],
+/// One of some named values.
+fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+    values: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
     let names = values.map(|(name, _)| PossibleValue::new(name));
-    let first = move |name: String| name == values[0].0;
-    PossibleValuesParser::new(names).map(move |name| match first(name) {
-        true => values[0].1,
-        false => values[1].1,
+    let named = move |name: String| values.into_iter().find(|(known, _)| name == *known);
+    PossibleValuesParser::new(names).try_map(move |name| {
+        let value = named(name).map(|(_, value)| value);
+        value.ok_or("not one of the values")
     })
 }
 

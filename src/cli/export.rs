@@ -1,29 +1,75 @@
-//! `thallus export`: the elements of a run in another format.
+//! `thallus export`: a run's lichen for another program.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use thallus::export::{format_of, read_elements, write_file_atomically};
+use thallus::export::{
+    Elements, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
+};
+use thallus::morphometry::{measure, smooth_normals};
+use thallus::picture::age_color;
 
 use super::args::ExportArgs;
+use super::axes::Convention;
 use super::failure::Failure;
+use super::grown::{Grown, load};
 use super::number::plural;
-use super::{output, terminal};
+use super::terminal;
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
-    let format = format_of(&args.to).map_err(|unknown| Failure::Usage(unknown.into()))?;
-    let elements = read_elements(&table_in(&args.from)).map_err(anyhow::Error::new)?;
-    write_file_atomically(&args.to, args.force, |out| {
-        format.write(&elements, &thallus::picture::age_color, out)
+    let wrong = |e: SceneFormatError| Failure::Usage(e.into());
+    let format = SceneFormat::of(&args.output, args.what).map_err(wrong)?;
+    let convention = Convention {
+        extension: format.extension,
+        axes: format.axes,
+        metres: format.metres,
+    };
+    let mut grown = Grown::read(&args.from)?;
+    let up = smooth(&mut grown, args.mesh.as_deref())?;
+    let placement = args.axes.placement(&convention, up)?;
+    let measured = measure(&grown.elements.sample(), grown.curvature_radius());
+    let meters_per_unit = args.axes.meters_per_unit(&convention);
+    let scene = Scene::new(grown.elements, measured, &placement, meters_per_unit);
+    write_file_atomically(&args.output, args.force, |out| {
+        format.write(args.what, &scene, &age_color, out)
     })?;
-    let count = plural(elements.len(), "element", "elements");
-    terminal::say(&format!("{}: {count}", args.to.display()))?;
+    let elements = plural(scene.elements.len(), "element", "elements");
+    let what = match args.what {
+        What::Curves => plural(scene.streams.len(), "branch", "branches") + " of " + &elements,
+        _ => elements,
+    };
+    terminal::say(&format!("{}: {what}", args.output.display()))?;
     Ok(())
 }
 
-/// The table of a run's folder, or the file itself.
-fn table_in(from: &Path) -> PathBuf {
-    match from.is_dir() {
-        true => from.join(output::ELEMENTS),
-        false => from.to_owned(),
+/// Gives elements the smooth normals of their mesh, and its up axis, as far as it is known. The
+/// lichen is whole without a mesh: its normals are then those of the flat triangles.
+fn smooth(grown: &mut Grown, mesh: Option<&Path>) -> Result<Option<UpAxis>, Failure> {
+    if let Some(mesh) = mesh {
+        return place(&mut grown.elements, mesh).map(Some);
     }
+    let placed = match grown.mesh_file() {
+        Ok(mesh) => place(&mut grown.elements, &mesh),
+        Err(unknown) => Err(Failure::Failed(unknown.into())),
+    };
+    match placed {
+        Ok(up) => Ok(Some(up)),
+        Err(Failure::Failed(error)) => {
+            terminal::warn(&format!(
+                "{error:#}; normals are those of the flat triangles: give the mesh with --mesh"
+            ));
+            Ok(grown.up_by_name())
+        }
+        Err(other) => Err(other),
+    }
+}
+
+fn place(elements: &mut Elements, mesh: &Path) -> Result<UpAxis, Failure> {
+    let substrate = load(mesh)?;
+    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
+    let places = elements.places_on(&substrate).map_err(not_here)?;
+    let normals = smooth_normals(&substrate, &places);
+    let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
+    elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
+    elements.source_triangle = Some(source.collect());
+    Ok(UpAxis::of(&substrate))
 }

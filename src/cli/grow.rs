@@ -168,18 +168,20 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
             args.with_mesh()
         )));
     };
-    let here = PathBuf::from(named);
-    let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
-    match (here.exists(), beside.exists()) {
-        (true, _) => Ok(here),
-        (_, true) => Ok(beside),
-        _ => Err(Failure::Failed(anyhow::anyhow!(
-            "{}: the mesh that {} names is neither here nor beside the recipe; name it: {}",
-            here.display(),
+    named_mesh(recipe, named).ok_or_else(|| {
+        Failure::Failed(anyhow::anyhow!(
+            "{named}: the mesh that {} names is neither here nor beside the recipe; name it: {}",
             recipe.display(),
             args.with_mesh()
-        ))),
-    }
+        ))
+    })
+}
+
+/// The mesh that a recipe names: seen from here, else from the recipe's folder.
+pub(super) fn named_mesh(recipe: &Path, named: &str) -> Option<PathBuf> {
+    let here = PathBuf::from(named);
+    let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
+    [here, beside].into_iter().find(|path| path.exists())
 }
 
 /// Folders of one mesh that are tried before giving up.

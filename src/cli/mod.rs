@@ -4,10 +4,12 @@
 //! has what it wanted, and is no failure.
 
 mod args;
+mod axes;
 mod check;
 mod export;
 mod failure;
 mod grow;
+mod grown;
 mod interrupt;
 mod memory;
 mod number;
@@ -16,6 +18,9 @@ mod preset;
 mod preview;
 mod progress;
 mod resume;
+mod skin;
+mod skin_args;
+mod skin_paint;
 mod terminal;
 mod warnings;
 
@@ -38,6 +43,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Grow(args) => grow::grow(*args),
         Command::Check(args) => check::check(&args),
         Command::Export(args) => export::export(&args),
+        Command::Skin(args) => skin::skin(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

@@ -7,29 +7,32 @@
 
 use std::io::{self, Write};
 
-use super::elements::Row;
+use super::columns::{Scalar, columns};
 use super::{AgeColor, Elements};
-
-const HEADER: &str = "x,y,z,nx,ny,nz,radius,birth,parent,colony,triangle,u,v,probability";
 
 pub(super) fn write(
     elements: &Elements,
     _color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    out.write_all(HEADER.as_bytes())?;
-    let source = if elements.source_triangle.is_some() {
-        ",source_triangle\n"
-    } else {
-        "\n"
-    };
-    out.write_all(source.as_bytes())?;
-    let narrow = elements.positions.iter().flatten().all(|&x| is_single(x));
+    let columns = columns(elements);
+    let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+    writeln!(out, "{}", names.join(","))?;
+    let narrow_position = elements.positions.iter().flatten().all(|&x| is_single(x));
     let narrow_radius = is_single(elements.radius);
+    let narrow = |name: &str| match name {
+        "radius" => narrow_radius,
+        _ => narrow_position,
+    };
+    let narrow: Vec<bool> = names.into_iter().map(narrow).collect();
     let mut line = Vec::with_capacity(256);
-    for row in elements.rows() {
+    for row in 0..elements.len() {
         line.clear();
-        push_line(&mut line, &row, narrow, narrow_radius)?;
+        for (column, &narrow) in columns.iter().zip(&narrow) {
+            push(&mut line, column.at(row), narrow)?;
+        }
+        line.pop();
+        line.push(b'\n');
         out.write_all(&line)?;
     }
     Ok(())
@@ -39,37 +42,14 @@ fn is_single(x: f64) -> bool {
     f64::from(x as f32) == x
 }
 
-fn push_line(line: &mut Vec<u8>, row: &Row, narrow: bool, narrow_radius: bool) -> io::Result<()> {
-    for x in row.position {
-        push_real(line, x, narrow)?;
-    }
-    for x in row.normal {
-        push_real(line, x.into(), true)?;
-    }
-    push_real(line, row.radius, narrow_radius)?;
-    write!(
-        line,
-        "{},{},{},{},",
-        row.birth, row.parent, row.colony, row.triangle
-    )?;
-    for x in [row.uv[0], row.uv[1], row.probability] {
-        push_real(line, x.into(), true)?;
-    }
-    match row.source_triangle {
-        Some(triangle) => writeln!(line, "{triangle}"),
-        None => {
-            line.pop();
-            writeln!(line)
-        }
-    }
-}
-
-/// Appends the number and a comma.
-fn push_real(line: &mut Vec<u8>, x: f64, narrow: bool) -> io::Result<()> {
+/// Appends the number and a comma; a `narrow` f64 as the float32 that it is.
+fn push(line: &mut Vec<u8>, value: Scalar, narrow: bool) -> io::Result<()> {
     let start = line.len();
-    match narrow {
-        true => write!(line, "{:?}", x as f32)?,
-        false => write!(line, "{x:?}")?,
+    match value {
+        Scalar::I32(x) => write!(line, "{x}")?,
+        Scalar::F32(x) => write!(line, "{x:?}")?,
+        Scalar::F64(x) if narrow => write!(line, "{:?}", x as f32)?,
+        Scalar::F64(x) => write!(line, "{x:?}")?,
     }
     let text = &line[start..];
     if let (false, Some(e)) = (text.contains(&b'.'), text.iter().position(|&b| b == b'e')) {

@@ -25,6 +25,52 @@ pub struct Elements {
     /// Number of the triangle in the mesh file, from 0. Not in `elements.ply`; the other formats
     /// have it when it is known.
     pub source_triangle: Option<Vec<u32>>,
+    /// Columns beyond these, in the order in which files have them.
+    pub attributes: Vec<Attribute>,
+}
+
+/// A named column, one value an element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// Name in files: an identifier that no other column has.
+    pub name: &'static str,
+    /// The values.
+    pub values: Values,
+}
+
+/// The values of an [`Attribute`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Whole numbers.
+    I32(Vec<i32>),
+    /// Numbers.
+    F32(Vec<f32>),
+    /// Unit quaternions x, y, z, w. Tables have four columns, `NAME_x` to `NAME_w`.
+    Quaternion(Vec<[f32; 4]>),
+}
+
+impl Values {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::I32(column) => column.len(),
+            Self::F32(column) => column.len(),
+            Self::Quaternion(column) => column.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn is_finite(&self, row: usize) -> bool {
+        match self {
+            Self::I32(_) => true,
+            Self::F32(column) => column[row].is_finite(),
+            Self::Quaternion(column) => column[row].iter().all(|x| x.is_finite()),
+        }
+    }
 }
 
 /// What makes a table unfit to be written.
@@ -110,7 +156,9 @@ impl Elements {
             ("probability", self.probability.len()),
             ("source_triangle", source),
         ];
-        if let Some(&(column, found)) = lengths.iter().find(|(_, length)| *length != expected) {
+        let attributes = self.attributes.iter().map(|a| (a.name, a.values.len()));
+        let ragged = |&(_, length): &(&str, usize)| length != expected;
+        if let Some((column, found)) = lengths.into_iter().chain(attributes).find(ragged) {
             return Err(TableError::Ragged {
                 column,
                 found,
@@ -151,6 +199,13 @@ impl Elements {
         }
         if !self.probability[element].is_finite() {
             return fail("probability", INFINITE);
+        }
+        if let Some(a) = self
+            .attributes
+            .iter()
+            .find(|a| !a.values.is_finite(element))
+        {
+            return fail(a.name, INFINITE);
         }
         if parent < -1 || i64::from(parent) >= element as i64 {
             return fail("parent", UNBORN);

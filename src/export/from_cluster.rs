@@ -32,6 +32,7 @@ impl Elements {
                     .map(|e| substrate.source_triangle(triangle(e)))
                     .collect(),
             ),
+            attributes: Vec::new(),
         }
     }
 }

@@ -3,31 +3,50 @@
 //!
 //! [`Elements`] is the finished table. Each of [`FORMATS`] turns it into bytes, streaming, as a
 //! pure function: the same table gives the same bytes. [`read_elements`] takes `elements.ply`
-//! back. [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
+//! back. A [`Scene`] is the table with what was measured on it, placed in the axes and units of the
+//! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves. A
+//! [`TriMesh`] is written by each of [`MESH_FORMATS`].
+//! [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
 //!
 //! Nothing here knows of growth or of runs.
 
 mod atomic;
+mod columns;
 mod csv;
 mod elements;
 mod from_cluster;
+mod glb;
+mod gltf;
+mod lobe;
+mod mesh;
 mod npy;
 mod npz;
+mod obj;
+mod on_mesh;
 mod output_dir;
 mod output_error;
+mod parquet;
 mod ply;
 mod ply_header;
 mod ply_read;
+mod pov;
+mod scene;
+mod scene_format;
+mod usda;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
-pub use elements::{Elements, TableError};
+pub use elements::{Attribute, Elements, TableError, Values};
+pub use mesh::{MESH_FORMATS, MeshError, MeshFormat, TriMesh, VertexAttribute, mesh_format_of};
+pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
+pub use scene::{Placement, Scene, UpAxis};
+pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.
 pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];
@@ -45,50 +64,83 @@ pub struct ElementFormat {
 }
 
 /// Every format that elements are written in.
-pub const FORMATS: &[ElementFormat] = &[
-    ElementFormat {
-        extension: "ply",
-        purpose: "points with every attribute: Blender, MeshLab, and thallus itself",
-        write: ply::write,
-    },
-    ElementFormat {
-        extension: "csv",
-        purpose: "a header and one line an element: spreadsheets, pandas, R, Blender",
-        write: csv::write,
-    },
-    ElementFormat {
-        extension: "npy",
-        purpose: "NumPy structured array, one record an element",
-        write: npy::write,
-    },
-    ElementFormat {
-        extension: "npz",
-        purpose: "NumPy archive, one array a column",
-        write: npz::write,
-    },
-];
+pub const FORMATS: &[ElementFormat] = &[PLY, CSV, NPY, NPZ, PARQUET];
+
+const PLY: ElementFormat = ElementFormat {
+    extension: "ply",
+    purpose: "points with every attribute: Blender, MeshLab, and thallus itself",
+    write: ply::write,
+};
+const CSV: ElementFormat = ElementFormat {
+    extension: "csv",
+    purpose: "a header and one line an element: spreadsheets, pandas, R, Blender",
+    write: csv::write,
+};
+const NPY: ElementFormat = ElementFormat {
+    extension: "npy",
+    purpose: "NumPy structured array, one record an element",
+    write: npy::write,
+};
+const NPZ: ElementFormat = ElementFormat {
+    extension: "npz",
+    purpose: "NumPy archive, one array an attribute",
+    write: npz::write,
+};
+const PARQUET: ElementFormat = ElementFormat {
+    extension: "parquet",
+    purpose: "Apache Parquet, one column an attribute: pandas, Polars, DuckDB, R",
+    write: parquet::write,
+};
 
 /// A file name that says no known format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {}; name the file with one of {}", .path.display(), says(.path), extensions())]
+#[error("{}: {}; name the file with one of {}", .path.display(), says(.path, .of), .names)]
 pub struct UnknownFormat {
     /// The name as given.
     pub path: PathBuf,
+    /// What was to be written.
+    of: &'static str,
+    /// The extensions that it can be written with.
+    names: String,
 }
 
-fn says(path: &Path) -> String {
+fn says(path: &Path, of: &str) -> String {
     match path.extension() {
-        Some(extension) => format!("'.{}' is not a format for elements", extension.display()),
+        Some(extension) => format!("'.{}' is not a format for {of}", extension.display()),
         None => "the name has no extension to say the format".to_owned(),
     }
 }
 
-fn extensions() -> String {
-    let dotted: Vec<_> = FORMATS
-        .iter()
-        .map(|f| format!(".{}", f.extension))
-        .collect();
+/// A row of a table of formats.
+trait Extension {
+    fn extension(&self) -> &'static str;
+}
+
+impl Extension for ElementFormat {
+    fn extension(&self) -> &'static str {
+        self.extension
+    }
+}
+
+/// Extensions of formats, as a message lists them.
+fn dotted<'a, F: Extension + 'a>(formats: impl Iterator<Item = &'a F>) -> String {
+    let dotted: Vec<_> = formats.map(|f| format!(".{}", f.extension())).collect();
     dotted.join(", ")
+}
+
+/// The format of a table that a file's extension says, upper or lower case.
+fn by_extension<F: Extension>(
+    formats: &'static [F],
+    of: &'static str,
+    path: &Path,
+) -> Result<&'static F, UnknownFormat> {
+    let extension = path.extension().and_then(|e| e.to_str());
+    let named = |f: &&F| extension.is_some_and(|e| e.eq_ignore_ascii_case(f.extension()));
+    formats.iter().find(named).ok_or_else(|| UnknownFormat {
+        path: path.to_owned(),
+        of,
+        names: dotted(formats.iter()),
+    })
 }
 
 /// The format that a file's extension says, upper or lower case.
@@ -96,13 +148,7 @@ fn extensions() -> String {
 /// # Errors
 /// When there is no extension or no such format; the message names those that there are.
 pub fn format_of(path: &Path) -> Result<&'static ElementFormat, UnknownFormat> {
-    let extension = path.extension().and_then(|e| e.to_str());
-    FORMATS
-        .iter()
-        .find(|f| extension.is_some_and(|e| e.eq_ignore_ascii_case(f.extension)))
-        .ok_or_else(|| UnknownFormat {
-            path: path.to_owned(),
-        })
+    by_extension(FORMATS, "elements", path)
 }
 
 impl ElementFormat {

@@ -4,49 +4,34 @@
 
 use std::io::{self, Write};
 
-use super::elements::Row;
+use super::columns::{Column, Kind, columns};
 use super::{AgeColor, Elements};
-
-const FIELDS: [(&str, &str); 14] = [
-    ("x", "<f8"),
-    ("y", "<f8"),
-    ("z", "<f8"),
-    ("nx", "<f4"),
-    ("ny", "<f4"),
-    ("nz", "<f4"),
-    ("radius", "<f8"),
-    ("birth", "<i4"),
-    ("parent", "<i4"),
-    ("colony", "<i4"),
-    ("triangle", "<i4"),
-    ("u", "<f4"),
-    ("v", "<f4"),
-    ("probability", "<f4"),
-];
 
 pub(super) fn write(
     elements: &Elements,
     _color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let source = elements
-        .source_triangle
-        .is_some()
-        .then_some(("source_triangle", "<i4"));
-    let fields: Vec<_> = FIELDS
-        .iter()
-        .chain(&source)
-        .map(|(name, kind)| format!("('{name}', '{kind}')"))
-        .collect();
+    let columns = columns(elements);
+    let field = |c: &Column<'_>| format!("('{}', '{}')", c.name, descr(c.kind));
+    let fields: Vec<_> = columns.iter().map(field).collect();
     let kind = format!("[{}]", fields.join(", "));
     out.write_all(&header(&kind, &format!("({},)", elements.len())))?;
-    let mut record = Vec::with_capacity(96);
-    for row in elements.rows() {
+    let mut record = Vec::with_capacity(128);
+    for row in 0..elements.len() {
         record.clear();
-        push_row(&mut record, &row);
+        columns.iter().for_each(|c| c.at(row).push(&mut record));
         out.write_all(&record)?;
     }
     Ok(())
+}
+
+fn descr(kind: Kind) -> &'static str {
+    match kind {
+        Kind::F64 => "<f8",
+        Kind::F32 => "<f4",
+        Kind::I32 => "<i4",
+    }
 }
 
 /// An NPY header: magic, version, length and the dictionary, padded to a multiple of 64 bytes.
@@ -61,23 +46,4 @@ pub(super) fn header(descr: &str, shape: &str) -> Vec<u8> {
     bytes.resize(total - 1, b' ');
     bytes.push(b'\n');
     bytes
-}
-
-fn push_row(record: &mut Vec<u8>, row: &Row) {
-    row.position
-        .iter()
-        .for_each(|x| record.extend_from_slice(&x.to_le_bytes()));
-    row.normal
-        .iter()
-        .for_each(|x| record.extend_from_slice(&x.to_le_bytes()));
-    record.extend_from_slice(&row.radius.to_le_bytes());
-    for index in [row.birth, row.parent, row.colony, row.triangle] {
-        record.extend_from_slice(&index.to_le_bytes());
-    }
-    for x in [row.uv[0], row.uv[1], row.probability] {
-        record.extend_from_slice(&x.to_le_bytes());
-    }
-    if let Some(triangle) = row.source_triangle {
-        record.extend_from_slice(&triangle.to_le_bytes());
-    }
 }

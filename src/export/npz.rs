@@ -7,87 +7,106 @@
 
 use std::io::{self, Write};
 
-use super::elements::Row;
+use super::elements::{Attribute, Row, Values};
 use super::npy::header;
 use super::{AgeColor, Elements};
 
 /// One array: its rows have `width` numbers of type `kind`.
-struct Column {
+struct Column<'a> {
     name: &'static str,
     kind: &'static str,
     width: usize,
-    push: fn(&Row, &mut Vec<u8>),
+    push: Push<'a>,
 }
 
-const COLUMNS: [Column; 9] = [
+enum Push<'a> {
+    Of(fn(&Row, &mut Vec<u8>)),
+    Attribute(&'a Values),
+}
+
+const COLUMNS: [Column<'_>; 9] = [
     Column {
         name: "position",
         kind: "<f8",
         width: 3,
-        push: |r, b| push_all(b, r.position.map(f64::to_le_bytes)),
+        push: Push::Of(|r, b| push_all(b, r.position.map(f64::to_le_bytes))),
     },
     Column {
         name: "normal",
         kind: "<f4",
         width: 3,
-        push: |r, b| push_all(b, r.normal.map(f32::to_le_bytes)),
+        push: Push::Of(|r, b| push_all(b, r.normal.map(f32::to_le_bytes))),
     },
     Column {
         name: "radius",
         kind: "<f8",
         width: 1,
-        push: |r, b| b.extend(r.radius.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.radius.to_le_bytes())),
     },
     Column {
         name: "birth",
         kind: "<i4",
         width: 1,
-        push: |r, b| b.extend(r.birth.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.birth.to_le_bytes())),
     },
     Column {
         name: "parent",
         kind: "<i4",
         width: 1,
-        push: |r, b| b.extend(r.parent.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.parent.to_le_bytes())),
     },
     Column {
         name: "colony",
         kind: "<i4",
         width: 1,
-        push: |r, b| b.extend(r.colony.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.colony.to_le_bytes())),
     },
     Column {
         name: "triangle",
         kind: "<i4",
         width: 1,
-        push: |r, b| b.extend(r.triangle.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.triangle.to_le_bytes())),
     },
     Column {
         name: "uv",
         kind: "<f4",
         width: 2,
-        push: |r, b| push_all(b, r.uv.map(f32::to_le_bytes)),
+        push: Push::Of(|r, b| push_all(b, r.uv.map(f32::to_le_bytes))),
     },
     Column {
         name: "probability",
         kind: "<f4",
         width: 1,
-        push: |r, b| b.extend(r.probability.to_le_bytes()),
+        push: Push::Of(|r, b| b.extend(r.probability.to_le_bytes())),
     },
 ];
 
-const SOURCE_TRIANGLE: Column = Column {
+const SOURCE_TRIANGLE: Column<'_> = Column {
     name: "source_triangle",
     kind: "<i4",
     width: 1,
-    push: |r, b| b.extend(r.source_triangle.unwrap_or(-1).to_le_bytes()),
+    push: Push::Of(|r, b| b.extend(r.source_triangle.unwrap_or(-1).to_le_bytes())),
 };
 
 fn push_all<const N: usize, const M: usize>(bytes: &mut Vec<u8>, numbers: [[u8; M]; N]) {
     bytes.extend_from_slice(numbers.as_flattened());
 }
 
-impl Column {
+impl<'a> Column<'a> {
+    fn of(attribute: &'a Attribute) -> Self {
+        let (kind, width) = match &attribute.values {
+            Values::I32(_) => ("<i4", 1),
+            Values::F32(_) => ("<f4", 1),
+            Values::Quaternion(_) => ("<f4", 4),
+        };
+        Self {
+            name: attribute.name,
+            kind,
+            width,
+            push: Push::Attribute(&attribute.values),
+        }
+    }
+
     fn write(&self, elements: &Elements, out: &mut dyn Write) -> io::Result<()> {
         let rows = elements.len();
         let shape = match self.width {
@@ -96,9 +115,16 @@ impl Column {
         };
         out.write_all(&header(&format!("'{}'", self.kind), &shape))?;
         let mut record = Vec::with_capacity(32);
-        for row in elements.rows() {
+        for (i, row) in elements.rows().enumerate() {
             record.clear();
-            (self.push)(&row, &mut record);
+            match self.push {
+                Push::Of(push) => push(&row, &mut record),
+                Push::Attribute(Values::I32(v)) => record.extend(v[i].to_le_bytes()),
+                Push::Attribute(Values::F32(v)) => record.extend(v[i].to_le_bytes()),
+                Push::Attribute(Values::Quaternion(v)) => {
+                    push_all(&mut record, v[i].map(f32::to_le_bytes));
+                }
+            }
             out.write_all(&record)?;
         }
         Ok(())
@@ -117,7 +143,8 @@ pub(super) fn write(
     let mut directory = Vec::new();
     let mut offset = 0;
     let mut entries = 0;
-    for column in COLUMNS.iter().chain(&source) {
+    let attributes: Vec<_> = elements.attributes.iter().map(Column::of).collect();
+    for column in COLUMNS.iter().chain(&source).chain(&attributes) {
         let mut sum = Sum::default();
         column.write(elements, &mut sum)?;
         let entry = Entry {

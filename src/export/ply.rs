@@ -2,19 +2,21 @@
 
 use std::io::{self, Write};
 
+use super::columns::{Column, Kind, attribute_columns};
 use super::elements::Row;
+use super::scene::Scene;
 use super::{AgeColor, Elements};
 
 /// Which columns float32 is too narrow for.
-struct Wide {
-    positions: bool,
+pub(super) struct Wide {
+    pub(super) positions: bool,
     radius: bool,
 }
 
 impl Wide {
     /// Positions are `double` when float32's spacing at the farthest coordinate exceeds a
     /// hundredth of the radius (as UTM coordinates of a small rock do), or its range is too small.
-    fn of(elements: &Elements) -> Self {
+    pub(super) fn of(elements: &Elements) -> Self {
         const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let farthest = elements
             .positions
@@ -34,19 +36,52 @@ pub(super) fn write(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
+    write_with_edges(elements, color, &[], out)
+}
+
+/// The same with an edge from each parent to each child.
+pub(super) fn write_curves(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let links = scene.streams.iter().flat_map(|s| s.windows(2));
+    let edges: Vec<[u32; 2]> = links.map(|pair| [pair[0], pair[1]]).collect();
+    write_with_edges(&scene.elements, color, &edges, out)
+}
+
+fn write_with_edges(
+    elements: &Elements,
+    color: AgeColor<'_>,
+    edges: &[[u32; 2]],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let wide = Wide::of(elements);
-    out.write_all(header(elements.len(), &wide).as_bytes())?;
+    let attributes = attribute_columns(elements);
+    out.write_all(header(elements.len(), &wide, &attributes).as_bytes())?;
+    if !edges.is_empty() {
+        let count = edges.len();
+        write!(
+            out,
+            "element edge {count}\nproperty int vertex1\nproperty int vertex2\n"
+        )?;
+    }
+    out.write_all(b"end_header\n")?;
     let mut record = Vec::with_capacity(96);
     for (i, row) in elements.rows().enumerate() {
         record.clear();
         push_row(&mut record, &row, &wide);
+        attributes.iter().for_each(|a| a.at(i).push(&mut record));
         record.extend_from_slice(&color(elements.age(i)));
         out.write_all(&record)?;
+    }
+    for ends in edges {
+        out.write_all(ends.map(u32::to_le_bytes).as_flattened())?;
     }
     Ok(())
 }
 
-fn header(count: usize, wide: &Wide) -> String {
+fn header(count: usize, wide: &Wide, attributes: &[Column<'_>]) -> String {
     let real = |wide| if wide { "double" } else { "float" };
     let (position, radius) = (real(wide.positions), real(wide.radius));
     let version = env!("CARGO_PKG_VERSION");
@@ -55,6 +90,7 @@ fn header(count: usize, wide: &Wide) -> String {
     } else {
         ""
     };
+    let attributes: String = attributes.iter().map(property).collect();
     format!(
         "ply\n\
          format binary_little_endian 1.0\n\
@@ -75,11 +111,20 @@ fn header(count: usize, wide: &Wide) -> String {
          property float u\n\
          property float v\n\
          property float probability\n\
+         {attributes}\
          property uchar red\n\
          property uchar green\n\
-         property uchar blue\n\
-         end_header\n"
+         property uchar blue\n"
     )
+}
+
+fn property(column: &Column<'_>) -> String {
+    let kind = match column.kind {
+        Kind::F64 => "double",
+        Kind::F32 => "float",
+        Kind::I32 => "int",
+    };
+    format!("property {kind} {}\n", column.name)
 }
 
 fn push_row(record: &mut Vec<u8>, row: &Row, wide: &Wide) {

@@ -319,6 +319,7 @@ impl Table {
             uv: Vec::with_capacity(rows),
             probability: Vec::with_capacity(rows),
             source_triangle: source,
+            attributes: Vec::new(),
         };
         Self {
             elements,
@@ -390,6 +391,7 @@ impl Table {
             uv: sorted(&e.uv, &order),
             probability: sorted(&e.probability, &order),
             source_triangle: e.source_triangle.map(|column| sorted(&column, &order)),
+            attributes: Vec::new(),
         })
     }
 }

@@ -1,6 +1,8 @@
-//! Colours: sRGB, linear light, and the tone curve between them.
+//! Colours by age, and the tone curve.
 
 use glam::Vec3A;
+
+use crate::color::{encode, from_oklab, to_byte, to_linear};
 
 /// Oklab of the oldest and the youngest element.
 const OLD: [f32; 3] = [0.39, -0.044, 0.030];
@@ -12,49 +14,12 @@ const YOUNG: [f32; 3] = [0.92, -0.034, 0.088];
 pub fn age_color(t: f32) -> [u8; 3] {
     let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
     let [l, a, b] = [0, 1, 2].map(|k| OLD[k] + t * (YOUNG[k] - OLD[k]));
-    from_oklab(l, a, b).to_array().map(to_byte)
-}
-
-/// Linear sRGB of an Oklab colour.
-fn from_oklab(l: f32, a: f32, b: f32) -> Vec3A {
-    let cube = |x: f32| x * x * x;
-    let long = cube(l + 0.396_337_78 * a + 0.215_803_76 * b);
-    let medium = cube(l - 0.105_561_346 * a - 0.063_854_17 * b);
-    let short = cube(l - 0.089_484_18 * a - 1.291_485_5 * b);
-    Vec3A::new(
-        4.076_741_7 * long - 3.307_711_6 * medium + 0.230_969_94 * short,
-        -1.268_438 * long + 2.609_757_4 * medium - 0.341_319_38 * short,
-        -0.004_196_086_3 * long - 0.703_418_6 * medium + 1.707_614_7 * short,
-    )
-}
-
-/// Linear light of an sRGB byte.
-fn to_linear(byte: u8) -> f32 {
-    let x = f32::from(byte) / 255.0;
-    if x <= 0.040_45 {
-        x / 12.92
-    } else {
-        libm::powf((x + 0.055) / 1.055, 2.4)
-    }
+    from_oklab([l, a, b]).map(to_byte)
 }
 
 /// Linear light of an sRGB colour.
 pub(super) fn linear(rgb: [u8; 3]) -> Vec3A {
     Vec3A::from_array(rgb.map(to_linear))
-}
-
-/// sRGB of linear light, 0 to 1 each.
-fn encode(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * libm::powf(x, 1.0 / 2.4) - 0.055
-    }
-}
-
-fn to_byte(x: f32) -> u8 {
-    (encode(x) * 255.0 + 0.5) as u8
 }
 
 /// Where the shoulder of the tone curve begins.

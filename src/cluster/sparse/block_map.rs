@@ -89,7 +89,10 @@ impl BlockMap {
             while left != 0 {
                 let bit = left.trailing_zeros();
                 let offset = [bit & 3, bit >> 2 & 3, bit >> 4];
-                visit([0, 1, 2].map(|i| table[i] << 2 | offset[i]), numbers[bit as usize]);
+                visit(
+                    [0, 1, 2].map(|i| table[i] << 2 | offset[i]),
+                    numbers[bit as usize],
+                );
                 left &= left - 1;
             }
         });

@@ -1,0 +1,113 @@
+//! From the mesh file's axes and units to those of a file for another program.
+
+use clap::Args;
+use thallus::export::{Axes, Placement, UpAxis};
+
+use super::args::up;
+use super::failure::Failure;
+
+#[derive(Debug, Args)]
+pub(crate) struct AxesArgs {
+    /// Up axis of the file [default: z for PLY; y for OBJ, glTF and POV-Ray; the mesh's for USD
+    /// and tables]
+    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
+    up: Option<UpAxis>,
+    /// Up axis of the mesh [default: y for OBJ and glTF, z for STL and PLY]
+    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
+    mesh_up: Option<UpAxis>,
+    /// What a unit of the mesh is: glTF is in metres, and USD says it
+    #[arg(
+        long,
+        value_enum,
+        value_name = "m|cm|mm|in|ft",
+        hide_possible_values = true,
+        default_value = "m"
+    )]
+    unit: Unit,
+    /// Multiply all lengths by this
+    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0, allow_negative_numbers = true)]
+    scale: f64,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Unit {
+    M,
+    Cm,
+    Mm,
+    In,
+    Ft,
+}
+
+impl Unit {
+    fn meters(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
+}
+
+/// A factor that lengths survive.
+fn factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if (1e-12..=1e12).contains(&factor) => Ok(factor),
+        _ => Err("give a number from 1e-12 to 1e12".to_owned()),
+    }
+}
+
+/// A file format, as far as axes and units go.
+pub(crate) struct Convention {
+    pub(crate) extension: &'static str,
+    pub(crate) axes: Axes,
+    pub(crate) metres: bool,
+}
+
+impl AxesArgs {
+    /// Size of a unit of the file, for files that say it.
+    pub(crate) fn meters_per_unit(&self, format: &Convention) -> f64 {
+        match format.metres {
+            true => 1.0,
+            false => self.unit.meters(),
+        }
+    }
+
+    /// To the axes and units of the format, or as asked.
+    pub(crate) fn placement(
+        &self,
+        format: &Convention,
+        mesh_up: Option<UpAxis>,
+    ) -> Result<Placement, Failure> {
+        let scale = match format.metres {
+            true => self.scale * self.unit.meters(),
+            false => self.scale,
+        };
+        let from = self.mesh_up.or(mesh_up);
+        let to = match (format.axes, self.up) {
+            (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
+                return Err(Failure::usage(format!(
+                    ".{} files are y-up by specification, and programs turn them themselves: \
+                     leave --up away",
+                    format.extension
+                )));
+            }
+            (Axes::Fixed(up), _) | (_, Some(up)) => Some(up),
+            (Axes::Usual(up), None) => Some(up),
+            (Axes::Mesh | Axes::Declared, None) => from,
+        };
+        match (from, to) {
+            (Some(from), Some(to)) => Ok(Placement { from, to, scale }),
+            (None, None) if format.axes == Axes::Mesh => Ok(Placement {
+                scale,
+                ..Placement::unchanged(UpAxis::Y)
+            }),
+            _ => Err(Failure::usage(
+                "nothing says which way is up on the mesh: give it with --mesh, or say --mesh-up \
+                 y or z",
+            )),
+        }
+    }
+}

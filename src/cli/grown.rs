@@ -1,0 +1,112 @@
+//! A grown lichen as other commands take it: its elements, and what is known about the run.
+
+use std::path::{Path, PathBuf};
+
+use thallus::export::{Elements, UpAxis, read_elements};
+use thallus::run::{Length, Settings};
+use thallus::substrate::{Substrate, SubstrateError};
+
+use super::failure::Failure;
+use super::grow::named_mesh;
+use super::{check, output};
+
+/// Elements, and the recipe that lies beside them.
+pub(crate) struct Grown {
+    pub(crate) elements: Elements,
+    /// Where a recipe would be.
+    recipe_file: PathBuf,
+    recipe: Option<Settings>,
+}
+
+/// Why it is not known which mesh a lichen grew on.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NoMesh {
+    #[error("there is no {} to name the mesh that this grew on", .0.display())]
+    NoRecipe(PathBuf),
+    #[error("{} does not name the mesh that this grew on", .0.display())]
+    Unnamed(PathBuf),
+    #[error("{named}, the mesh that {} names, is neither here nor beside it", .recipe.display())]
+    Gone { named: String, recipe: PathBuf },
+}
+
+impl From<NoMesh> for Failure {
+    fn from(unknown: NoMesh) -> Self {
+        let error = anyhow::anyhow!("{unknown}: give the mesh with --mesh");
+        match unknown {
+            NoMesh::NoRecipe(_) | NoMesh::Unnamed(_) => Self::Usage(error),
+            NoMesh::Gone { .. } => Self::Failed(error),
+        }
+    }
+}
+
+impl Grown {
+    /// Reads the folder of a run or its elements.ply.
+    pub(crate) fn read(from: &Path) -> Result<Self, Failure> {
+        let table = match from.is_dir() {
+            true => from.join(output::ELEMENTS),
+            false => from.to_owned(),
+        };
+        let elements = read_elements(&table).map_err(anyhow::Error::new)?;
+        if elements.is_empty() {
+            let table = table.display();
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{table}: there are no elements in it"
+            )));
+        }
+        let recipe_file = table.with_file_name(output::RECIPE);
+        let belongs = table.ends_with(output::ELEMENTS) && recipe_file.is_file();
+        let recipe = belongs.then(|| Settings::read(&recipe_file));
+        Ok(Self {
+            elements,
+            recipe: recipe.transpose()?,
+            recipe_file,
+        })
+    }
+
+    /// The mesh that the recipe names: seen from here, else from the recipe's folder.
+    pub(crate) fn mesh_file(&self) -> Result<PathBuf, NoMesh> {
+        let file = || self.recipe_file.clone();
+        let recipe = self
+            .recipe
+            .as_ref()
+            .ok_or_else(|| NoMesh::NoRecipe(file()))?;
+        let named = recipe
+            .mesh
+            .as_ref()
+            .ok_or_else(|| NoMesh::Unnamed(file()))?;
+        named_mesh(&self.recipe_file, named).ok_or_else(|| NoMesh::Gone {
+            named: named.clone(),
+            recipe: file(),
+        })
+    }
+
+    /// The curvature radius L that they grew with, mesh units; 10 r where nothing says it.
+    pub(crate) fn curvature_radius(&self) -> f64 {
+        const USUAL_RADII: f64 = 10.0;
+        let radius = self.elements.radius;
+        let said = match self.recipe.as_ref().and_then(|r| r.curvature_radius) {
+            Some(Length::Units(length)) => Some(length),
+            Some(Length::Radii(radii)) => Some(radii * radius),
+            _ => None,
+        };
+        let sound = |length: &f64| length.is_finite() && *length >= radius;
+        said.filter(sound).unwrap_or(USUAL_RADII * radius)
+    }
+
+    /// The up axis by the convention of the format that the mesh's name says.
+    pub(crate) fn up_by_name(&self) -> Option<UpAxis> {
+        let named = self.recipe.as_ref()?.mesh.as_ref()?;
+        let extension = Path::new(named).extension()?.to_str()?;
+        match extension.to_ascii_lowercase().as_str() {
+            "obj" | "gltf" | "glb" => Some(UpAxis::Y),
+            "stl" | "ply" => Some(UpAxis::Z),
+            _ => None,
+        }
+    }
+}
+
+/// The mesh that a lichen grew on.
+pub(crate) fn load(mesh: &Path) -> Result<Substrate, Failure> {
+    let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
+    Ok(Substrate::load(mesh).map_err(failed)?)
+}

@@ -1,0 +1,293 @@
+//! `thallus skin`: the elements of a run as a triangle mesh.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use thallus::cluster::Cluster;
+use thallus::export::{
+    MeshFormat, OutputError, TriMesh, UpAxis, mesh_format_of, write_file_atomically,
+};
+use thallus::run::Length;
+use thallus::skin::{self, Paint, Shape, decimate};
+use thallus::substrate::Substrate;
+
+use super::axes::Convention;
+use super::failure::Failure;
+use super::grown::{Grown, load};
+use super::number::{count, duration};
+use super::skin_args::{Goal, ShapeArgs, SkinArgs};
+use super::skin_paint::paint;
+use super::terminal::{self, Voice};
+
+pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
+    let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
+    let files = files(args);
+    check_free(&files, args.force)?;
+    threads(args)?;
+    let voice = Voice { quiet: args.quiet };
+    let started = Instant::now();
+    let (substrate, cluster) = placed_cluster(args)?;
+    let convention = Convention {
+        extension: format.extension,
+        axes: format.axes,
+        metres: format.metres,
+    };
+    let placement = args
+        .axes
+        .placement(&convention, Some(UpAxis::of(&substrate)))?;
+    let meters_per_unit = args.axes.meters_per_unit(&convention);
+    let units = substrate.units();
+    let radius = units.length_to_file(cluster.radius());
+    let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
+    let shape = shape(&args.shape, &in_radii);
+    shape.check().map_err(|e| Failure::Usage(e.into()))?;
+    let paint = paint(&args.color, &in_radii)?;
+    let mut report = Report::new(cluster.len());
+    report.seconds.load = started.elapsed().as_secs_f64();
+    let mut mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;
+    drop((substrate, cluster));
+    mesh.place(&placement);
+    let file = MeshFile {
+        format,
+        meters_per_unit,
+    };
+    write_all(args, mesh, &files, &file, voice, &mut report)?;
+    report.seconds.total = started.elapsed().as_secs_f64();
+    conclude(args, &report)
+}
+
+/// The files to write, the finest first.
+fn files(args: &SkinArgs) -> Vec<PathBuf> {
+    let Some(levels) = args.size.lod else {
+        return vec![args.output.clone()];
+    };
+    let name = |level| {
+        let mut name = args.output.file_stem().unwrap_or_default().to_owned();
+        name.push(format!("_lod{level}."));
+        name.push(args.output.extension().unwrap_or_default());
+        args.output.with_file_name(name)
+    };
+    (0..levels).map(name).collect()
+}
+
+/// Refuses what would be refused when the work is done.
+fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
+    let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
+    match files.iter().find(taken) {
+        Some(file) => Err(OutputError::FileExists(file.clone()).into()),
+        None => Ok(()),
+    }
+}
+
+fn threads(args: &SkinArgs) -> Result<(), Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.map_or(0, usize::from))
+        .build_global()
+        .context("starting threads")?;
+    Ok(())
+}
+
+/// The lichen on its mesh.
+fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
+    let grown = Grown::read(&args.from)?;
+    let mesh = match &args.mesh {
+        Some(mesh) => mesh.clone(),
+        None => grown.mesh_file()?,
+    };
+    let substrate = load(&mesh)?;
+    let cluster = grown.elements.to_cluster(&substrate);
+    let cluster = cluster.with_context(|| mesh.display().to_string())?;
+    Ok((substrate, cluster))
+}
+
+fn shape(args: &ShapeArgs, in_radii: &dyn Fn(Length) -> f64) -> Shape {
+    let default = Shape::default();
+    let radii = |length: Option<Length>, default: f64| match length {
+        None | Some(Length::Auto) => default,
+        Some(length) => in_radii(length),
+    };
+    Shape {
+        thickness: radii(args.thickness, default.thickness),
+        taper: args.taper.unwrap_or(default.taper),
+        falloff: radii(args.falloff, default.falloff),
+        resolution: radii(args.resolution, default.resolution),
+    }
+}
+
+fn grow_skin(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+    paint: &Paint,
+    voice: Voice,
+    report: &mut Report,
+) -> Result<TriMesh, Failure> {
+    let started = Instant::now();
+    let doing = format!("putting a skin on {} elements", count(cluster.len() as u64));
+    let spinner = spinner(voice, &doing);
+    let mesh = skin::skin(substrate, cluster, shape, paint);
+    spinner.finish_and_clear();
+    report.seconds.skin = started.elapsed().as_secs_f64();
+    mesh.map_err(|e| Failure::Usage(e.into()))
+}
+
+/// Turns on a terminal while something takes its time.
+fn spinner(voice: Voice, doing: &str) -> ProgressBar {
+    if voice.quiet {
+        return ProgressBar::hidden();
+    }
+    let spinner = ProgressBar::new_spinner();
+    spinner.set_message(doing.to_owned());
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    spinner
+}
+
+/// Triangles of the smallest closed mesh.
+const FEWEST_TRIANGLES: usize = 4;
+
+/// How meshes are written.
+struct MeshFile {
+    format: &'static MeshFormat,
+    meters_per_unit: f64,
+}
+
+/// Writes the mesh, decimated as asked, at every level of detail.
+fn write_all(
+    args: &SkinArgs,
+    mut mesh: TriMesh,
+    files: &[PathBuf],
+    how: &MeshFile,
+    voice: Voice,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let whole = mesh.triangles.len();
+    let first = args
+        .size
+        .decimate
+        .map_or(whole, |goal: Goal| goal.of(whole));
+    for (level, file) in files.iter().enumerate() {
+        let goal = (first >> level).max(FEWEST_TRIANGLES);
+        if goal < mesh.triangles.len() {
+            mesh = simplify(&mesh, goal, file, voice, report);
+        }
+        write(&mesh, file, how, args.force, voice, report)?;
+    }
+    Ok(())
+}
+
+fn simplify(
+    mesh: &TriMesh,
+    triangles: usize,
+    file: &Path,
+    voice: Voice,
+    report: &mut Report,
+) -> TriMesh {
+    let started = Instant::now();
+    let spinner = spinner(
+        voice,
+        &format!("decimating to {} triangles", count(triangles as u64)),
+    );
+    let decimated = decimate(mesh, triangles);
+    spinner.finish_and_clear();
+    report.seconds.decimate += started.elapsed().as_secs_f64();
+    let (made, shown) = (decimated.mesh.triangles.len(), file.display());
+    if made as f64 > 1.1 * triangles as f64 {
+        let (made, asked) = (count(made as u64), count(triangles as u64));
+        voice.warn(&format!(
+            "{shown}: {made} triangles are left where {asked} were asked for: fewer would change \
+             the lichen's topology"
+        ));
+    }
+    if !decimated.faults.is_empty() {
+        let (edges, vertices) = (decimated.faults.edges, decimated.faults.vertices);
+        voice.warn(&format!(
+            "{shown}: decimating left {edges} edges and {vertices} vertices that are not manifold; \
+             keep more triangles, or make the skin coarser with --resolution instead"
+        ));
+    }
+    decimated.mesh
+}
+
+fn write(
+    mesh: &TriMesh,
+    file: &Path,
+    how: &MeshFile,
+    force: bool,
+    voice: Voice,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let started = Instant::now();
+    let spinner = spinner(voice, &format!("writing {}", file.display()));
+    let written = write_file_atomically(file, force, |out| {
+        how.format.write(mesh, how.meters_per_unit, out)
+    });
+    spinner.finish_and_clear();
+    written?;
+    report.seconds.write += started.elapsed().as_secs_f64();
+    report.files.push(FileReport {
+        file: file.display().to_string(),
+        triangles: mesh.triangles.len(),
+        vertices: mesh.positions.len(),
+        bytes: file.metadata().map_or(0, |m| m.len()),
+    });
+    Ok(())
+}
+
+/// The JSON answer, keys in this order.
+#[derive(Debug, Serialize)]
+struct Report {
+    elements: usize,
+    files: Vec<FileReport>,
+    seconds: Seconds,
+}
+
+#[derive(Debug, Serialize)]
+struct FileReport {
+    file: String,
+    triangles: usize,
+    vertices: usize,
+    bytes: u64,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Seconds {
+    load: f64,
+    skin: f64,
+    decimate: f64,
+    write: f64,
+    total: f64,
+}
+
+impl Report {
+    fn new(elements: usize) -> Self {
+        Self {
+            elements,
+            files: Vec::new(),
+            seconds: Seconds::default(),
+        }
+    }
+}
+
+fn conclude(args: &SkinArgs, report: &Report) -> Result<(), Failure> {
+    if args.json {
+        let json = serde_json::to_string_pretty(report).context("writing JSON")?;
+        terminal::say(&json)?;
+        return Ok(());
+    }
+    for file in report.files.iter().filter(|_| !args.quiet) {
+        let [triangles, vertices] = [file.triangles, file.vertices].map(|n| count(n as u64));
+        let name = &file.file;
+        terminal::say(&format!(
+            "{name}: {triangles} triangles, {vertices} vertices"
+        ))?;
+    }
+    if !args.quiet {
+        let elements = count(report.elements as u64);
+        let seconds = duration(report.seconds.total);
+        terminal::say(&format!("  a skin on {elements} elements in {seconds}"))?;
+    }
+    Ok(())
+}

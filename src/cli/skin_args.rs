@@ -1,0 +1,159 @@
+//! The arguments of `thallus skin` as they are typed.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+use thallus::run::Length;
+use thallus::skin::PALETTE;
+
+use super::axes::AxesArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct SkinArgs {
+    /// The folder of a run, or its elements.ply
+    #[arg(value_name = "DIR|elements.ply")]
+    pub(crate) from: PathBuf,
+    /// The mesh that the lichen grew on [default: the one that recipe.toml beside the elements names]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    #[arg(short, long, value_name = "FILE", help = output_help())]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) shape: ShapeArgs,
+    #[command(flatten)]
+    pub(crate) color: ColorArgs,
+    #[command(flatten)]
+    pub(crate) size: SizeArgs,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
+    /// Say what was made as JSON
+    #[arg(long, help_heading = RUN)]
+    pub(crate) json: bool,
+    /// Overwrite files that are there
+    #[arg(long, help_heading = RUN)]
+    pub(crate) force: bool,
+    /// No progress, notes or warnings: only errors
+    #[arg(long, help_heading = RUN)]
+    pub(crate) quiet: bool,
+    /// Threads to use; the result is the same for any number [default: all cores]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+const RUN: &str = "Run";
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Shape")]
+pub(crate) struct ShapeArgs {
+    /// Height of closed lichen over the mesh: 0.7r for a thin crust, 3r for fleshy lobes [default:
+    /// 1.5r]
+    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    pub(crate) thickness: Option<Length>,
+    /// How much thinner the lichen is at its rim, as a share: 0 for a blunt edge, 0.8 for one that
+    /// thins out [default: 0.4]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) taper: Option<f64>,
+    /// Distance at which an element's influence is halved: 1r shows every element as a granule, 3r
+    /// fuses them [default: 1.8r]
+    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    pub(crate) falloff: Option<Length>,
+    /// Longest edge of a triangle: half of it gives four times the triangles, and 1r smoother
+    /// margins in close-ups [default: 2r]
+    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    pub(crate) resolution: Option<Length>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Colour")]
+pub(crate) struct ColorArgs {
+    #[arg(long, value_name = "NAME|STOPS|FILE.toml", help = colormap_help())]
+    pub(crate) colormap: Option<String>,
+    /// How much darker the oldest part is, 0 to 1 [default: 0]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) age_darken: Option<f32>,
+    /// A dark margin this wide, as many crustose lichens have, with a colour if it is not black:
+    /// 6r or 6r,#303028; or 'none' [default: that of the colour map]
+    #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
+    pub(crate) prothallus: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Size")]
+pub(crate) struct SizeArgs {
+    /// Fewer triangles: a share below 1, or how many
+    #[arg(long, value_name = "RATIO|TRIANGLES", allow_hyphen_values = true)]
+    pub(crate) decimate: Option<Goal>,
+    /// Levels of detail, each with half of the triangles of the one before: FILE_lod0, FILE_lod1
+    /// and so on
+    #[arg(long, value_name = "LEVELS", value_parser = clap::value_parser!(u8).range(1..=16), allow_negative_numbers = true)]
+    pub(crate) lod: Option<u8>,
+}
+
+/// How many triangles to keep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Goal {
+    Share(f64),
+    Triangles(usize),
+}
+
+impl Goal {
+    /// Triangles to keep of a mesh of so many.
+    pub(crate) fn of(self, triangles: usize) -> usize {
+        match self {
+            Self::Share(share) => (share * triangles as f64) as usize,
+            Self::Triangles(n) => n,
+        }
+    }
+}
+
+impl FromStr for Goal {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        const FEWEST: usize = 4;
+        match (text.parse::<usize>(), text.parse::<f64>()) {
+            (Ok(n), _) if n >= FEWEST => Ok(Self::Triangles(n)),
+            (_, Ok(share)) if share > 0.0 && share <= 1.0 => Ok(Self::Share(share)),
+            _ => Err("write a share above 0 and up to 1 (0.25), or a number of triangles from 4"),
+        }
+    }
+}
+
+fn output_help() -> String {
+    let line = |f: &thallus::export::MeshFormat| format!("\n.{}: {}", f.extension, f.purpose);
+    let formats: String = thallus::export::MESH_FORMATS.iter().map(line).collect();
+    format!("The file to write; its extension says the format:{formats}")
+}
+
+fn colormap_help() -> String {
+    let maps = PALETTE
+        .iter()
+        .map(|map| format!("\n{}: {}", map.name, map.look));
+    let maps: String = maps.collect();
+    format!(
+        "Colours by local density, the share of the surface that elements cover: closed lichen has \
+         0.5 to 0.75. \
+         Stops as 0.1:#c9d0bd,0.65:#8d9a82, a file with stops = [[0.1, \"#c9d0bd\"], ...], or one \
+         of [default: {}]:{maps}",
+        PALETTE[0].name
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_and_counts_are_told_apart() {
+        assert_eq!("0.25".parse(), Ok(Goal::Share(0.25)));
+        assert_eq!("1".parse(), Ok(Goal::Share(1.0)));
+        assert_eq!("1e-3".parse(), Ok(Goal::Share(1e-3)));
+        assert_eq!("20000".parse(), Ok(Goal::Triangles(20_000)));
+        for wrong in ["0", "-0.5", "1.5", "2", "nan", "inf", "half", ""] {
+            assert!(wrong.parse::<Goal>().is_err(), "{wrong}");
+        }
+        assert_eq!(Goal::Share(0.25).of(1000), 250);
+        assert_eq!(Goal::Triangles(7).of(1000), 7);
+    }
+}

@@ -1,0 +1,232 @@
+//! A triangle mesh with colours and named attributes, and the formats that it is written in.
+
+mod glb;
+mod obj;
+mod ply;
+mod usda;
+
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension};
+
+/// A number for each vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VertexAttribute {
+    /// Its name in files: lower-case ASCII letters and underscores.
+    pub name: &'static str,
+    /// In the order of the vertices.
+    pub values: Vec<f32>,
+    /// Whether the values are lengths, which are scaled as positions are.
+    pub is_length: bool,
+}
+
+/// Triangles with shared vertices. All columns have a row for each vertex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriMesh {
+    /// In the units and axes of the substrate's file until it is [placed](TriMesh::place).
+    pub positions: Vec<[f64; 3]>,
+    /// Unit vectors, outwards.
+    pub normals: Vec<[f32; 3]>,
+    /// sRGB.
+    pub colors: Vec<[u8; 3]>,
+    /// Whatever else is known of the vertices.
+    pub attributes: Vec<VertexAttribute>,
+    /// Numbers of vertices, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Which axis of `positions` points up.
+    pub up: UpAxis,
+}
+
+/// What makes a mesh unfit to be written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// A column is longer or shorter than `positions`.
+    #[error("column '{column}' has {found} rows where there are {expected} vertices")]
+    Ragged {
+        /// Its name.
+        column: &'static str,
+        /// Its rows.
+        found: usize,
+        /// Rows of `positions`.
+        expected: usize,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {0} has a corner that is no vertex")]
+    Corner(usize),
+    /// A coordinate that is not a finite number.
+    #[error("vertex {0} is not at a finite place")]
+    Place(usize),
+    /// More than files count.
+    #[error("{0} vertices or triangles: files count them with 31 bits; make the mesh coarser")]
+    TooMany(usize),
+}
+
+type WriteMesh = fn(&TriMesh, f64, &mut dyn Write) -> io::Result<()>;
+
+/// A file format for triangle meshes.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshFormat {
+    /// Extension of its files, lower case, without the dot.
+    pub extension: &'static str,
+    /// What it is for, in words for the user.
+    pub purpose: &'static str,
+    /// Which way is up.
+    pub axes: Axes,
+    /// Whether its unit is the metre by specification.
+    pub metres: bool,
+    write: WriteMesh,
+}
+
+/// Every format that triangle meshes are written in.
+pub const MESH_FORMATS: &[MeshFormat] = &[
+    MeshFormat {
+        extension: "glb",
+        purpose: "glTF with colours and attributes, in metres: Blender, game engines, viewers",
+        axes: Axes::Fixed(UpAxis::Y),
+        metres: true,
+        write: |mesh, _, out| glb::write(mesh, out),
+    },
+    USDA,
+    MeshFormat {
+        extension: "usd",
+        purpose: "the same under its other name",
+        ..USDA
+    },
+    MeshFormat {
+        extension: "ply",
+        purpose: "binary, with colours and attributes: Blender, MeshLab, Python",
+        axes: Axes::Usual(UpAxis::Z),
+        metres: false,
+        write: |mesh, _, out| ply::write(mesh, out),
+    },
+    MeshFormat {
+        extension: "obj",
+        purpose: "text, with colours but without attributes: nearly everything",
+        axes: Axes::Usual(UpAxis::Y),
+        metres: false,
+        write: |mesh, _, out| obj::write(mesh, out),
+    },
+];
+
+const USDA: MeshFormat = MeshFormat {
+    extension: "usda",
+    purpose: "USD with colours and attributes: Houdini, Blender, usdview",
+    axes: Axes::Declared,
+    metres: false,
+    write: usda::write,
+};
+
+impl Extension for MeshFormat {
+    fn extension(&self) -> &'static str {
+        self.extension
+    }
+}
+
+/// The format that a file's extension says, upper or lower case.
+///
+/// # Errors
+/// When there is no extension or no such format; the message names those that there are.
+pub fn mesh_format_of(path: &Path) -> Result<&'static MeshFormat, UnknownFormat> {
+    by_extension(MESH_FORMATS, "meshes", path)
+}
+
+impl MeshFormat {
+    /// Writes the mesh as it is placed, buffered: the same mesh gives the same bytes. USD says how
+    /// many metres its unit is.
+    ///
+    /// # Errors
+    /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound;
+    /// `InvalidInput` when the format cannot hold that much.
+    pub fn write(
+        &self,
+        mesh: &TriMesh,
+        meters_per_unit: f64,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        mesh.check()
+            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        let mut out = BufWriter::with_capacity(1 << 16, out);
+        (self.write)(mesh, meters_per_unit, &mut out)?;
+        out.flush()
+    }
+}
+
+impl TriMesh {
+    /// Checks what every file promises: columns of one length, finite places, corners that are
+    /// vertices, numbers that fit a signed 32-bit integer.
+    ///
+    /// # Errors
+    /// The first that does not hold.
+    pub fn check(&self) -> Result<(), MeshError> {
+        let expected = self.positions.len();
+        let columns = [("normal", self.normals.len()), ("color", self.colors.len())];
+        let named = self.attributes.iter().map(|a| (a.name, a.values.len()));
+        for (column, found) in columns.into_iter().chain(named) {
+            if found != expected {
+                return Err(MeshError::Ragged {
+                    column,
+                    found,
+                    expected,
+                });
+            }
+        }
+        let most = expected.max(self.triangles.len());
+        if i32::try_from(most).is_err() {
+            return Err(MeshError::TooMany(most));
+        }
+        let finite = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
+        if let Some(vertex) = self.positions.iter().position(|p| !finite(p)) {
+            return Err(MeshError::Place(vertex));
+        }
+        let there = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < expected);
+        let stray = self.triangles.iter().position(|t| !there(t));
+        stray.map_or(Ok(()), |triangle| Err(MeshError::Corner(triangle)))
+    }
+
+    /// Turns and scales the mesh into the axes and units of a file.
+    pub fn place(&mut self, placement: &Placement) {
+        let turned = self.positions.iter_mut();
+        turned.for_each(|p| *p = placement.point(*p));
+        let turned = self.normals.iter_mut();
+        turned.for_each(|n| *n = placement.turn(*n));
+        let lengths = self.attributes.iter_mut().filter(|a| a.is_length);
+        let scaled = |x: &mut f32| *x = (f64::from(*x) * placement.scale) as f32;
+        lengths.for_each(|a| a.values.iter_mut().for_each(scaled));
+        self.up = placement.to;
+    }
+
+    /// What files with float32 positions and a translation store positions relative to.
+    fn origin(&self) -> [f64; 3] {
+        let [low, high] = self.bounds();
+        match self.needs_doubles() {
+            true => [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),
+            false => [0.0; 3],
+        }
+    }
+
+    /// Lower and upper corner of the bounding box; zeros when there are no vertices.
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        let Some(&first) = self.positions.first() else {
+            return [[0.0; 3]; 2];
+        };
+        let grow = |[low, high]: [[f64; 3]; 2], p: &[f64; 3]| {
+            let low = [0, 1, 2].map(|k| low[k].min(p[k]));
+            [low, [0, 1, 2].map(|k| high[k].max(p[k]))]
+        };
+        self.positions.iter().fold([first; 2], grow)
+    }
+
+    /// Whether float32 would move vertices by more than a millionth of the mesh's size, as it does
+    /// where a small mesh lies far from its origin.
+    fn needs_doubles(&self) -> bool {
+        const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+        let [low, high] = self.bounds();
+        let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        let farthest = low
+            .iter()
+            .chain(&high)
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        farthest * HALF_ULP > size * 1e-6 || farthest > f64::from(f32::MAX)
+    }
+}

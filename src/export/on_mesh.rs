@@ -1,0 +1,93 @@
+//! A table's elements found again on the mesh that they grew on.
+
+use glam::DVec3;
+
+use super::Elements;
+use crate::cluster::{Cluster, Element, NO_PARENT};
+use crate::substrate::{Substrate, SurfacePoint};
+
+/// Elements that do not lie on a mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "element {element} is not on this mesh ({problem}): name the mesh that the lichen grew on, as \
+     it was then"
+)]
+pub struct NotOnMesh {
+    /// Birth index of the first one.
+    pub element: usize,
+    /// What is wrong.
+    pub problem: String,
+}
+
+/// How far the table's rounding may move an element, in radii.
+const TOLERANCE: f64 = 0.05;
+
+impl Elements {
+    /// Where on the substrate each element is.
+    ///
+    /// # Errors
+    /// When an element's triangle and weights say a place farther than a twentieth of the radius
+    /// from its position, beyond what float32 rounds, or its triangle is not there.
+    pub fn places_on(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
+        let triangles = substrate.triangles().len() as u32;
+        let mut inner = vec![0; triangles as usize];
+        (0..triangles).for_each(|t| inner[substrate.canonical_triangle(t) as usize] = t);
+        let place = |i: usize| {
+            let fail = |problem| NotOnMesh {
+                element: i,
+                problem,
+            };
+            let triangle = inner.get(self.triangle[i] as usize);
+            let triangle = *triangle.ok_or_else(|| fail(self.no_triangle(i, triangles)))?;
+            let [u, v] = self.uv[i].map(f64::from);
+            let place = SurfacePoint { triangle, u, v };
+            match self.distance(substrate, i, &place) {
+                d if d <= self.tolerance(substrate, &place) => Ok(place),
+                d => Err(fail(format!("it is {d:.3e} away from it"))),
+            }
+        };
+        (0..self.len()).map(place).collect()
+    }
+
+    /// The cluster that this is the table of, on the mesh that it grew on.
+    ///
+    /// Elements are where triangle and weights say, which files hold with 24 bits.
+    ///
+    /// # Errors
+    /// Those of [`places_on`](Self::places_on).
+    ///
+    /// # Panics
+    /// When columns differ in length: see [`Elements::check`].
+    pub fn to_cluster(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
+        let radius = substrate.units().length_to_local(self.radius);
+        let mut cluster = Cluster::new(radius);
+        for (i, at) in self.places_on(substrate)?.into_iter().enumerate() {
+            cluster.push(Element {
+                at,
+                position: substrate.position(&at),
+                parent: u32::try_from(self.parent[i]).unwrap_or(NO_PARENT),
+                colony: self.colony[i],
+                probability: f64::from(self.probability[i]),
+            });
+        }
+        Ok(cluster)
+    }
+
+    fn no_triangle(&self, i: usize, triangles: u32) -> String {
+        let triangle = self.triangle[i];
+        format!("its triangle has number {triangle}, and there are {triangles}")
+    }
+
+    fn distance(&self, substrate: &Substrate, i: usize, place: &SurfacePoint) -> f64 {
+        let there = substrate.units().to_file(substrate.position(place));
+        (there - DVec3::from(self.positions[i])).length()
+    }
+
+    /// Weights and positions are float32, the latter unless they are far from the origin.
+    fn tolerance(&self, substrate: &Substrate, place: &SurfacePoint) -> f64 {
+        let [a, b, c] = substrate.corners(place.triangle);
+        let edge = (b - a).length().max((c - a).length());
+        let edge = substrate.units().length_to_file(edge);
+        TOLERANCE * self.radius + f64::from(f32::EPSILON) * edge
+    }
+}

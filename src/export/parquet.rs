@@ -1,0 +1,231 @@
+//! Apache Parquet, format version 1: required columns of plain numbers, not compressed.
+//!
+//! Written after the specification of the Apache Parquet project (`parquet.thrift`, "File format",
+//! "Data pages"), because the reference crate takes minutes to build and 67 others with it. Rows go
+//! in groups of [`GROUP`], each column of a group as one page, so that memory does not grow with
+//! the table. Metadata is in Thrift's compact protocol.
+
+use std::io::{self, Write};
+
+use super::columns::{Column, Kind, columns};
+use super::{AgeColor, Elements};
+
+/// Rows in a row group, at most. A page has to be smaller than 2 GiB.
+const GROUP: usize = 1 << 20;
+
+const MAGIC: &[u8; 4] = b"PAR1";
+
+/// Values of the enumerations in `parquet.thrift`.
+const REQUIRED: i64 = 0;
+const PLAIN: i64 = 0;
+const RLE: i64 = 3;
+const UNCOMPRESSED: i64 = 0;
+const DATA_PAGE: i64 = 0;
+
+pub(super) fn write(
+    elements: &Elements,
+    _color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let columns = columns(elements);
+    out.write_all(MAGIC)?;
+    let mut offset = MAGIC.len();
+    let mut groups = Vec::new();
+    for start in (0..elements.len()).step_by(GROUP) {
+        let rows = start..elements.len().min(start + GROUP);
+        let mut chunks = Vec::new();
+        for column in &columns {
+            let page = page(column, rows.clone());
+            out.write_all(&page)?;
+            chunks.push(Chunk {
+                offset,
+                bytes: page.len(),
+            });
+            offset += page.len();
+        }
+        groups.push((rows.len(), chunks));
+    }
+    let footer = footer(elements.len(), &columns, &groups);
+    out.write_all(&footer)?;
+    out.write_all(&(footer.len() as u32).to_le_bytes())?;
+    out.write_all(MAGIC)
+}
+
+/// Where a column of a row group lies in the file.
+struct Chunk {
+    offset: usize,
+    bytes: usize,
+}
+
+/// A page's header and its values.
+fn page(column: &Column<'_>, rows: std::ops::Range<usize>) -> Vec<u8> {
+    let bytes = rows.len() * column.kind.bytes();
+    let mut header = Thrift::default();
+    header.i32(1, DATA_PAGE);
+    header.i32(2, bytes as i64);
+    header.i32(3, bytes as i64);
+    header.open(5);
+    header.i32(1, rows.len() as i64);
+    header.i32(2, PLAIN);
+    header.i32(3, RLE);
+    header.i32(4, RLE);
+    header.close();
+    let mut page = header.finish();
+    page.reserve(bytes);
+    rows.for_each(|row| column.at(row).push(&mut page));
+    page
+}
+
+/// Number of the type in `parquet.thrift`.
+fn physical_type(kind: Kind) -> i64 {
+    match kind {
+        Kind::I32 => 1,
+        Kind::F32 => 4,
+        Kind::F64 => 5,
+    }
+}
+
+/// `FileMetaData`.
+fn footer(rows: usize, columns: &[Column<'_>], groups: &[(usize, Vec<Chunk>)]) -> Vec<u8> {
+    let mut t = Thrift::default();
+    t.i32(1, 1);
+    t.list(2, Thrift::STRUCT, columns.len() + 1);
+    t.element(|root| {
+        root.text(4, "elements");
+        root.i32(5, columns.len() as i64);
+    });
+    for column in columns {
+        t.element(|leaf| {
+            leaf.i32(1, physical_type(column.kind));
+            leaf.i32(3, REQUIRED);
+            leaf.text(4, &column.name);
+        });
+    }
+    t.i64(3, rows as i64);
+    t.list(4, Thrift::STRUCT, groups.len());
+    for (rows, chunks) in groups {
+        t.element(|group| row_group(group, *rows, columns, chunks));
+    }
+    t.text(6, concat!("thallus version ", env!("CARGO_PKG_VERSION")));
+    t.finish()
+}
+
+fn row_group(t: &mut Thrift, rows: usize, columns: &[Column<'_>], chunks: &[Chunk]) {
+    t.list(1, Thrift::STRUCT, columns.len());
+    for (column, chunk) in columns.iter().zip(chunks) {
+        t.element(|t| {
+            t.i64(2, chunk.offset as i64);
+            t.open(3);
+            column_metadata(t, rows, column, chunk);
+            t.close();
+        });
+    }
+    let bytes: usize = chunks.iter().map(|c| c.bytes).sum();
+    t.i64(2, bytes as i64);
+    t.i64(3, rows as i64);
+}
+
+fn column_metadata(t: &mut Thrift, rows: usize, column: &Column<'_>, chunk: &Chunk) {
+    t.i32(1, physical_type(column.kind));
+    t.list(2, Thrift::I32, 1);
+    t.value(PLAIN);
+    t.list(3, Thrift::BINARY, 1);
+    t.bytes(&column.name);
+    t.i32(4, UNCOMPRESSED);
+    t.i64(5, rows as i64);
+    t.i64(6, chunk.bytes as i64);
+    t.i64(7, chunk.bytes as i64);
+    t.i64(9, chunk.offset as i64);
+}
+
+/// Thrift's compact protocol, as far as the metadata above needs it ("Thrift Compact protocol
+/// encoding", Apache Thrift). Fields of a structure come with ascending numbers.
+#[derive(Default)]
+struct Thrift {
+    bytes: Vec<u8>,
+    last: u8,
+    outer: Vec<u8>,
+}
+
+impl Thrift {
+    const I32: u8 = 5;
+    const I64: u8 = 6;
+    const BINARY: u8 = 8;
+    const LIST: u8 = 9;
+    const STRUCT: u8 = 12;
+    const STOP: u8 = 0;
+
+    fn i32(&mut self, field: u8, value: i64) {
+        self.field(field, Self::I32);
+        self.value(value);
+    }
+
+    fn i64(&mut self, field: u8, value: i64) {
+        self.field(field, Self::I64);
+        self.value(value);
+    }
+
+    fn text(&mut self, field: u8, text: &str) {
+        self.field(field, Self::BINARY);
+        self.bytes(text);
+    }
+
+    /// Begins a list, whose elements follow.
+    fn list(&mut self, field: u8, of: u8, length: usize) {
+        self.field(field, Self::LIST);
+        match length {
+            0..15 => self.bytes.push((length as u8) << 4 | of),
+            _ => {
+                self.bytes.push(0xf0 | of);
+                self.varint(length as u64);
+            }
+        }
+    }
+
+    /// A structure within a list.
+    fn element(&mut self, fill: impl FnOnce(&mut Self)) {
+        self.outer.push(self.last);
+        self.last = 0;
+        fill(self);
+        self.close();
+    }
+
+    /// Begins a structure within a structure.
+    fn open(&mut self, field: u8) {
+        self.field(field, Self::STRUCT);
+        self.outer.push(self.last);
+        self.last = 0;
+    }
+
+    fn close(&mut self) {
+        self.bytes.push(Self::STOP);
+        self.last = self.outer.pop().unwrap_or(0);
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        self.bytes.push(Self::STOP);
+        self.bytes
+    }
+
+    fn field(&mut self, field: u8, kind: u8) {
+        self.bytes.push((field - self.last) << 4 | kind);
+        self.last = field;
+    }
+
+    fn value(&mut self, value: i64) {
+        self.varint(((value << 1) ^ (value >> 63)) as u64);
+    }
+
+    fn bytes(&mut self, text: &str) {
+        self.varint(text.len() as u64);
+        self.bytes.extend_from_slice(text.as_bytes());
+    }
+
+    fn varint(&mut self, mut value: u64) {
+        while value >= 0x80 {
+            self.bytes.push(value as u8 | 0x80);
+            value >>= 7;
+        }
+        self.bytes.push(value as u8);
+    }
+}

@@ -1,0 +1,310 @@
+//! USD in its text form: `Points`, `PointInstancer`, `BasisCurves` (Pixar, *UsdGeom schemas*).
+//!
+//! Lengths called `widths` are diameters. Attributes are primvars of the elements, names as
+//! elsewhere; `primvars:N` and `primvars:pscale` repeat normals and radius for programs that read
+//! those. Colours are linear, as `displayColor` is.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+
+use super::AgeColor;
+use super::columns::{Column, Kind, Scalar, columns};
+use super::lobe::Lobe;
+use super::scene::{Scene, UpAxis, range};
+use crate::color::to_linear;
+
+pub(super) fn write_points(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let mut stage = Stage::of(scene, out)?;
+    let every: Vec<usize> = (0..scene.elements.len()).collect();
+    stage.open("Points", "elements")?;
+    stage.int64s("ids", &every)?;
+    stage.points("points", scene, &every)?;
+    stage.extent(scene, 1.0)?;
+    let normals = &scene.elements.normals;
+    stage.vectors(
+        "normal3f[] normals",
+        VERTEX,
+        every.iter().map(|&i| normals[i]),
+    )?;
+    let diameter = (2.0 * scene.elements.radius) as f32;
+    stage.numbers("float[] widths", VERTEX, every.iter().map(|_| diameter))?;
+    stage.primvars(scene, color, &every)?;
+    stage.close()?;
+    stage.close()
+}
+
+pub(super) fn write_instances(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let mut stage = Stage::of(scene, out)?;
+    let every: Vec<usize> = (0..scene.elements.len()).collect();
+    let radius = scene.elements.radius as f32;
+    stage.open("PointInstancer", "lobes")?;
+    stage.int64s("ids", &every)?;
+    stage.points("positions", scene, &every)?;
+    stage.extent(scene, 2.0)?;
+    let halves = scene.orientations.iter().map(|&[x, y, z, w]| {
+        let [w, x, y, z] = [w, x, y, z].map(|c| format!("{c:.5}"));
+        format!("({w}, {x}, {y}, {z})")
+    });
+    stage.list("quath[] orientations", "", halves)?;
+    stage.vectors("float3[] scales", "", every.iter().map(|_| [radius; 3]))?;
+    stage.list("int[] protoIndices", "", every.iter().map(|_| 0))?;
+    stage.line("rel prototypes = </lichen/lobes/prototypes/lobe>")?;
+    stage.primvars(scene, color, &every)?;
+    stage.open("Scope", "prototypes")?;
+    stage.lobe()?;
+    stage.close()?;
+    stage.close()?;
+    stage.close()
+}
+
+pub(super) fn write_curves(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let mut stage = Stage::of(scene, out)?;
+    let vertices: Vec<usize> = scene
+        .streams
+        .iter()
+        .flatten()
+        .map(|&i| i as usize)
+        .collect();
+    stage.open("BasisCurves", "branches")?;
+    stage.line("uniform token type = \"linear\"")?;
+    let counts = scene.streams.iter().map(Vec::len);
+    stage.list("int[] curveVertexCounts", "", counts)?;
+    stage.points("points", scene, &vertices)?;
+    stage.extent(scene, 1.0)?;
+    let widths = vertices.iter().map(|&i| 2.0 * scene.branch_radii[i]);
+    stage.numbers("float[] widths", VERTEX, widths)?;
+    stage.primvars(scene, color, &vertices)?;
+    stage.close()?;
+    stage.close()
+}
+
+/// One value a point.
+pub(super) const VERTEX: &str = "vertex";
+
+/// A stage that is being written, with its prims open so far.
+pub(super) struct Stage<'a> {
+    out: &'a mut dyn Write,
+    depth: usize,
+}
+
+impl<'a> Stage<'a> {
+    fn of(scene: &Scene, out: &'a mut dyn Write) -> io::Result<Self> {
+        Self::begin(scene.up, scene.meters_per_unit, scene.origin(), out)
+    }
+
+    /// The layer's metadata, and the root prim, moved by a vector, which stays open.
+    pub(super) fn begin(
+        up: UpAxis,
+        meters_per_unit: f64,
+        [x, y, z]: [f64; 3],
+        out: &'a mut dyn Write,
+    ) -> io::Result<Self> {
+        let up = match up {
+            UpAxis::Y => "Y",
+            UpAxis::Z => "Z",
+        };
+        let version = env!("CARGO_PKG_VERSION");
+        writeln!(out, "#usda 1.0\n(")?;
+        writeln!(out, "    defaultPrim = \"lichen\"")?;
+        writeln!(out, "    doc = \"Lichen grown by thallus {version}\"")?;
+        writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
+        writeln!(out, "    upAxis = \"{up}\"\n)\n")?;
+        let mut stage = Self { out, depth: 0 };
+        stage.line("def Xform \"lichen\" (")?;
+        stage.line("    kind = \"component\"\n)\n{")?;
+        stage.depth = 1;
+        if [x, y, z] != [0.0; 3] {
+            stage.line(&format!("double3 xformOp:translate = ({x}, {y}, {z})"))?;
+            stage.line("uniform token[] xformOpOrder = [\"xformOp:translate\"]")?;
+        }
+        Ok(stage)
+    }
+
+    fn indent(&mut self) -> io::Result<()> {
+        write!(self.out, "{:1$}", "", 4 * self.depth)
+    }
+
+    pub(super) fn line(&mut self, text: &str) -> io::Result<()> {
+        self.indent()?;
+        writeln!(self.out, "{text}")
+    }
+
+    pub(super) fn open(&mut self, schema: &str, name: &str) -> io::Result<()> {
+        self.line(&format!("def {schema} \"{name}\""))?;
+        self.line("{")?;
+        self.depth += 1;
+        Ok(())
+    }
+
+    pub(super) fn close(&mut self) -> io::Result<()> {
+        self.depth -= 1;
+        self.line("}")
+    }
+
+    /// An attribute, `TYPE[] NAME`, of values that are written as they are shown.
+    pub(super) fn list(
+        &mut self,
+        declared: &str,
+        interpolation: &str,
+        values: impl Iterator<Item = impl Display>,
+    ) -> io::Result<()> {
+        self.indent()?;
+        write!(self.out, "{declared} = [")?;
+        for (i, value) in values.enumerate() {
+            let comma = if i == 0 { "" } else { ", " };
+            write!(self.out, "{comma}{value}")?;
+        }
+        match interpolation {
+            "" => writeln!(self.out, "]"),
+            how => writeln!(self.out, "] (interpolation = \"{how}\")"),
+        }
+    }
+
+    pub(super) fn numbers(
+        &mut self,
+        declared: &str,
+        interpolation: &str,
+        values: impl Iterator<Item = f32>,
+    ) -> io::Result<()> {
+        self.list(declared, interpolation, values.map(Number))
+    }
+
+    pub(super) fn vectors<const N: usize>(
+        &mut self,
+        declared: &str,
+        interpolation: &str,
+        values: impl Iterator<Item = [f32; N]>,
+    ) -> io::Result<()> {
+        self.list(declared, interpolation, values.map(Tuple))
+    }
+
+    fn int64s(&mut self, name: &str, values: &[usize]) -> io::Result<()> {
+        self.list(&format!("int64[] {name}"), "", values.iter())
+    }
+
+    fn points(&mut self, name: &str, scene: &Scene, of: &[usize]) -> io::Result<()> {
+        let positions = scene.local_positions();
+        let points = of.iter().map(|&i| positions[i]);
+        self.vectors(&format!("point3f[] {name}"), "", points)
+    }
+
+    /// The box about all elements, wider by some radii.
+    fn extent(&mut self, scene: &Scene, radii: f64) -> io::Result<()> {
+        let positions = scene.local_positions();
+        let margin = radii * scene.elements.radius;
+        let axis = |k: usize| range(positions.iter().map(|p| f64::from(p[k])));
+        let [x, y, z] = [0, 1, 2].map(axis);
+        let low = [x[0], y[0], z[0]].map(|c| (c - margin) as f32);
+        let high = [x[1], y[1], z[1]].map(|c| (c + margin) as f32);
+        self.vectors("float3[] extent", "", [low, high].into_iter())
+    }
+
+    /// Colours and every attribute of these elements.
+    fn primvars(&mut self, scene: &Scene, color: AgeColor<'_>, of: &[usize]) -> io::Result<()> {
+        let elements = &scene.elements;
+        let colors = of.iter().map(|&i| color(elements.age(i)).map(to_linear));
+        self.vectors("color3f[] primvars:displayColor", VERTEX, colors)?;
+        let normals = of.iter().map(|&i| elements.normals[i]);
+        self.vectors("normal3f[] primvars:N", VERTEX, normals)?;
+        let orient = of.iter().map(|&i| scene.orientations[i]);
+        let orient = orient.map(|[x, y, z, w]| [w, x, y, z]);
+        self.vectors("quatf[] primvars:orient", VERTEX, orient)?;
+        let radius = elements.radius as f32;
+        self.numbers("float[] primvars:pscale", VERTEX, of.iter().map(|_| radius))?;
+        let columns = columns(elements);
+        columns
+            .iter()
+            .filter(|c| is_own(&c.name))
+            .try_for_each(|c| self.primvar(c, of))
+    }
+
+    fn primvar(&mut self, column: &Column<'_>, of: &[usize]) -> io::Result<()> {
+        let kind = match column.kind {
+            Kind::I32 => "int",
+            Kind::F32 | Kind::F64 => "float",
+        };
+        let declared = format!("{kind}[] primvars:{}", column.name);
+        self.list(&declared, VERTEX, of.iter().map(|&i| Value(column.at(i))))
+    }
+
+    /// The prototype.
+    fn lobe(&mut self) -> io::Result<()> {
+        let lobe = Lobe::new();
+        self.open("Mesh", "lobe")?;
+        let extent = |pick: fn(f32, f32) -> f32| {
+            [0, 1, 2].map(|k| {
+                lobe.positions
+                    .iter()
+                    .map(|p| p[k])
+                    .fold(lobe.positions[0][k], pick)
+            })
+        };
+        let corners = [extent(f32::min), extent(f32::max)];
+        self.vectors("float3[] extent", "", corners.into_iter())?;
+        let sides = lobe.triangles.iter().map(|_| 3);
+        self.list("int[] faceVertexCounts", "", sides)?;
+        self.list(
+            "int[] faceVertexIndices",
+            "",
+            lobe.triangles.iter().flatten(),
+        )?;
+        self.vectors("normal3f[] normals", VERTEX, lobe.normals.iter().copied())?;
+        self.vectors("point3f[] points", "", lobe.positions.iter().copied())?;
+        self.line("uniform token subdivisionScheme = \"none\"")?;
+        self.close()
+    }
+}
+
+/// Whether a column is a primvar of its own, and not part of another attribute.
+fn is_own(name: &str) -> bool {
+    const PARTS: [&str; 7] = ["x", "y", "z", "nx", "ny", "nz", "radius"];
+    !PARTS.contains(&name) && !name.starts_with("orient_")
+}
+
+/// The shortest text that reads back to the same float32.
+struct Number(f32);
+
+impl Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            x if x != 0.0 && !(1e-5..1e9).contains(&x.abs()) => write!(f, "{x:e}"),
+            x => write!(f, "{x}"),
+        }
+    }
+}
+
+/// A value of a column: a whole number, or any as float32.
+struct Value(Scalar);
+
+impl Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Scalar::I32(x) => write!(f, "{x}"),
+            other => Number(other.single()).fmt(f),
+        }
+    }
+}
+
+struct Tuple<const N: usize>([f32; N]);
+
+impl<const N: usize> Display for Tuple<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, &x) in self.0.iter().enumerate() {
+            let before = if i == 0 { "(" } else { ", " };
+            write!(f, "{before}{}", Number(x))?;
+        }
+        write!(f, ")")
+    }
+}

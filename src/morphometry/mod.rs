@@ -1,0 +1,79 @@
+//! What can be measured on a grown lichen: which way each element grew, how crowded it stands, how
+//! far it is from the rim, and its rank among the branches.
+//!
+//! A [`Sample`] is the lichen as any table of elements has it, in any units; [`measure`] takes all
+//! measures, and each has its own function too. Lengths come out in the sample's units. Nothing
+//! here reads or writes a file.
+//!
+//! Neighbours are those within a distance in space whose normals lie in the same half space, so
+//! that the two faces of a thin plate do not count for each other. That is a rule of thumb, where
+//! growth asks the surface itself: inside a fold narrower than the distance, elements whose
+//! normals agree count although no short way over the surface joins them.
+
+mod density;
+mod neighbours;
+mod normals;
+mod orientation;
+mod rim;
+#[cfg(test)]
+mod test_lichen;
+mod tree;
+
+pub use density::density;
+pub use neighbours::Neighbours;
+pub use normals::smooth_normals;
+pub use orientation::{growth_directions, orientations};
+pub use rim::{is_rim, rim_distance};
+pub use tree::Tree;
+
+/// A lichen to be measured. The slices have one length; row i was born i-th.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// Radius r of every element.
+    pub radius: f64,
+    /// Centres.
+    pub positions: &'a [[f64; 3]],
+    /// Unit normals of the surface at the centres.
+    pub normals: &'a [[f32; 3]],
+    /// Birth index of the element that each one stuck to, which is born before it; −1 for a seed.
+    pub parents: &'a [i32],
+}
+
+/// All measures, one value an element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Morphometry {
+    /// See [`orientations`].
+    pub orientations: Vec<[f64; 4]>,
+    /// See [`density()`].
+    pub density: Vec<f64>,
+    /// See [`rim_distance`].
+    pub rim_distance: Vec<Option<f64>>,
+    /// See [`Tree::strahler`].
+    pub strahler: Vec<u32>,
+    /// See [`Tree::depth`].
+    pub depth: Vec<u32>,
+    /// See [`Tree::streams`].
+    pub streams: Vec<Vec<u32>>,
+    /// See [`Tree::taper`].
+    pub taper: Vec<f64>,
+}
+
+/// Takes every measure, with neighbours within the distance `within`, on all of rayon's threads.
+/// The result does not depend on their number.
+///
+/// # Panics
+/// When the slices differ in length, or `within` is not a positive finite number.
+pub fn measure(sample: &Sample<'_>, within: f64) -> Morphometry {
+    let tree = Tree::new(sample.parents);
+    let neighbours = Neighbours::new(sample.positions, sample.normals, within);
+    let rim = is_rim(&neighbours);
+    Morphometry {
+        orientations: orientations(sample),
+        density: density(sample.radius, &neighbours),
+        rim_distance: rim_distance(&rim, &neighbours),
+        strahler: tree.strahler(),
+        depth: tree.depth(),
+        streams: tree.streams(),
+        taper: tree.taper(),
+    }
+}

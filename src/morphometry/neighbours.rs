@@ -1,0 +1,165 @@
+//! Who stands near whom, for points that do not change.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// The neighbours within a distance: points sorted by the cells of a grid of that size.
+pub struct Neighbours {
+    within: f64,
+    low: DVec3,
+    /// Cell and number of every point, ascending.
+    cells: Vec<(u64, u32)>,
+    /// Position and normal of every point, in the order of `cells`.
+    places: Vec<(DVec3, Vec3)>,
+    /// Where in `cells` each point is.
+    slots: Vec<u32>,
+}
+
+/// Bits of a cell's number in each direction.
+const BITS: u32 = 21;
+
+impl Neighbours {
+    /// Of points with unit normals, within a distance.
+    ///
+    /// # Panics
+    /// When the slices differ in length, or `within` is not a positive finite number.
+    pub fn new(positions: &[[f64; 3]], normals: &[[f32; 3]], within: f64) -> Self {
+        assert_eq!(positions.len(), normals.len(), "a normal for each position");
+        assert!(within.is_finite() && within > 0.0, "a distance to look in");
+        let points = || positions.iter().map(|&p| DVec3::from(p));
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let number = |(i, p)| (pack(cell(p, low, within)), i as u32);
+        let mut cells: Vec<_> = points().enumerate().map(number).collect();
+        cells.par_sort_unstable();
+        let place =
+            |&(_, i): &(u64, u32)| (positions[i as usize].into(), normals[i as usize].into());
+        let mut slots = vec![0; cells.len()];
+        for (slot, &(_, i)) in cells.iter().enumerate() {
+            slots[i as usize] = slot as u32;
+        }
+        Self {
+            within,
+            low,
+            places: cells.iter().map(place).collect(),
+            cells,
+            slots,
+        }
+    }
+
+    /// The distance.
+    pub fn within(&self) -> f64 {
+        self.within
+    }
+
+    /// How many points there are.
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// The unit normal of a point.
+    pub fn normal(&self, of: usize) -> Vec3 {
+        self.places[self.slots[of] as usize].1
+    }
+
+    /// A value for each point, on all of rayon's threads: taken in the order of the grid, where
+    /// what one point looks at is still at hand for the next.
+    pub(super) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let values: Vec<T> = self
+            .cells
+            .par_iter()
+            .map(|&(_, i)| of(i as usize))
+            .collect();
+        self.slots
+            .iter()
+            .map(|&slot| values[slot as usize])
+            .collect()
+    }
+
+    /// Calls `visit` with the number of every other point that is no farther from point `of` than
+    /// the distance and whose normal has a positive product with its own, the way to it, and the
+    /// way's length.
+    pub fn visit(&self, of: usize, mut visit: impl FnMut(u32, DVec3, f64)) {
+        let slot = self.slots[of] as usize;
+        let (p, normal) = self.places[slot];
+        let [x, y, z] = cell(p, self.low, self.within);
+        let around = |c: u64| c.saturating_sub(1)..=(c + 1).min(MOST);
+        for z in around(z) {
+            for y in around(y) {
+                let row = around(x);
+                let [first, last] = [row.start(), row.end()].map(|&x| pack([x, y, z]));
+                let start = self.cells.partition_point(|&(c, _)| c < first);
+                let row = self.cells[start..].iter().zip(&self.places[start..]);
+                for (&(_, i), &(q, other)) in row.take_while(|((c, _), _)| *c <= last) {
+                    let way = q - p;
+                    let length_sq = way.length_squared();
+                    let near = length_sq <= self.within * self.within;
+                    if near && i as usize != of && normal.dot(other) > 0.0 {
+                        visit(i, way, length_sq.sqrt());
+                    }
+                }
+            }
+        }
+    }
+}
+
+const MOST: u64 = (1 << BITS) - 1;
+
+/// Cells beyond the last count as the last: neighbours stay neighbours.
+fn cell(p: DVec3, low: DVec3, size: f64) -> [u64; 3] {
+    ((p - low) / size).to_array().map(|c| (c as u64).min(MOST))
+}
+
+fn pack([x, y, z]: [u64; 3]) -> u64 {
+    (z << (2 * BITS)) | (y << BITS) | x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::morphometry::test_lichen::{blob, same_side};
+
+    #[test]
+    fn neighbours_are_those_of_a_search_through_all() {
+        let blob = blob(400, 7);
+        for within in [1e-9, 0.05, 0.3, 10.0] {
+            let neighbours = Neighbours::new(&blob.positions, &blob.normals, within);
+            for i in 0..blob.positions.len() {
+                let mut found = Vec::new();
+                neighbours.visit(i, |j, way, length| {
+                    let expected = blob.position(j as usize) - blob.position(i);
+                    assert_eq!((way, length), (expected, expected.length()));
+                    found.push(j as usize);
+                });
+                found.sort_unstable();
+                let near = |&j: &usize| {
+                    let way = blob.position(j) - blob.position(i);
+                    j != i && way.length() <= within && same_side(&blob, i, j)
+                };
+                let expected: Vec<_> = (0..blob.positions.len()).filter(near).collect();
+                assert_eq!(found, expected, "{i} within {within}");
+            }
+        }
+    }
+
+    /// With more cells in a row than numbers for them.
+    #[test]
+    fn a_far_point_keeps_the_others_neighbours() {
+        let positions = [
+            [0.0; 3],
+            [0.5, 0.0, 0.0],
+            [1e12, 0.0, 0.0],
+            [1e12, 1.0, 0.0],
+        ];
+        let neighbours = Neighbours::new(&positions, &[[0.0, 0.0, 1.0]; 4], 1.0);
+        for (i, expected) in [1, 0, 3, 2].into_iter().enumerate() {
+            let mut found = Vec::new();
+            neighbours.visit(i, |j, _, _| found.push(j));
+            assert_eq!(found, [expected]);
+        }
+    }
+}

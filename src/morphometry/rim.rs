@@ -1,0 +1,208 @@
+//! The rim: where a disc of a given size can touch the lichen from outside.
+//!
+//! An element is on the rim when a disc of radius α can be laid on its tangent plane so that its
+//! centre is on the edge and no other's is inside: when it is α-extreme (H. Edelsbrunner,
+//! D. G. Kirkpatrick and R. Seidel, *On the shape of a set of points in the plane*, 1983). Gaps
+//! between branches narrower than the disc count as lichen.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::Neighbours;
+
+/// Whether each element is α-extreme among its neighbours, α being half the neighbours' distance.
+///
+/// Directions are those of the tangent plane, distances those in space. Where the surface curves
+/// strongly within the distance this is an approximation.
+pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
+    let of = |i: usize| {
+        let normal = neighbours.normal(i).as_dvec3();
+        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+        let mut blocked = Vec::new();
+        neighbours.visit(i, |_, way, length| {
+            blocked.extend(arc(way.dot(x), way.dot(y), length / neighbours.within()));
+        });
+        !cover(&mut blocked)
+    };
+    neighbours.map(of)
+}
+
+/// The directions, as an arc, in which the centre of the disc may not lie, lest a
+/// neighbour towards (x, y) be inside; its distance is in diameters of the disc.
+fn arc(x: f64, y: f64, distance: f64) -> Option<[f64; 2]> {
+    let half = libm::acos(distance.min(1.0));
+    (x != 0.0 || y != 0.0).then(|| {
+        let start = libm::atan2(y, x) - half;
+        let start = if start < 0.0 { start + TAU } else { start };
+        [start, start + 2.0 * half]
+    })
+}
+
+/// Whether arcs that start in [0, 2π), none longer than a turn, cover the circle.
+fn cover(arcs: &mut [[f64; 2]]) -> bool {
+    arcs.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let farthest = arcs.iter().map(|a| a[1]).reduce(f64::max);
+    let Some(mut reach) = farthest.map(|end| end - TAU) else {
+        return false;
+    };
+    for &[start, end] in arcs.iter() {
+        if start > reach {
+            return false;
+        }
+        reach = reach.max(end);
+    }
+    true
+}
+
+/// For each element the length of the shortest way to an element of the rim over others, in hops of
+/// at most the neighbours' distance (Dijkstra 1959); none where no rim can be reached, as on a
+/// closed surface that is grown over.
+///
+/// # Panics
+/// When `rim` and `neighbours` are those of different numbers of elements.
+pub fn rim_distance(rim: &[bool], neighbours: &Neighbours) -> Vec<Option<f64>> {
+    assert_eq!(rim.len(), neighbours.len(), "a neighbourhood for each");
+    let mut distance = vec![f64::INFINITY; rim.len()];
+    let mut queue = BinaryHeap::new();
+    for (i, _) in rim.iter().enumerate().filter(|(_, is_rim)| **is_rim) {
+        distance[i] = 0.0;
+        queue.push(Reverse(Way(0.0, i as u32)));
+    }
+    while let Some(Reverse(Way(length, at))) = queue.pop() {
+        if length > distance[at as usize] {
+            continue;
+        }
+        neighbours.visit(at as usize, |next, _, hop| {
+            let way = length + hop;
+            if way < distance[next as usize] {
+                distance[next as usize] = way;
+                queue.push(Reverse(Way(way, next)));
+            }
+        });
+    }
+    let finite = |d: f64| d.is_finite().then_some(d);
+    distance.into_iter().map(finite).collect()
+}
+
+/// A length, never NaN, and where it leads.
+#[derive(PartialEq)]
+struct Way(f64, u32);
+
+impl Eq for Way {}
+
+impl PartialOrd for Way {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Way {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::morphometry::test_lichen::{Lichen, blob, flat};
+
+    fn rim_of(lichen: &Lichen, within: f64) -> (Vec<bool>, Neighbours) {
+        let neighbours = Neighbours::new(&lichen.positions, &lichen.normals, within);
+        (is_rim(&neighbours), neighbours)
+    }
+
+    /// Discs laid at many places round each element, by the definition.
+    #[test]
+    fn the_rim_is_where_an_empty_disc_touches() {
+        let lichen = flat(250, 5);
+        let within = 0.25;
+        let (rim, _) = rim_of(&lichen, within);
+        let mut both = [0; 2];
+        for (i, &is_rim) in rim.iter().enumerate() {
+            let room = |k: i32| {
+                let (sin, cos) = (f64::from(k) * TAU / 3600.0).sin_cos();
+                let centre = lichen.position(i) + DVec3::new(cos, sin, 0.0) * (within / 2.0);
+                let others = (0..rim.len()).filter(|&j| j != i);
+                let clear = |j| (lichen.position(j) - centre).length() - within / 2.0;
+                others.map(clear).fold(f64::INFINITY, f64::min)
+            };
+            let best = (0..3600).map(room).fold(f64::NEG_INFINITY, f64::max);
+            // Between two of the places, the room differs by less than this.
+            if best.abs() > within * TAU / 7200.0 {
+                assert_eq!(is_rim, best > 0.0, "{i}: {best}");
+                both[usize::from(is_rim)] += 1;
+            }
+        }
+        assert!(both[0] > 20 && both[1] > 20, "{both:?}");
+    }
+
+    /// Bellman and Ford's relaxation over all pairs.
+    #[test]
+    fn distances_are_those_of_the_shortest_ways() {
+        let lichen = blob(200, 2);
+        let (mut rim, neighbours) = rim_of(&lichen, 0.5);
+        rim.iter_mut()
+            .enumerate()
+            .for_each(|(i, r)| *r &= i % 7 == 0);
+        let mut expected: Vec<f64> = rim
+            .iter()
+            .map(|&r| if r { 0.0 } else { f64::INFINITY })
+            .collect();
+        for _ in 0..rim.len() {
+            for i in 0..rim.len() {
+                neighbours.visit(i, |j, _, hop| {
+                    expected[i] = expected[i].min(expected[j as usize] + hop);
+                });
+            }
+        }
+        let found = rim_distance(&rim, &neighbours);
+        let found: Vec<f64> = found
+            .into_iter()
+            .map(|d| d.unwrap_or(f64::INFINITY))
+            .collect();
+        assert_eq!(found, expected);
+        assert!(rim.iter().any(|&r| r) && found.iter().any(|&d| d > 0.5));
+    }
+
+    /// A disc of hexagonally packed elements: the rim is its edge, and the distance the way to it.
+    #[test]
+    fn in_a_round_lichen_the_distance_is_the_way_to_the_edge() {
+        let mut lichen = Lichen::default();
+        for row in -30..=30 {
+            for column in -30..=30 {
+                let p = [
+                    f64::from(2 * column + (row & 1)),
+                    f64::from(row) * 3f64.sqrt(),
+                    0.0,
+                ];
+                if DVec3::from(p).length() < 40.0 {
+                    lichen.push(p, [0.0, 0.0, 1.0], -1);
+                }
+            }
+        }
+        let (rim, neighbours) = rim_of(&lichen, 10.0);
+        for (i, d) in rim_distance(&rim, &neighbours).into_iter().enumerate() {
+            let from_centre = lichen.position(i).length();
+            assert_eq!(rim[i], d == Some(0.0));
+            assert!(
+                (from_centre + d.unwrap() - 39.0).abs() < 2.0,
+                "{from_centre} {d:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_lone_element_is_rim_and_a_closed_lichen_has_none() {
+        let mut alone = Lichen::default();
+        alone.push([1.0, 2.0, 3.0], [0.0, 1.0, 0.0], -1);
+        let (rim, neighbours) = rim_of(&alone, 1.0);
+        assert_eq!(rim_distance(&rim, &neighbours), [Some(0.0)]);
+        let sphere = blob(4000, 1).onto_sphere();
+        let (rim, neighbours) = rim_of(&sphere, 0.8);
+        assert!(rim_distance(&rim, &neighbours).iter().all(Option::is_none));
+    }
+}

@@ -1,0 +1,137 @@
+//! Fewer triangles: meshoptimizer's simplifier, which weighs normals and colours with the shape.
+
+use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
+
+use super::manifold::{Faults, faults, faulty};
+use crate::export::{TriMesh, VertexAttribute};
+
+/// A mesh with fewer triangles.
+#[derive(Clone, Debug)]
+pub struct Decimated {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// Where it is no closed manifold.
+    pub faults: Faults,
+}
+
+/// Weights of normal and colour against a length of the mesh's size.
+const NORMAL_WEIGHT: f32 = 0.02;
+const COLOR_WEIGHT: f32 = 0.05;
+
+/// Times that faults are tried to be avoided.
+const ATTEMPTS: usize = 6;
+
+/// The mesh with about as many triangles as asked for: vertices are kept where they are, with all
+/// that is known of them, or dropped. What cannot go without changing the topology stays, so there
+/// may be more.
+///
+/// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
+/// fault are held fast and it is done again, several times and with wider surroundings each time;
+/// [`Decimated::faults`] tells what is left after that.
+pub fn decimate(mesh: &TriMesh, triangles: usize) -> Decimated {
+    let simplifier = Simplifier::new(mesh);
+    let mut held = vec![false; mesh.positions.len()];
+    let mut kept = simplifier.run(mesh, triangles, &held);
+    for rings in 1..ATTEMPTS {
+        let faulty = faulty(held.len(), &kept);
+        if faulty.is_empty() {
+            break;
+        }
+        hold(&mut held, mesh, &faulty, rings);
+        kept = simplifier.run(mesh, triangles, &held);
+    }
+    let mesh = picked(mesh, kept);
+    let faults = faults(mesh.positions.len(), &mesh.triangles);
+    Decimated { mesh, faults }
+}
+
+/// Holds vertices, and so many rings of vertices about them.
+fn hold(held: &mut [bool], mesh: &TriMesh, vertices: &[u32], rings: usize) {
+    let mut reached = vec![false; held.len()];
+    vertices.iter().for_each(|&v| reached[v as usize] = true);
+    for _ in 0..rings {
+        let touched = |t: &&[u32; 3]| t.iter().any(|&v| reached[v as usize]);
+        let ring: Vec<[u32; 3]> = mesh.triangles.iter().filter(touched).copied().collect();
+        ring.iter()
+            .flatten()
+            .for_each(|&v| reached[v as usize] = true);
+    }
+    held.iter_mut().zip(reached).for_each(|(h, r)| *h |= r);
+}
+
+/// What the simplifier is given.
+struct Simplifier {
+    /// Positions, at a size of one.
+    places: Vec<u8>,
+    /// Normal and colour of each vertex.
+    watched: Vec<f32>,
+}
+
+impl Simplifier {
+    fn new(mesh: &TriMesh) -> Self {
+        let [low, high] = mesh.bounds();
+        let sizes = (0..3).map(|k| high[k] - low[k]);
+        let size = sizes.fold(f64::MIN_POSITIVE, f64::max);
+        let place = |p: &[f64; 3]| [0, 1, 2].map(|k| ((p[k] - low[k]) / size) as f32);
+        let bytes = |p: &[f64; 3]| place(p).into_iter().flat_map(f32::to_ne_bytes);
+        let both = mesh.normals.iter().zip(&mesh.colors);
+        let watched = both.flat_map(|([x, y, z], c)| {
+            let [r, g, b] = c.map(|byte| f32::from(byte) / 255.0);
+            [*x, *y, *z, r, g, b]
+        });
+        Self {
+            places: mesh.positions.iter().flat_map(bytes).collect(),
+            watched: watched.collect(),
+        }
+    }
+
+    fn run(&self, mesh: &TriMesh, triangles: usize, held: &[bool]) -> Vec<[u32; 3]> {
+        let stride = size_of::<[f32; 3]>();
+        let Ok(places) = VertexDataAdapter::new(&self.places, stride, 0) else {
+            return mesh.triangles.clone();
+        };
+        let weights = [[NORMAL_WEIGHT; 3], [COLOR_WEIGHT; 3]].concat();
+        let corners = simplify_with_attributes_and_locks(
+            mesh.triangles.as_flattened(),
+            &places,
+            &self.watched,
+            &weights,
+            weights.len() * size_of::<f32>(),
+            held,
+            3 * triangles,
+            1.0,
+            SimplifyOptions::None,
+            None,
+        );
+        corners.as_chunks().0.to_vec()
+    }
+}
+
+/// The mesh of these triangles, with the vertices that they use.
+fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
+    let mut used = vec![false; mesh.positions.len()];
+    let corners = triangles.as_flattened().iter();
+    corners.for_each(|&v| used[v as usize] = true);
+    let kept: Vec<usize> = (0..used.len()).filter(|&v| used[v]).collect();
+    let mut number = vec![0; used.len()];
+    kept.iter()
+        .enumerate()
+        .for_each(|(new, &old)| number[old] = new as u32);
+    let corners = triangles.as_flattened_mut().iter_mut();
+    corners.for_each(|v| *v = number[*v as usize]);
+    TriMesh {
+        positions: kept.iter().map(|&v| mesh.positions[v]).collect(),
+        normals: kept.iter().map(|&v| mesh.normals[v]).collect(),
+        colors: kept.iter().map(|&v| mesh.colors[v]).collect(),
+        attributes: mesh
+            .attributes
+            .iter()
+            .map(|a| VertexAttribute {
+                values: kept.iter().map(|&v| a.values[v]).collect(),
+                ..*a
+            })
+            .collect(),
+        triangles,
+        up: mesh.up,
+    }
+}

@@ -1,0 +1,195 @@
+//! The field of Sumner 2001, 8.1, over the surface.
+//!
+//! F = Σ fₙ with fₙ = exp(d² ln ½ / C²), steeper along the element's normal. For a point at the
+//! height h over a place of the surface, and elements with about the same normal, it is
+//! F = F₀ · 2^(−s h²), with F₀ the sum over the distances from the place itself and s the steepness
+//! along the normal. So the iso-surface lies at h = √(log₂(F₀ / iso) / s), and ends where F₀ falls
+//! to the iso value: it can be had from the surface alone.
+//!
+//! Elements near the rim are steeper along the normal (the thesis's taper), so s is their mean by
+//! weight, and the height's direction is the mean of their normals.
+
+use glam::{DVec3, Vec3};
+
+use super::Shape;
+use super::grid::Grid;
+use super::lichen::{Granule, Lichen};
+use super::sheet::Sheet;
+use crate::substrate::Substrate;
+
+/// Where fₙ is taken for 0, in falloffs C: there it is 2^−8.
+const CUTOFF: f64 = 2.828_427_2;
+
+/// The iso value, of which a lone element has twice as much at its centre.
+const ISO: f64 = 0.5;
+
+/// Of log₂(F₀ / iso), where F₀ is nothing: less than the cut-off of one element leaves.
+const NOTHING: f32 = -8.0;
+
+/// How wide the ring is over which the taper fades, in element radii.
+const RING: f32 = 8.0;
+
+/// The field and what it is made of.
+pub(super) struct Field<'a> {
+    pub(super) lichen: &'a Lichen,
+    pub(super) substrate: &'a Substrate,
+    /// Elements by place.
+    grid: &'a Grid,
+    /// Square of the cut-off, local units.
+    reach_sq: f64,
+    /// 1/C², local units.
+    falloff: f32,
+    /// The steepness s inside, and the share of the thickness that the outermost elements lose.
+    steepness: f32,
+    taper: f32,
+}
+
+/// What the field says about a place on the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// log₂(F₀ / iso): positive under lichen.
+    pub(super) level: f32,
+    /// Height of the iso-surface over the place, local units; 0 where there is none.
+    pub(super) height: f32,
+    /// The direction of the height.
+    pub(super) up: Vec3,
+    /// The iso-surface's normal.
+    pub(super) normal: Vec3,
+    pub(super) attributes: Attributes,
+}
+
+/// What is known about the lichen at a place: means over the elements, by weight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Attributes {
+    pub(super) birth: f32,
+    pub(super) density: f32,
+    pub(super) rim: f32,
+    /// Of the element with the greatest weight.
+    pub(super) colony: f32,
+}
+
+/// The value of F₀ on closed lichen, densely packed: falloff C in element radii.
+fn packed(falloff: f64) -> f64 {
+    std::f64::consts::PI * falloff * falloff / (2.0 * 3f64.sqrt() * std::f64::consts::LN_2)
+}
+
+/// How far elements of radius 1 are felt.
+pub(super) fn cutoff(shape: &Shape) -> f64 {
+    CUTOFF * shape.falloff
+}
+
+/// How far from its nearest element the iso-surface can be, for elements of radius 1: all that is
+/// farther than y adds up to less than packed · 2^(−y²/C²).
+pub(super) fn overhang(shape: &Shape) -> f64 {
+    let most = (2.0 * packed(shape.falloff) / ISO).log2().max(1.0);
+    cutoff(shape).min(shape.falloff * most.sqrt())
+}
+
+impl<'a> Field<'a> {
+    pub(super) fn new(
+        substrate: &'a Substrate,
+        lichen: &'a Lichen,
+        grid: &'a Grid,
+        shape: &Shape,
+    ) -> Self {
+        let r = lichen.radius;
+        let closed = libm::log2((packed(shape.falloff) / ISO).max(2.0));
+        Self {
+            lichen,
+            substrate,
+            grid,
+            reach_sq: (cutoff(shape) * r).powi(2),
+            falloff: (shape.falloff * r).powi(-2) as f32,
+            steepness: (closed / (shape.thickness * r).powi(2)) as f32,
+            taper: shape.taper as f32,
+        }
+    }
+
+    /// What there is at a place that lies on a triangle of the substrate; `facing` is its normal.
+    pub(super) fn sample(&self, p: DVec3, home: u32, facing: Vec3, sheet: &mut Sheet) -> Sample {
+        let mut sums = Sums::default();
+        for run in self.grid.around(p) {
+            for granule in &self.lichen.granules[run] {
+                let away = p - granule.position;
+                let within = away.length_squared() < self.reach_sq;
+                if within && sheet.joins(p, facing, home, granule) {
+                    self.add(&mut sums, away.as_vec3(), granule);
+                }
+            }
+        }
+        sums.finish(self, facing)
+    }
+
+    fn add(&self, sums: &mut Sums, away: Vec3, granule: &Granule) {
+        let weight = libm::exp2f(-away.length_squared() * self.falloff);
+        if weight > sums.most {
+            sums.most = weight;
+            sums.attributes.colony = granule.colony as f32;
+        }
+        sums.total += weight;
+        sums.towards -= away * weight;
+        sums.normal += granule.normal * weight;
+        sums.steepness += weight * self.steepness_of(granule);
+        sums.attributes.birth += weight * granule.birth as f32;
+        sums.attributes.density += weight * granule.density;
+        sums.attributes.rim += weight * granule.rim;
+    }
+
+    fn steepness_of(&self, granule: &Granule) -> f32 {
+        let t = (granule.rim / RING).min(1.0);
+        let thinner = 1.0 - self.taper * (1.0 - t * t * (3.0 - 2.0 * t));
+        self.steepness / (thinner * thinner)
+    }
+}
+
+/// Sums over elements, by weight.
+#[derive(Default)]
+struct Sums {
+    total: f32,
+    most: f32,
+    towards: Vec3,
+    normal: Vec3,
+    steepness: f32,
+    attributes: Attributes,
+}
+
+impl Sums {
+    fn finish(self, field: &Field, facing: Vec3) -> Sample {
+        if self.total <= 0.0 {
+            return Sample {
+                level: NOTHING,
+                height: 0.0,
+                up: facing,
+                normal: facing,
+                attributes: Attributes::default(),
+            };
+        }
+        let mean = 1.0 / self.total;
+        let level = libm::log2f(self.total / ISO as f32).max(NOTHING);
+        let steepness = self.steepness * mean;
+        let height = (level.max(0.0) / steepness).sqrt();
+        let up = self.normal.try_normalize().unwrap_or(facing);
+        // −½ ∇ log₂ F: along the surface, and along the height.
+        let towards = self.towards * (mean * field.falloff);
+        let along = up * towards.dot(up) - towards;
+        let normal = along + up * (steepness * height);
+        let Attributes {
+            birth,
+            density,
+            rim,
+            colony,
+        } = self.attributes;
+        Sample {
+            level,
+            height,
+            up,
+            normal: normal.try_normalize().unwrap_or(up),
+            attributes: Attributes {
+                birth: birth * mean,
+                density: density * mean,
+                rim: rim * mean,
+                colony,
+            },
+        }
+    }
+}

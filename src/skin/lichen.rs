@@ -1,0 +1,94 @@
+//! The elements as the skin needs them: with the surface's normal, the density about them and their
+//! distance from the rim.
+
+use glam::{DVec3, Vec3};
+
+use super::base::Winding;
+use super::grid::Grid;
+use crate::cluster::{Cluster, Element};
+use crate::morphometry::{Neighbours, density, is_rim, rim_distance, smooth_normals};
+use crate::substrate::{Substrate, SurfacePoint};
+
+/// How far density and rim are looked for, in element radii: narrower gaps are inside the lichen.
+const LOOK: f64 = 6.0;
+
+/// One element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Granule {
+    pub(super) position: DVec3,
+    /// The surface's, smoothed over blunt edges.
+    pub(super) normal: Vec3,
+    /// The substrate's triangle that it is on.
+    pub(super) home: u32,
+    pub(super) birth: u32,
+    pub(super) colony: u32,
+    /// See [`density`].
+    pub(super) density: f32,
+    /// See [`rim_distance`], in element radii; the mesh's diagonal where no rim can be reached.
+    pub(super) rim: f32,
+}
+
+/// All elements, kept in an order that follows space.
+pub(super) struct Lichen {
+    /// Element radius, local units.
+    pub(super) radius: f64,
+    pub(super) granules: Vec<Granule>,
+}
+
+impl Lichen {
+    pub(super) fn new(substrate: &Substrate, winding: &Winding, cluster: &Cluster) -> Self {
+        let elements = cluster.elements();
+        let places: Vec<SurfacePoint> = elements.iter().map(|e| e.at).collect();
+        let outwards = |(normal, place): (DVec3, &SurfacePoint)| {
+            let side = winding.side(place.triangle);
+            (side * normal).as_vec3()
+        };
+        let normals = smooth_normals(substrate, &places).into_iter().zip(&places);
+        let granule = |(birth, (e, normal)): (usize, (&Element, Vec3))| Granule {
+            position: e.position,
+            normal,
+            home: e.at.triangle,
+            birth: birth as u32,
+            colony: e.colony,
+            density: 0.0,
+            rim: 0.0,
+        };
+        let granules = elements.iter().zip(normals.map(outwards)).enumerate();
+        let mut lichen = Self {
+            radius: cluster.radius(),
+            granules: granules.map(granule).collect(),
+        };
+        lichen.measure(
+            substrate
+                .units()
+                .length_to_local(substrate.units().diagonal()),
+        );
+        lichen
+    }
+
+    /// Sorts the elements for questions of at most `reach`.
+    pub(super) fn sort(&mut self, reach: f64) -> Grid {
+        let places: Vec<DVec3> = self.granules.iter().map(|g| g.position).collect();
+        let (grid, order) = Grid::new(&places, reach);
+        let granules = order.iter().map(|&i| self.granules[i as usize]);
+        self.granules = granules.collect();
+        grid
+    }
+
+    /// Fills in density and distance from the rim, `far` where there is none.
+    fn measure(&mut self, far: f64) {
+        let positions: Vec<_> = self
+            .granules
+            .iter()
+            .map(|g| g.position.to_array())
+            .collect();
+        let normals: Vec<_> = self.granules.iter().map(|g| g.normal.to_array()).collect();
+        let neighbours = Neighbours::new(&positions, &normals, LOOK * self.radius);
+        let density = density(self.radius, &neighbours);
+        let rim = rim_distance(&is_rim(&neighbours), &neighbours);
+        for (granule, (density, rim)) in self.granules.iter_mut().zip(density.iter().zip(&rim)) {
+            granule.density = *density as f32;
+            granule.rim = (rim.unwrap_or(far) / self.radius) as f32;
+        }
+    }
+}

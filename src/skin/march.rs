@@ -1,0 +1,373 @@
+//! From the field over the surface to a closed mesh: marching triangles.
+//!
+//! The lichen's outline is cut out of the surface where the level is 0. What is inside is drawn
+//! twice, on the upper side at the field's height and on the underside just beneath the substrate,
+//! and both sides share the vertices of the outline. Where the surface ends under lichen, as at the
+//! border of an open mesh, a wall joins them. So each edge has two triangles, whatever the substrate
+//! looks like.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::base::{Face, NONE, Winding};
+use super::field::{Attributes, Field, Sample};
+use super::refine::{Tree, side_key};
+use super::sheet::Sheet;
+
+/// How near to a corner the outline may cross a side, as a share of it: keeps vertices apart.
+const APART: f32 = 0.02;
+
+/// Places that one task samples.
+const BATCH: usize = 1024;
+
+/// A mesh in local units, with the field's attributes for each vertex.
+#[derive(Debug, Default)]
+pub(super) struct Marched {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) normals: Vec<Vec3>,
+    pub(super) attributes: Vec<Attributes>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// The level at every vertex of the tree, and what the field says where it is positive.
+struct Samples {
+    levels: Vec<f32>,
+    /// In the order of the vertices.
+    inside: Vec<Sample>,
+    /// For each vertex its place among those; [`NONE`] outside.
+    rank: Vec<u32>,
+}
+
+/// The iso-surface of a field over a surface, on an underside so deep, in local units.
+pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
+    let samples = sample_all(field, winding, tree);
+    let leaves = tree.leaves();
+    let leaves: Vec<Face> = leaves
+        .into_par_iter()
+        .filter(|f| samples.touches(f))
+        .collect();
+    let outline = Outline::new(field, winding, tree, &samples, &leaves);
+    let below = tree.coarsened(|f| samples.touches(f) && (!samples.covers(f) || f.open != 0));
+    let below: Vec<Face> = below
+        .into_par_iter()
+        .filter(|f| samples.touches(f))
+        .collect();
+    let mut weaver = Weaver::new(tree, &samples, &outline, underside);
+    weaver.number_underside(&below);
+    leaves.iter().for_each(|leaf| weaver.upper(leaf));
+    below.iter().for_each(|face| weaver.under(face));
+    weaver.mesh
+}
+
+impl Samples {
+    fn is_inside(&self, vertex: u32) -> bool {
+        self.rank[vertex as usize] != NONE
+    }
+
+    /// Whether some of a triangle is under lichen.
+    fn touches(&self, face: &Face) -> bool {
+        face.corners.iter().any(|&v| self.is_inside(v))
+    }
+
+    /// Whether all of a triangle is.
+    fn covers(&self, face: &Face) -> bool {
+        face.corners.iter().all(|&v| self.is_inside(v))
+    }
+}
+
+fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> Samples {
+    let batches = tree
+        .positions
+        .par_chunks(BATCH)
+        .zip(tree.homes.par_chunks(BATCH));
+    let batch = |sheet: &mut Sheet, (positions, homes): (&[DVec3], &[u32])| {
+        let (mut levels, mut inside) = (Vec::with_capacity(positions.len()), Vec::new());
+        for (&p, &home) in positions.iter().zip(homes) {
+            let facing = winding.normal(field.substrate, home).as_vec3();
+            let sample = field.sample(p, home, facing, sheet);
+            levels.push(sample.level);
+            if sample.level > 0.0 {
+                inside.push(sample);
+            }
+        }
+        (levels, inside)
+    };
+    let sheet = || Sheet::new(field.substrate, field.lichen.radius);
+    let sampled: Vec<(Vec<f32>, Vec<Sample>)> = batches.map_init(sheet, batch).collect();
+    let (mut levels, mut inside) = (Vec::with_capacity(tree.positions.len()), Vec::new());
+    for (more_levels, more_inside) in sampled {
+        levels.extend(more_levels);
+        inside.extend(more_inside);
+    }
+    let mut next = 0..;
+    let mut rank = |level: &f32| match *level > 0.0 {
+        true => next.next().unwrap_or(NONE),
+        false => NONE,
+    };
+    let rank = levels.iter().map(&mut rank).collect();
+    Samples {
+        levels,
+        inside,
+        rank,
+    }
+}
+
+/// Where the outline crosses sides.
+struct Outline {
+    /// The sides, ascending.
+    sides: Vec<u64>,
+    places: Vec<DVec3>,
+    samples: Vec<Sample>,
+}
+
+impl Outline {
+    fn new(
+        field: &Field,
+        winding: &Winding,
+        tree: &Tree,
+        samples: &Samples,
+        leaves: &[Face],
+    ) -> Self {
+        let crossed = |face: &Face| {
+            let [a, b, c] = face.corners;
+            let sides = [(a, b), (b, c), (c, a)];
+            let mixed = |(a, b): &(u32, u32)| samples.is_inside(*a) != samples.is_inside(*b);
+            let sides: Vec<_> = sides.into_iter().filter(mixed).collect();
+            sides.into_iter().map(|(a, b)| side_key(a.min(b), a.max(b)))
+        };
+        let mut sides: Vec<u64> = leaves.par_iter().flat_map_iter(crossed).collect();
+        sides.par_sort_unstable();
+        sides.dedup();
+        let sheet = || Sheet::new(field.substrate, field.lichen.radius);
+        let cross = |sheet: &mut Sheet, side: &u64| {
+            let [a, b] = [(*side >> 32) as usize, *side as u32 as usize];
+            let (a, b) = if samples.levels[a] > 0.0 {
+                (a, b)
+            } else {
+                (b, a)
+            };
+            let home = tree.homes[a];
+            let facing = winding.normal(field.substrate, home).as_vec3();
+            crossing([samples.levels[a], samples.levels[b]], |share| {
+                let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
+                (place, field.sample(place, home, facing, sheet))
+            })
+        };
+        let (places, samples) = sides.par_iter().map_init(sheet, cross).unzip();
+        Self {
+            sides,
+            places,
+            samples,
+        }
+    }
+
+    /// The number of the crossing of a side that has one.
+    fn number(&self, a: u32, b: u32) -> u32 {
+        let side = side_key(a.min(b), a.max(b));
+        self.sides.partition_point(|&s| s < side) as u32
+    }
+}
+
+/// The place between an inner and an outer end of these levels where the level is about 0.
+///
+/// The level falls as the square of the distance, so a straight line between the ends misses by
+/// more the longer the side is, and the outline would be jagged: two steps of the method of false
+/// position mend it.
+fn crossing(
+    [mut inner, mut outer]: [f32; 2],
+    mut sampled: impl FnMut(f32) -> (DVec3, Sample),
+) -> (DVec3, Sample) {
+    const STEPS: usize = 2;
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut share = inner / (inner - outer);
+    for _ in 0..STEPS {
+        let level = sampled(share.clamp(APART, 1.0 - APART)).1.level;
+        match level > 0.0 {
+            true => (low, inner) = (share, level),
+            false => (high, outer) = (share, level),
+        }
+        share = low + (high - low) * inner / (inner - outer);
+    }
+    sampled(share.clamp(APART, 1.0 - APART))
+}
+
+/// Puts the mesh together: vertices of the upper side, of the outline, of the underside.
+struct Weaver<'a> {
+    tree: &'a Tree,
+    samples: &'a Samples,
+    outline: &'a Outline,
+    /// For each vertex of the tree its number on the underside.
+    under: Vec<u32>,
+    underside: f64,
+    mesh: Marched,
+}
+
+/// The part of a triangle that is inside: three or four corners, and which of its sides lie on
+/// open edges of the surface.
+struct Part {
+    corners: [Corner; 4],
+    open: [bool; 4],
+    count: usize,
+}
+
+#[derive(Clone, Copy)]
+enum Corner {
+    Vertex(u32),
+    Crossing(u32),
+}
+
+impl<'a> Weaver<'a> {
+    fn new(tree: &'a Tree, samples: &'a Samples, outline: &'a Outline, underside: f64) -> Self {
+        let mut weaver = Self {
+            tree,
+            samples,
+            outline,
+            under: vec![NONE; tree.positions.len()],
+            underside,
+            mesh: Marched::default(),
+        };
+        weaver.add_upper();
+        weaver.add_outline();
+        weaver
+    }
+
+    fn add_upper(&mut self) {
+        let vertices = self.samples.rank.iter().zip(&self.tree.positions);
+        for (&rank, &place) in vertices.filter(|(rank, _)| **rank != NONE) {
+            let sample = &self.samples.inside[rank as usize];
+            let up = sample.up.as_dvec3();
+            let place = place + up * f64::from(sample.height);
+            self.mesh.add(place, sample.normal, sample.attributes);
+        }
+    }
+
+    fn add_outline(&mut self) {
+        for (&place, sample) in self.outline.places.iter().zip(&self.outline.samples) {
+            // At the outline the height is 0, and the iso-surface stands upright.
+            let Sample { normal, up, .. } = *sample;
+            let flat = (normal - up * normal.dot(up)).try_normalize();
+            self.mesh
+                .add(place, flat.unwrap_or(normal), sample.attributes);
+        }
+    }
+
+    fn number_underside(&mut self, faces: &[Face]) {
+        for &v in faces.iter().flat_map(|face| &face.corners) {
+            let rank = self.samples.rank[v as usize];
+            if rank == NONE || self.under[v as usize] != NONE {
+                continue;
+            }
+            let sample = &self.samples.inside[rank as usize];
+            let place = self.tree.positions[v as usize];
+            let place = place - sample.up.as_dvec3() * self.underside;
+            self.under[v as usize] = self.mesh.positions.len() as u32;
+            self.mesh.add(place, -sample.up, sample.attributes);
+        }
+    }
+
+    fn upper(&mut self, face: &Face) {
+        let part = self.part(face);
+        let number = |corner| self.upper_number(corner);
+        let corners = part.corners.map(number);
+        self.fill(corners, part.count);
+        for k in 0..part.count {
+            if part.open[k] {
+                self.wall(part.corners[k], part.corners[(k + 1) % part.count]);
+            }
+        }
+    }
+
+    fn under(&mut self, face: &Face) {
+        let part = self.part(face);
+        let mut corners = part.corners.map(|corner| self.under_number(corner));
+        corners[..part.count].reverse();
+        self.fill(corners, part.count);
+    }
+
+    /// Closes the gap between both sides along an open edge.
+    fn wall(&mut self, a: Corner, b: Corner) {
+        let [au, bu] = [a, b].map(|c| self.upper_number(c));
+        let [al, bl] = [a, b].map(|c| self.under_number(c));
+        if bu != bl {
+            self.mesh.triangles.push([bu, au, bl]);
+        }
+        if au != al {
+            self.mesh.triangles.push([au, al, bl]);
+        }
+    }
+
+    fn fill(&mut self, [a, b, c, d]: [u32; 4], count: usize) {
+        if count == 3 {
+            self.mesh.triangles.push([a, b, c]);
+            return;
+        }
+        let distance_sq = |i: u32, j: u32| {
+            let places = &self.mesh.positions;
+            (places[i as usize] - places[j as usize]).length_squared()
+        };
+        let halves = match distance_sq(a, c) <= distance_sq(b, d) {
+            true => [[a, b, c], [a, c, d]],
+            false => [[a, b, d], [b, c, d]],
+        };
+        self.mesh.triangles.extend(halves);
+    }
+
+    fn upper_number(&self, corner: Corner) -> u32 {
+        match corner {
+            Corner::Vertex(v) => self.samples.rank[v as usize],
+            Corner::Crossing(c) => self.samples.inside.len() as u32 + c,
+        }
+    }
+
+    fn under_number(&self, corner: Corner) -> u32 {
+        match corner {
+            Corner::Vertex(v) => self.under[v as usize],
+            Corner::Crossing(_) => self.upper_number(corner),
+        }
+    }
+
+    fn part(&self, face: &Face) -> Part {
+        let inside = face.corners.map(|v| self.samples.is_inside(v));
+        let count = inside.iter().filter(|i| **i).count();
+        // Turned so that the corner that differs from the others comes first.
+        let odd = (0..3).find(|&k| inside[k] == (count == 1)).unwrap_or(0);
+        let at = |k: usize| (odd + k) % 3;
+        let v = [0, 1, 2].map(|k| face.corners[at(k)]);
+        let [o0, o1, o2] = [0, 1, 2].map(|k| face.open >> at(k) & 1 == 1);
+        let vertex = Corner::Vertex;
+        let cross = |a: u32, b: u32| Corner::Crossing(self.outline.number(a, b));
+        match count {
+            3 => Part {
+                corners: [vertex(v[0]), vertex(v[1]), vertex(v[2]), vertex(v[2])],
+                open: [o0, o1, o2, false],
+                count: 3,
+            },
+            1 => {
+                let [first, last] = [cross(v[0], v[1]), cross(v[2], v[0])];
+                Part {
+                    corners: [vertex(v[0]), first, last, last],
+                    open: [o0, false, o2, false],
+                    count: 3,
+                }
+            }
+            _ => Part {
+                corners: [
+                    cross(v[0], v[1]),
+                    vertex(v[1]),
+                    vertex(v[2]),
+                    cross(v[2], v[0]),
+                ],
+                open: [o0, o1, o2, false],
+                count: 4,
+            },
+        }
+    }
+}
+
+impl Marched {
+    fn add(&mut self, place: DVec3, normal: Vec3, attributes: Attributes) {
+        self.positions.push(place);
+        self.normals.push(normal);
+        self.attributes.push(attributes);
+    }
+}

@@ -1,0 +1,248 @@
+//! Elements to a closed, coloured triangle mesh (Sumner 2001, 8.1).
+//!
+//! The thesis puts a falloff about every element, fₙ = K·exp(d² ln ½ / C²), steeper along the
+//! element's normal and at the outermost ring, and polygonizes an iso-surface of their sum in space.
+//! Here the same field is read on the substrate itself, where the iso-surface is a height over each
+//! place (see `field.rs`): the surface is cut finer where there is lichen, the lichen's outline is
+//! cut out of it, and what is inside becomes an upper side, an underside just beneath the substrate
+//! and a shared edge (`refine.rs`, `march.rs`).
+//!
+//! A grid in space was the alternative. It needs voxels several times finer than the lichen is
+//! thick, and where a plate is thinner than two of them it joins the lichens of both faces. On the
+//! surface, plates may be as thin as they like, the skin cannot sink or float, and the mesh is closed
+//! and manifold because the surface is.
+//!
+//! Not guaranteed: that the upper side does not pass through itself in creases sharper than the
+//! lichen is thick. Substrates of triangles much smaller than elements are not made coarser: the skin
+//! has at least the substrate's triangles under lichen.
+
+mod base;
+mod decimate;
+mod field;
+mod grid;
+mod lichen;
+mod manifold;
+mod march;
+mod paint;
+mod palette;
+mod refine;
+mod sheet;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use decimate::{Decimated, decimate};
+pub use manifold::{Faults, faults};
+pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
+pub use palette::{NamedColormap, PALETTE};
+
+use base::{Base, Winding};
+use field::{Field, cutoff, overhang};
+use grid::Nearness;
+use lichen::Lichen;
+use march::{Marched, march};
+use refine::Tree;
+
+use crate::cluster::Cluster;
+use crate::export::{TriMesh, UpAxis, VertexAttribute};
+use crate::substrate::Substrate;
+
+/// The shape of a skin. Lengths are in element radii.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Height of closed lichen over the substrate. 0.05 to 20.
+    pub thickness: f64,
+    /// The share of the thickness that the outermost elements lose, 0 to 0.9.
+    pub taper: f64,
+    /// The thesis's C, the distance at which an element's influence is halved: small shows every
+    /// element as a granule, large fuses them. 0.8 to 8.
+    pub falloff: f64,
+    /// The longest edge of a triangle of the upper side. 0.1 to 10.
+    pub resolution: f64,
+}
+
+impl Default for Shape {
+    fn default() -> Self {
+        Self {
+            thickness: 1.5,
+            taper: 0.4,
+            falloff: 1.8,
+            resolution: 2.0,
+        }
+    }
+}
+
+/// Why a skin cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SkinError {
+    /// A number that is out of its range.
+    #[error("{name} is {value}: it may be {low} to {high}")]
+    Range {
+        /// What it is called.
+        name: &'static str,
+        /// What was asked for.
+        value: f64,
+        /// The least that it may be.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
+    /// More triangles than can be counted.
+    #[error(
+        "a skin of about {triangles:.1e} triangles is too large, the most is {MOST_TRIANGLES:.1e}: \
+         make the resolution coarser"
+    )]
+    TooFine {
+        /// How many there would be.
+        triangles: f64,
+    },
+    /// The resolution is too coarse to find any of the lichen.
+    #[error("nothing of the lichen is as large as the resolution: make it finer, as 1r")]
+    TooCoarse,
+    /// There is nothing to cover.
+    #[error("there are no elements to put a skin on")]
+    Empty,
+}
+
+/// Triangles of the largest skin: they are numbered by their corners in 32 bits while being made.
+const MOST_TRIANGLES: f64 = 4e8;
+
+/// Triangles of an upper side for each element, at a resolution of one radius.
+const TRIANGLES_PER_ELEMENT: f64 = 25.0;
+
+/// Depth of the underside beneath the substrate, in element radii: hidden in it, and less than half
+/// of any plate that two faces of lichen could share.
+const UNDERSIDE: f64 = 0.05;
+
+/// How far a triangle's points can be from the middle of its longest side, in lengths of that: √3/2
+/// and a little.
+const FARTHEST_FROM_MIDDLE: f64 = 0.87;
+
+impl Shape {
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`SkinError::Range`] for the first that is not.
+    pub fn check(&self) -> Result<(), SkinError> {
+        let ranges = [
+            ("thickness (in element radii)", self.thickness, 0.05, 20.0),
+            ("taper", self.taper, 0.0, 0.9),
+            ("falloff (in element radii)", self.falloff, 0.8, 8.0),
+            ("resolution (in element radii)", self.resolution, 0.1, 10.0),
+        ];
+        let outside = |(_, value, low, high): &(_, f64, f64, f64)| !(*low..=*high).contains(value);
+        let wrong = ranges.into_iter().find(outside);
+        wrong.map_or(Ok(()), |(name, value, low, high)| {
+            Err(SkinError::Range {
+                name,
+                value,
+                low,
+                high,
+            })
+        })
+    }
+
+    fn check_size(&self, elements: usize) -> Result<(), SkinError> {
+        let finer = self.resolution.min(1.0).powi(-2);
+        let triangles = TRIANGLES_PER_ELEMENT * elements as f64 * finer;
+        match elements {
+            0 => Err(SkinError::Empty),
+            _ if triangles > MOST_TRIANGLES => Err(SkinError::TooFine { triangles }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The skin of a lichen: closed, manifold, and the same on any number of threads.
+///
+/// Its vertices have the attributes `birth` (mean birth index of the elements about them, by
+/// influence), `density` and `rim_distance` (means of the elements' [density] and [distance from the
+/// rim](crate::morphometry::rim_distance), within six radii, the latter in the file's units; the
+/// mesh's diagonal where no rim can be reached) and `colony` (of the strongest element).
+///
+/// [density]: crate::morphometry::density()
+///
+/// # Errors
+/// When a number of `shape` is out of its range, when there are no elements, or when the resolution
+/// makes more triangles than can be counted, or none.
+pub fn skin(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+    paint: &Paint,
+) -> Result<TriMesh, SkinError> {
+    shape.check()?;
+    shape.check_size(cluster.len())?;
+    let winding = Winding::of(substrate);
+    // The distance from the rim is found by one thread, and needs nothing of the tree.
+    let (mut lichen, tree) = rayon::join(
+        || Lichen::new(substrate, &winding, cluster),
+        || refine(substrate, &winding, cluster, shape),
+    );
+    let grid = lichen.sort(cutoff(shape) * cluster.radius());
+    let field = Field::new(substrate, &lichen, &grid, shape);
+    let marched = march(&field, &winding, &tree, UNDERSIDE * cluster.radius());
+    drop(tree);
+    if marched.triangles.is_empty() {
+        return Err(SkinError::TooCoarse);
+    }
+    Ok(finish(substrate, cluster, marched, paint))
+}
+
+/// The part of the substrate that may carry lichen, cut finer where it does.
+fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &Shape) -> Tree {
+    let radius = cluster.radius();
+    let places = cluster.elements().iter().map(|e| e.position);
+    let nearness = Nearness::new(places.collect());
+    let felt = cutoff(shape) * radius;
+    let may_carry = |&t: &u32| {
+        let corners = substrate.corners(t);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let size = corners.map(|c| (c - middle).length());
+        nearness.within(middle, size.into_iter().fold(0.0, f64::max) + felt)
+    };
+    let all = 0..substrate.triangles().len() as u32;
+    let carrying: Vec<u32> = all.into_par_iter().filter(may_carry).collect();
+    let base = Base::new(substrate, winding, &carrying);
+    let longest = shape.resolution * radius;
+    let reach = overhang(shape) * radius;
+    Tree::grow(base, |a, b| {
+        let length = (b - a).length();
+        length > longest && nearness.within(0.5 * (a + b), FARTHEST_FROM_MIDDLE * length + reach)
+    })
+}
+
+/// Into the file's units, with colours.
+fn finish(substrate: &Substrate, cluster: &Cluster, marched: Marched, paint: &Paint) -> TriMesh {
+    let units = substrate.units();
+    let radius = units.length_to_file(cluster.radius()) as f32;
+    let last = cluster.len().saturating_sub(1).max(1) as f32;
+    let of = &marched.attributes;
+    let colors = of
+        .par_iter()
+        .map(|a| paint.color(a.density, a.birth / last, a.rim))
+        .collect();
+    let column = |name, value: &(dyn Fn(&field::Attributes) -> f32 + Sync)| VertexAttribute {
+        name,
+        values: of.par_iter().map(value).collect(),
+        is_length: false,
+    };
+    let attributes = vec![
+        column("birth", &|a| a.birth),
+        column("density", &|a| a.density),
+        VertexAttribute {
+            is_length: true,
+            ..column("rim_distance", &|a| a.rim * radius)
+        },
+        column("colony", &|a| a.colony),
+    ];
+    let to_file = |p: &DVec3| units.to_file(*p).to_array();
+    TriMesh {
+        positions: marched.positions.par_iter().map(to_file).collect(),
+        normals: marched.normals.par_iter().map(|n| n.to_array()).collect(),
+        colors,
+        attributes,
+        triangles: marched.triangles,
+        up: UpAxis::of(substrate),
+    }
+}

@@ -1,0 +1,121 @@
+//! Colour maps named after the lichens that look so.
+
+use super::ColormapError;
+use super::paint::{Prothallus, UnknownColormap};
+
+/// A colour map with a name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NamedColormap {
+    /// A genus.
+    pub name: &'static str,
+    /// What it looks like.
+    pub look: &'static str,
+    /// Local density and sRGB colour, ascending.
+    pub stops: &'static [(f32, [u8; 3])],
+    /// The dark margin that such a lichen has.
+    pub prothallus: Option<Prothallus>,
+}
+
+/// Every colour map.
+pub const PALETTE: &[NamedColormap; 8] = &[
+    NamedColormap {
+        name: "parmelia",
+        look: "shield lichen: grey-green, paler at the tips of its lobes",
+        stops: &[
+            (0.10, [0xc9, 0xd0, 0xbd]),
+            (0.40, [0xb2, 0xbc, 0xa4]),
+            (0.60, [0x8f, 0x9b, 0x84]),
+            (0.80, [0x6e, 0x77, 0x63]),
+        ],
+        prothallus: None,
+    },
+    NamedColormap {
+        name: "xanthoria",
+        look: "sunburst lichen: yellow lobes, deep orange in the middle",
+        stops: &[
+            (0.10, [0xf3, 0xc4, 0x3a]),
+            (0.40, [0xeb, 0xa4, 0x21]),
+            (0.60, [0xda, 0x83, 0x16]),
+            (0.80, [0xb6, 0x60, 0x12]),
+        ],
+        prothallus: None,
+    },
+    NamedColormap {
+        name: "rhizocarpon",
+        look: "map lichen: yellow-green with a black margin",
+        stops: &[
+            (0.10, [0x8f, 0x92, 0x40]),
+            (0.45, [0xad, 0xb0, 0x52]),
+            (0.65, [0xa0, 0xa4, 0x4c]),
+            (0.80, [0x7f, 0x84, 0x3e]),
+        ],
+        prothallus: Some(Prothallus {
+            width: 6.0,
+            color: [0x1f, 0x20, 0x1a],
+        }),
+    },
+    NamedColormap {
+        name: "caloplaca",
+        look: "firedot lichen: rust orange, brighter at the rim",
+        stops: &[
+            (0.10, [0xe9, 0x9b, 0x32]),
+            (0.45, [0xdb, 0x7c, 0x20]),
+            (0.62, [0xc4, 0x68, 0x1d]),
+            (0.80, [0x9c, 0x4c, 0x1a]),
+        ],
+        prothallus: None,
+    },
+    NamedColormap {
+        name: "lecanora",
+        look: "rim lichen: chalk grey with a blue-grey margin",
+        stops: &[
+            (0.10, [0xb9, 0xbb, 0xb0]),
+            (0.50, [0xd0, 0xd0, 0xc2]),
+            (0.75, [0xb3, 0xb1, 0x9f]),
+        ],
+        prothallus: Some(Prothallus {
+            width: 5.0,
+            color: [0x5b, 0x63, 0x68],
+        }),
+    },
+    NamedColormap {
+        name: "xanthoparmelia",
+        look: "rock-shield lichen: pale yellow-green lobes, darker in the middle",
+        stops: &[
+            (0.10, [0xd7, 0xd9, 0xa8]),
+            (0.40, [0xbc, 0xc1, 0x8a]),
+            (0.60, [0x98, 0x9f, 0x6a]),
+            (0.80, [0x6c, 0x71, 0x4a]),
+        ],
+        prothallus: None,
+    },
+    NamedColormap {
+        name: "verrucaria",
+        look: "wart lichen: olive black, as on wet rock",
+        stops: &[
+            (0.10, [0x65, 0x5c, 0x40]),
+            (0.50, [0x49, 0x44, 0x30]),
+            (0.80, [0x2c, 0x2a, 0x20]),
+        ],
+        prothallus: None,
+    },
+    NamedColormap {
+        name: "cladonia",
+        look: "reindeer lichen: pale silver green",
+        stops: &[
+            (0.10, [0xe4, 0xe5, 0xd2]),
+            (0.40, [0xd0, 0xd4, 0xbb]),
+            (0.70, [0xaa, 0xb1, 0x95]),
+        ],
+        prothallus: None,
+    },
+];
+
+/// The colour map of this name.
+pub(super) fn find(name: &str) -> Result<&'static NamedColormap, ColormapError> {
+    let unknown = || UnknownColormap(name.to_owned()).into();
+    PALETTE
+        .iter()
+        .find(|map| map.name == name)
+        .ok_or_else(unknown)
+}

@@ -1,0 +1,471 @@
+//! The skin: closed and manifold on every surface, on the substrate and on one face of it, the same
+//! on any number of threads.
+
+mod common;
+
+use common::{plane, recipe, rock, slab, sphere, substrate};
+use glam::DVec3;
+use thallus::cluster::{Cluster, Element, NO_PARENT};
+use thallus::export::TriMesh;
+use thallus::run::{Execution, grow};
+use thallus::skin::{PALETTE, Paint, Shape, SkinError, decimate, faults, skin};
+use thallus::substrate::Substrate;
+
+/// A lichen of this many elements, grown.
+fn grown(substrate: &Substrate, radius: f64, elements: u64) -> Cluster {
+    let recipe = recipe(radius, elements);
+    let growth = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+    assert_eq!(growth.cluster.len() as u64, elements);
+    growth.cluster
+}
+
+/// Elements at the places of the surface nearest to points in the file's units.
+fn placed(substrate: &Substrate, radius: f64, points: &[DVec3]) -> Cluster {
+    let units = substrate.units();
+    let mut cluster = Cluster::new(units.length_to_local(radius));
+    for (i, point) in points.iter().enumerate() {
+        let (at, _) = substrate.nearest(units.to_local(point.to_array()));
+        cluster.push(Element {
+            at,
+            position: substrate.position(&at),
+            parent: NO_PARENT,
+            colony: i as u32 % 7,
+            probability: 1.0,
+        });
+    }
+    cluster
+}
+
+/// Places in densest packing, 2r apart, in a square of the plane y = `height`.
+fn packed(radius: f64, side: f64, height: f64) -> Vec<DVec3> {
+    let rows = (side / (3f64.sqrt() * radius)) as i32;
+    let columns = (side / (2.0 * radius)) as i32;
+    let place = |i: i32, j: i32| {
+        let x = radius * (f64::from(2 * i) + f64::from(j % 2)) - 0.5 * side;
+        DVec3::new(x, height, 3f64.sqrt() * radius * f64::from(j) - 0.5 * side)
+    };
+    let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+    cells.map(|(i, j)| place(i, j)).collect()
+}
+
+fn skinned(substrate: &Substrate, cluster: &Cluster, shape: &Shape) -> TriMesh {
+    let mesh = skin(substrate, cluster, shape, &Paint::default()).expect("a skin");
+    mesh.check().expect("sound");
+    let found = faults(mesh.positions.len(), &mesh.triangles);
+    assert!(found.is_empty(), "{found:?}");
+    for normal in &mesh.normals {
+        let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 1e-3, "{normal:?}");
+    }
+    mesh
+}
+
+fn volume(mesh: &TriMesh) -> f64 {
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]);
+    let volumes = mesh.triangles.iter().map(|t| {
+        let [a, b, c] = t.map(corner);
+        a.dot(b.cross(c)) / 6.0
+    });
+    volumes.sum()
+}
+
+#[test]
+fn skins_are_closed_and_manifold_on_every_surface() {
+    let surfaces = [
+        ("plane", plane(2.0), 0.01),
+        ("sphere", sphere(16), 0.01),
+        ("rock", rock(24), 0.01),
+        ("slab", slab(16, 1.0, 0.004), 0.007),
+        ("fine rock", rock(120), 0.02),
+    ];
+    for (name, surface, radius) in &surfaces {
+        let cluster = grown(surface, *radius, 1500);
+        for (resolution, falloff) in [(1.0, 1.8), (0.6, 1.0), (2.5, 3.0)] {
+            let shape = Shape {
+                resolution,
+                falloff,
+                ..Shape::default()
+            };
+            let mesh = skinned(surface, &cluster, &shape);
+            assert!(volume(&mesh) > 0.0, "{name}: inside out");
+        }
+    }
+}
+
+/// A strip of quads about the y axis that may close with a half turn, windings at random.
+fn band(twisted: bool) -> Substrate {
+    let (columns, rows) = (48, 6);
+    let at = |i: usize, j: usize| {
+        let (i, j) = match (i == columns, twisted) {
+            (true, true) => (0, rows - j),
+            (true, false) => (0, j),
+            _ => (i, j),
+        };
+        let turn = std::f64::consts::TAU * i as f64 / columns as f64;
+        let across = 0.6 * (j as f64 / rows as f64 - 0.5);
+        let lean = if twisted { 0.5 * turn } else { 0.0 };
+        let out = 1.0 + across * lean.cos();
+        [out * turn.cos(), across * lean.sin(), out * turn.sin()]
+    };
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..columns {
+        for j in 0..rows {
+            let first = positions.len() as u32;
+            positions.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            let half = [[0, 1, 2], [0, 2, 3]];
+            let turned = [[0, 2, 1], [0, 2, 3]];
+            let both = if (i * 7 + j * 3) % 5 < 2 {
+                turned
+            } else {
+                half
+            };
+            triangles.extend(both.map(|t: [u32; 3]| t.map(|k| first + k)));
+        }
+    }
+    substrate(positions, triangles)
+}
+
+/// Sheets that share an edge, as the pages of an open book.
+fn book() -> Substrate {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for page in 0..5u32 {
+        let (sin, cos) = (1.3 * f64::from(page)).sin_cos();
+        let first = positions.len() as u32;
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        positions.extend(corners.map(|[x, y]| [cos * x, y, sin * x]));
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    substrate(positions, triangles)
+}
+
+#[test]
+fn awkward_surfaces_have_sound_skins() {
+    // Two cones that touch in their tips: a vertex of two fans.
+    let cone = |up: f64| {
+        let rim = move |i: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i % 8) / 8.0).sin_cos();
+            [cos, up, sin]
+        };
+        (0..8).flat_map(move |i| [[0.0; 3], rim(i + 1), rim(i)])
+    };
+    let corners: Vec<[f64; 3]> = cone(0.7).chain(cone(-0.7)).collect();
+    let faces = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    let cones = substrate(corners, faces.collect());
+    let surfaces = [
+        ("band", band(false)),
+        ("twisted band", band(true)),
+        ("book", book()),
+        ("cones", cones),
+    ];
+    for (name, surface) in &surfaces {
+        let points = packed(0.02, 2.0, 0.0);
+        let spread: Vec<DVec3> = points
+            .iter()
+            .flat_map(|p| {
+                [
+                    *p,
+                    DVec3::new(p.x, p.z, 0.3 * p.x),
+                    DVec3::new(0.0, p.x, p.z),
+                ]
+            })
+            .collect();
+        let mesh = skinned(surface, &placed(surface, 0.02, &spread), &Shape::default());
+        assert!(mesh.triangles.len() > 1000, "{name}");
+    }
+}
+
+#[test]
+fn closed_lichen_on_a_plane_is_as_thick_as_asked_and_lies_on_it() {
+    let surface = plane(4.0);
+    let r = 0.02;
+    for (thickness, falloff) in [(1.5, 1.5), (0.7, 2.0), (3.0, 1.5)] {
+        let shape = Shape {
+            thickness,
+            falloff,
+            ..Shape::default()
+        };
+        let mesh = skinned(&surface, &placed(&surface, r, &packed(r, 2.0, 0.0)), &shape);
+        let heights: Vec<f64> = mesh.positions.iter().map(|p| p[1] / r).collect();
+        let most = heights.iter().copied().fold(0.0, f64::max);
+        let least = heights.iter().copied().fold(0.0, f64::min);
+        assert!(most < 1.1 * thickness, "{most} of {thickness}");
+        assert!((-0.051..0.0).contains(&least), "{least}");
+        for (p, normal) in mesh.positions.iter().zip(&mesh.normals) {
+            let inside = p[0].abs() < 0.6 && p[2].abs() < 0.6;
+            if inside && p[1] > 0.0 {
+                assert!(p[1] / r > 0.85 * thickness, "{p:?}");
+                assert!(normal[1] > 0.9, "{normal:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lone_element_is_the_dome_of_its_field() {
+    let surface = plane(4.0);
+    let (r, shape) = (
+        0.1,
+        Shape {
+            resolution: 0.1,
+            taper: 0.0,
+            ..Shape::default()
+        },
+    );
+    let mesh = skinned(&surface, &placed(&surface, r, &[DVec3::ZERO]), &shape);
+    // F = 2^(−d²/C² − s h²) = ½: an ellipsoid of radius C along the surface, and of height √(1/s),
+    // s being what makes closed lichen as thick as asked.
+    let c = shape.falloff * r;
+    let closed = std::f64::consts::PI * shape.falloff * shape.falloff
+        / (2.0 * 3f64.sqrt() * std::f64::consts::LN_2);
+    let high = shape.thickness * r / (closed / 0.5).log2().sqrt();
+    for (p, n) in mesh
+        .positions
+        .iter()
+        .zip(&mesh.normals)
+        .filter(|(p, _)| p[1] >= 0.0)
+    {
+        let (along, up) = ((p[0] * p[0] + p[2] * p[2]).sqrt() / c, p[1] / high);
+        assert!((along * along + up * up - 1.0).abs() < 0.02, "{p:?}");
+        let exact = DVec3::new(p[0] / (c * c), p[1] / (high * high), p[2] / (c * c)).normalize();
+        let normal = DVec3::from(n.map(f64::from));
+        assert!(normal.dot(exact) > 0.999, "{p:?} {normal} {exact}");
+    }
+}
+
+#[test]
+fn the_outline_is_the_fields_however_coarse_the_mesh() {
+    let surface = plane(4.0);
+    let (r, shape) = (0.1, Shape::default());
+    let mesh = skinned(&surface, &placed(&surface, r, &[DVec3::ZERO]), &shape);
+    let outline = mesh.positions.iter().filter(|p| p[1].abs() < 1e-6 * r);
+    let distances: Vec<f64> = outline
+        .map(|p| (p[0] * p[0] + p[2] * p[2]).sqrt() / (shape.falloff * r))
+        .collect();
+    assert!(distances.len() >= 6, "{distances:?}");
+    assert!(
+        distances.iter().all(|d| (d - 1.0).abs() < 0.05),
+        "{distances:?}"
+    );
+}
+
+#[test]
+fn a_lichen_without_a_rim_has_no_margin() {
+    let surface = sphere(24);
+    let n = 2000;
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let place = |i: i32| {
+        let y = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (sin, cos) = (golden * f64::from(i)).sin_cos();
+        let out = (1.0 - y * y).sqrt();
+        DVec3::new(out * cos, y, out * sin)
+    };
+    let places: Vec<DVec3> = (0..n).map(place).collect();
+    let cluster = placed(&surface, 0.05, &places);
+    let map = PALETTE.iter().find(|map| map.name == "rhizocarpon");
+    let paint = Paint::of(map.expect("a map"));
+    let margin = paint.prothallus.expect("a dark margin").color;
+    let mesh = skin(&surface, &cluster, &Shape::default(), &paint).expect("a skin");
+    let dark = |color: &&[u8; 3]| (0..3).all(|k| color[k] < margin[k] + 40);
+    assert_eq!(mesh.colors.iter().filter(dark).count(), 0);
+    // Where the sphere is cut in half, there is one.
+    let half: Vec<DVec3> = places.into_iter().filter(|p| p.y > 0.0).collect();
+    let cluster = placed(&surface, 0.05, &half);
+    let mesh = skin(&surface, &cluster, &Shape::default(), &paint).expect("a skin");
+    assert!(mesh.colors.iter().filter(dark).count() > 100);
+}
+
+#[test]
+fn a_sphere_is_followed() {
+    let surface = sphere(24);
+    let r = 0.02;
+    let cluster = grown(&surface, r, 4000);
+    let mesh = skinned(&surface, &cluster, &Shape::default());
+    let units = surface.units();
+    for p in &mesh.positions {
+        let (_, distance) = surface.nearest(units.to_local(*p));
+        let outside = DVec3::from(*p).length();
+        let height = units.length_to_file(distance) / r;
+        assert!(height < 1.9, "{height} over the surface");
+        // The surface's triangles sag below the sphere by up to 1e-3.
+        assert!(outside > 1.0 - 2e-3 - 0.051 * r, "sunk to {outside}");
+    }
+}
+
+/// For each vertex the lowest number of its connected part.
+fn parts(mesh: &TriMesh) -> Vec<usize> {
+    let mut part: Vec<usize> = (0..mesh.positions.len()).collect();
+    fn root(part: &mut [usize], mut v: usize) -> usize {
+        while part[v] != v {
+            part[v] = part[part[v]];
+            v = part[v];
+        }
+        v
+    }
+    for [a, b, c] in &mesh.triangles {
+        for (x, y) in [(a, b), (b, c)] {
+            let (x, y) = (root(&mut part, *x as usize), root(&mut part, *y as usize));
+            part[x.max(y)] = x.min(y);
+        }
+    }
+    (0..part.len()).map(|v| root(&mut part, v)).collect()
+}
+
+#[test]
+fn the_faces_of_a_thin_plate_have_skins_of_their_own() {
+    let (r, thick) = (0.01, 0.004);
+    let surface = slab(16, 1.0, thick);
+    let front = packed(r, 0.7, 0.5 * thick);
+    let back: Vec<DVec3> = front.iter().map(|p| DVec3::new(p.x, -p.y, p.z)).collect();
+    let alone = skinned(&surface, &placed(&surface, r, &front), &Shape::default());
+    let lowest = alone.positions.iter().map(|p| p[1]).fold(1.0, f64::min);
+    assert!(
+        lowest > 0.0,
+        "front lichen reaches below the middle: {lowest}"
+    );
+    let both: Vec<DVec3> = front.iter().chain(&back).copied().collect();
+    let mesh = skinned(&surface, &placed(&surface, r, &both), &Shape::default());
+    assert_eq!(mesh.triangles.len(), 2 * alone.triangles.len());
+    let mut sides = std::collections::HashMap::new();
+    for (part, p) in parts(&mesh).into_iter().zip(&mesh.positions) {
+        let side = *sides.entry(part).or_insert(p[1] > 0.0);
+        assert_eq!(side, p[1] > 0.0, "a part has vertices on both faces: {p:?}");
+    }
+    assert_eq!(sides.len(), 2);
+}
+
+#[test]
+fn lichen_goes_round_the_rim_of_a_plate() {
+    let (r, thick) = (0.01, 0.004);
+    let surface = slab(16, 1.0, thick);
+    let row = |y: f64| (0..20).map(move |i| DVec3::new(0.5, y, 0.02 * f64::from(i) - 0.2));
+    let mesh = skinned(
+        &surface,
+        &placed(&surface, r, &row(0.0).collect::<Vec<_>>()),
+        &Shape::default(),
+    );
+    let (front, back): (Vec<&[f64; 3]>, Vec<_>) = mesh.positions.iter().partition(|p| p[1] > 0.0);
+    assert!(
+        front.len() > 50 && back.len() > 50,
+        "{} {}",
+        front.len(),
+        back.len()
+    );
+}
+
+#[test]
+fn threads_change_no_byte() {
+    let surface = rock(24);
+    let cluster = grown(&surface, 0.01, 4000);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads").install(|| {
+            let mesh = skinned(&surface, &cluster, &Shape::default());
+            let fewer = decimate(&mesh, mesh.triangles.len() / 4).mesh;
+            let mut bytes = Vec::new();
+            for format in thallus::export::MESH_FORMATS {
+                format.write(&mesh, 1.0, &mut bytes).expect("written");
+                format.write(&fewer, 1.0, &mut bytes).expect("written");
+            }
+            bytes
+        })
+    };
+    let one = with(1);
+    assert!([2, 3, 8].into_iter().all(|threads| with(threads) == one));
+}
+
+#[test]
+fn attributes_tell_of_the_elements() {
+    let surface = plane(4.0);
+    let r = 0.02;
+    let points = packed(r, 2.0, 0.0);
+    let mesh = skinned(&surface, &placed(&surface, r, &points), &Shape::default());
+    let column = |name| {
+        &mesh
+            .attributes
+            .iter()
+            .find(|a| a.name == name)
+            .expect(name)
+            .values
+    };
+    let [birth, density, rim] = ["birth", "density", "rim_distance"].map(column);
+    let colony = column("colony");
+    let low = points.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
+    let high = points.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
+    for (v, p) in mesh.positions.iter().enumerate() {
+        assert!((0.0..points.len() as f32).contains(&birth[v]));
+        assert!(colony[v].fract() == 0.0 && (0.0..7.0).contains(&colony[v]));
+        // How far in a vertex is from the square's sides.
+        let from = |k: usize| (p[k] - low[k]).min(high[k] - p[k]);
+        let inwards = from(0).min(from(2));
+        if inwards > 0.3 {
+            assert!((density[v] - 0.907).abs() < 0.1, "{}", density[v]);
+        }
+        if inwards > 0.1 {
+            let ratio = f64::from(rim[v]) / inwards;
+            assert!((0.85..1.35).contains(&ratio), "{p:?} {ratio}");
+        }
+        if inwards < 0.02 {
+            assert!(rim[v] < 0.1, "{p:?} {}", rim[v]);
+        }
+    }
+}
+
+#[test]
+fn decimating_keeps_to_the_count_and_the_surface() {
+    let surface = sphere(24);
+    let r = 0.02;
+    let cluster = grown(&surface, r, 3000);
+    let mesh = skinned(&surface, &cluster, &Shape::default());
+    for share in [0.5, 0.2] {
+        let goal = (mesh.triangles.len() as f64 * share) as usize;
+        let fewer = decimate(&mesh, goal);
+        assert!(fewer.faults.is_empty(), "{share}: {:?}", fewer.faults);
+        assert!(fewer.mesh.triangles.len() <= goal + goal / 10);
+        fewer.mesh.check().expect("sound");
+        let ratio = volume(&fewer.mesh) / volume(&mesh);
+        assert!((0.9..1.1).contains(&ratio), "{share}: volume {ratio}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let surface = plane(2.0);
+    let cluster = placed(&surface, 0.01, &[DVec3::ZERO]);
+    let with = |shape: Shape| skin(&surface, &cluster, &shape, &Paint::default());
+    let base = Shape::default();
+    for shape in [
+        Shape {
+            thickness: 0.0,
+            ..base
+        },
+        Shape {
+            thickness: f64::NAN,
+            ..base
+        },
+        Shape { taper: 1.0, ..base },
+        Shape {
+            falloff: 0.1,
+            ..base
+        },
+        Shape {
+            resolution: f64::INFINITY,
+            ..base
+        },
+    ] {
+        assert!(
+            matches!(with(shape), Err(SkinError::Range { .. })),
+            "{shape:?}"
+        );
+    }
+    // Vertices of the two triangles, cut no finer, miss a lone element.
+    let aside = placed(&surface, 0.01, &[DVec3::new(0.313, 0.0, 0.177)]);
+    let coarse = Shape {
+        resolution: 10.0,
+        falloff: 0.8,
+        ..base
+    };
+    let missed = skin(&surface, &aside, &coarse, &Paint::default());
+    assert_eq!(missed, Err(SkinError::TooCoarse));
+    let none = skin(&surface, &Cluster::new(0.01), &base, &Paint::default());
+    assert_eq!(none, Err(SkinError::Empty));
+}

@@ -1,0 +1,322 @@
+//! `thallus skin` as it is called.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use desk::{Desk, names, said};
+use thallus::substrate::Substrate;
+
+const GROWN: &str = "rock.obj --radius 0.4% --elements 400 -o out";
+
+fn skin(desk: &Desk, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("skin").args(words.split_whitespace());
+    command.current_dir(desk.0.path()).output().unwrap()
+}
+
+fn made(desk: &Desk, words: &str) -> String {
+    let output = skin(desk, words);
+    assert!(output.status.success(), "{words}: {}", said(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = skin(desk, words);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    assert!(
+        said.lines().count() == 1 && !said.contains("panicked"),
+        "{said}"
+    );
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.done(GROWN);
+    desk
+}
+
+/// Triangles and corners that the mesh has for our own loader.
+fn loaded(path: &Path) -> (usize, usize, usize) {
+    let substrate = Substrate::load(path).unwrap();
+    let report = substrate.report();
+    (
+        report.triangles,
+        report.boundary_edges,
+        report.non_manifold_edges,
+    )
+}
+
+#[test]
+fn every_format_holds_the_same_closed_mesh() {
+    let desk = desk();
+    let mut found = Vec::new();
+    for extension in ["glb", "ply", "obj"] {
+        let answer = made(&desk, &format!("out -o a.{extension} --json"));
+        let report: serde_json::Value = serde_json::from_str(&answer).unwrap();
+        let file = &report["files"][0];
+        let path = desk.path(&format!("a.{extension}"));
+        assert_eq!(file["bytes"], path.metadata().unwrap().len());
+        assert_eq!(report["elements"], 400);
+        assert!(report["seconds"]["skin"].as_f64().unwrap() > 0.0);
+        let (triangles, open, wild) = loaded(&path);
+        assert_eq!((open, wild), (0, 0), "{extension}");
+        assert_eq!(file["triangles"], triangles, "{extension}");
+        found.push((triangles, file["vertices"].clone()));
+    }
+    assert!(found.windows(2).all(|pair| pair[0] == pair[1]), "{found:?}");
+}
+
+#[test]
+fn glb_has_attributes_and_linear_colours() {
+    let desk = desk();
+    made(&desk, "out -o a.glb --colormap 0:#800000 --quiet");
+    let bytes = desk.read("a.glb");
+    let file = gltf::Gltf::from_slice_without_validation(&bytes).unwrap();
+    let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+    let blob = file.blob.clone().unwrap();
+    let reader = primitive.reader(|_| Some(&blob));
+    let positions: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+    let bounds = primitive.bounding_box();
+    for k in 0..3 {
+        let values = || positions.iter().map(|p| p[k]);
+        assert_eq!(values().fold(f32::INFINITY, f32::min), bounds.min[k]);
+        assert_eq!(values().fold(f32::NEG_INFINITY, f32::max), bounds.max[k]);
+    }
+    // 0x80 in sRGB is 0.2159 of the light.
+    for [r, g, b, a] in reader.read_colors(0).unwrap().into_rgba_f32() {
+        assert!((r - 0.2159).abs() < 0.004 && g + b < 0.004 && a == 1.0);
+    }
+    let count = reader.read_indices().unwrap().into_u32().max().unwrap() as usize + 1;
+    assert_eq!(count, positions.len());
+    let text = String::from_utf8_lossy(&bytes);
+    for name in ["_BIRTH", "_DENSITY", "_RIM_DISTANCE", "_COLONY"] {
+        assert!(text.contains(name), "{name}");
+    }
+}
+
+/// Corners of the box about a skin that was written as glTF.
+fn gltf_box(desk: &Desk, file: &str) -> [[f32; 3]; 2] {
+    let file = gltf::Gltf::from_slice_without_validation(&desk.read(file)).unwrap();
+    let moved = file.nodes().next().unwrap().transform().matrix();
+    assert_eq!(moved[1][1], 1.0, "the data are turned, and no node");
+    let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+    let bounds = primitive.bounding_box();
+    [bounds.min, bounds.max]
+}
+
+/// Corners of the box about a skin that was written as OBJ.
+fn obj_box(desk: &Desk, file: &str) -> [[f32; 3]; 2] {
+    let text = String::from_utf8(desk.read(file)).unwrap();
+    let vertices = text.lines().filter_map(|line| line.strip_prefix("v "));
+    let numbers = |line: &str| -> Vec<f32> {
+        let words = line.split(' ').map(|word| word.parse().unwrap());
+        words.take(3).collect()
+    };
+    let empty = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    vertices.map(numbers).fold(empty, |[low, high], p| {
+        let low = [0, 1, 2].map(|k| low[k].min(p[k]));
+        [low, [0, 1, 2].map(|k| high[k].max(p[k]))]
+    })
+}
+
+#[test]
+fn axes_and_units_are_those_of_the_format_or_as_asked() {
+    let desk = desk();
+    let slab = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/slab.stl");
+    fs::copy(slab, desk.path("slab.stl")).unwrap();
+    desk.done("slab.stl --radius 0.5% --elements 100 -o slab");
+    for run in ["slab", "out"] {
+        let boxed = |flags: &str| {
+            made(&desk, &format!("{run} -o a.obj --force --quiet {flags}"));
+            obj_box(&desk, "a.obj")
+        };
+        let [y_up, z_up] = ["", "--up z"].map(boxed);
+        let [[x0, y0, z0], [x1, y1, z1]] = y_up;
+        assert_eq!(z_up, [[x0, -z1, y0], [x1, -z0, y1]]);
+        let scaled = boxed("--scale 2");
+        assert_eq!(scaled, y_up.map(|corner| corner.map(|x| 2.0 * x)));
+        made(&desk, &format!("{run} -o a.glb --force --quiet"));
+        assert_eq!(gltf_box(&desk, "a.glb"), y_up);
+        made(&desk, &format!("{run} -o a.glb --force --quiet --unit mm"));
+        let metres = gltf_box(&desk, "a.glb");
+        assert!(
+            (metres[1][0] - 0.001 * x1).abs() < 1e-6,
+            "{metres:?} {y_up:?}"
+        );
+    }
+    // The plate lies in the xy plane of its file, which is z-up, and USD keeps to the file.
+    made(&desk, "slab -o slab.usda --quiet --unit cm");
+    let text = String::from_utf8(desk.read("slab.usda")).unwrap();
+    assert!(text.contains("upAxis = \"Z\"") && text.contains("metersPerUnit = 0.01\n"));
+    refused(&desk, "slab -o z.glb --up z", 2, &[".glb", "--up"]);
+}
+
+#[test]
+fn usd_holds_the_mesh_and_its_attributes() {
+    let desk = desk();
+    let answer = made(&desk, "out -o a.usda --json");
+    let report: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    made(&desk, "out -o a.usd --quiet");
+    assert_eq!(desk.read("a.usd"), desk.read("a.usda"));
+    let text = String::from_utf8(desk.read("a.usda")).unwrap();
+    let count = |name: &str| {
+        let line = text
+            .lines()
+            .find(|line| line.contains(&format!("{name} = [")));
+        let line = line.unwrap_or_else(|| panic!("no {name}"));
+        let values = line.split_once(" = [").unwrap().1;
+        match values.matches('(').count() - usize::from(line.contains("interpolation")) {
+            0 => values.split(']').next().unwrap().split(", ").count() as u64,
+            tuples => tuples as u64,
+        }
+    };
+    let file = &report["files"][0];
+    assert_eq!(count("faceVertexCounts"), file["triangles"]);
+    assert_eq!(
+        count("faceVertexIndices"),
+        3 * file["triangles"].as_u64().unwrap()
+    );
+    for name in [
+        "points",
+        "normals",
+        "displayColor",
+        "birth",
+        "density",
+        "rim_distance",
+        "colony",
+    ] {
+        assert_eq!(count(name), file["vertices"], "{name}");
+    }
+}
+
+#[test]
+fn colours_come_from_names_stops_and_files() {
+    let desk = desk();
+    let bytes = |words: &str| {
+        made(&desk, &format!("out -o c.ply --force --quiet {words}"));
+        desk.read("c.ply")
+    };
+    let stops = bytes("--colormap 0:#102030,1:#a0b0c0 --age-darken 0.5 --prothallus 4r,#111111");
+    let file = "stops = [[0.0, \"#102030\"], [1, \"#a0b0c0\"]]\nage-darken = 0.5\n\
+                prothallus = \"4r,#111111\"\n";
+    fs::write(desk.path("own.toml"), file).unwrap();
+    assert!(bytes("--colormap own.toml") == stops);
+    assert!(bytes("--colormap own.toml --prothallus none") != stops);
+    let maps: Vec<_> = thallus::skin::PALETTE.iter().collect();
+    let painted: Vec<_> = maps
+        .iter()
+        .map(|m| bytes(&format!("--colormap {}", m.name)))
+        .collect();
+    for (i, a) in painted.iter().enumerate() {
+        assert!(painted[..i].iter().all(|b| a != b), "{}", maps[i].name);
+    }
+    assert!(bytes("") == painted[0]);
+}
+
+#[test]
+fn levels_of_detail_halve() {
+    let desk = desk();
+    let answer = made(&desk, "out -o d.ply --lod 3 --decimate 0.8 --json");
+    let report: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let counts: Vec<f64> = report["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f["triangles"].as_f64().unwrap())
+        .collect();
+    assert_eq!(counts.len(), 3);
+    for pair in counts.windows(2) {
+        assert!((pair[1] / pair[0] - 0.5).abs() < 0.05, "{counts:?}");
+    }
+    for level in 0..3 {
+        let (_, open, wild) = loaded(&desk.path(&format!("d_lod{level}.ply")));
+        assert_eq!((open, wild), (0, 0));
+    }
+    assert!(!desk.path("d.ply").exists());
+}
+
+#[test]
+fn threads_and_ways_to_name_the_elements_change_no_byte() {
+    let desk = desk();
+    made(&desk, "out -o 1.ply --threads 1 --quiet");
+    made(&desk, "out/elements.ply -o 2.ply --threads 2 --quiet");
+    fs::copy(desk.path("out/elements.ply"), desk.path("alone.ply")).unwrap();
+    made(
+        &desk,
+        "alone.ply --mesh rock.obj -o 3.ply --threads 3 --quiet",
+    );
+    assert!(desk.read("1.ply") == desk.read("2.ply") && desk.read("1.ply") == desk.read("3.ply"));
+}
+
+#[test]
+fn what_is_wrong_is_said_in_one_line() {
+    let desk = desk();
+    refused(
+        &desk,
+        "out -o a.stl",
+        2,
+        &["a.stl", "'.stl' is not a format", ".glb"],
+    );
+    refused(&desk, "nowhere -o a.ply", 1, &["nowhere"]);
+    fs::copy(desk.path("out/elements.ply"), desk.path("alone.ply")).unwrap();
+    refused(&desk, "alone.ply -o a.ply", 2, &["recipe.toml", "--mesh"]);
+    fs::write(
+        desk.path("other.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    )
+    .unwrap();
+    refused(
+        &desk,
+        "out --mesh other.obj -o a.ply",
+        1,
+        &["other.obj", "not on this mesh"],
+    );
+    refused(
+        &desk,
+        "out -o a.ply --thickness 0",
+        2,
+        &["thickness", "0.05 to 20"],
+    );
+    refused(&desk, "out -o a.ply --taper 2", 2, &["taper"]);
+    refused(&desk, "out -o a.ply --resolution 0.01r", 2, &["resolution"]);
+    refused(
+        &desk,
+        "out -o a.ply --colormap lichn",
+        2,
+        &["lichn", "parmelia"],
+    );
+    refused(&desk, "out -o a.ply --colormap no.toml", 1, &["no.toml"]);
+    refused(&desk, "out -o a.ply --age-darken 7", 2, &["--age-darken"]);
+    refused(&desk, "out -o a.ply --prothallus -3r", 2, &["--prothallus"]);
+    refused(&desk, "out -o a.ply --prothallus 3r,#zz", 2, &["#zz"]);
+    refused(&desk, "out -o a.ply --decimate 1.5", 2, &["--decimate"]);
+    refused(&desk, "out -o a.ply --lod 0", 2, &["--lod"]);
+    fs::write(desk.path("bad.toml"), "stops = [[0.0, \"red\"]]\n").unwrap();
+    refused(
+        &desk,
+        "out -o a.ply --colormap bad.toml",
+        2,
+        &["bad.toml", "red"],
+    );
+    fs::write(desk.path("bad.toml"), "stops = []\ncolour = 1\n").unwrap();
+    refused(
+        &desk,
+        "out -o a.ply --colormap bad.toml",
+        2,
+        &["bad.toml", "colour"],
+    );
+    assert!(!names(desk.0.path()).contains(&"a.ply".to_owned()));
+    fs::write(desk.path("a.ply"), "mine").unwrap();
+    refused(&desk, "out -o a.ply", 1, &["a.ply", "--force"]);
+    assert_eq!(desk.read("a.ply"), b"mine");
+    made(&desk, "out -o a.ply --force --quiet");
+    assert_ne!(desk.read("a.ply"), b"mine");
+}

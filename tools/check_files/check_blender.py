@@ -1,0 +1,167 @@
+"""Opens what `thallus export` wrote in Blender (the Python package bpy), and looks at what arrives.
+
+    check_blender.py FOLDER        after make.py THALLUS ROCK.obj FOLDER
+
+Blender is z-up and turns what it imports, by the data or by the object.
+"""
+
+import os
+import sys
+
+import bpy
+import numpy as np
+
+from common import Lichen, check_frames, near
+
+IMPORT = {
+    "ply": lambda path: bpy.ops.wm.ply_import(filepath=path),
+    "obj": lambda path: bpy.ops.wm.obj_import(filepath=path),
+    "usda": lambda path: bpy.ops.wm.usd_import(filepath=path),
+    "usd": lambda path: bpy.ops.wm.usd_import(filepath=path),
+    "glb": lambda path: bpy.ops.import_scene.gltf(filepath=path),
+    "gltf": lambda path: bpy.ops.import_scene.gltf(filepath=path),
+}
+
+
+def load(path):
+    """The file alone in the scene; its first object with vertices, points or curves."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert IMPORT[path.rsplit(".", 1)[1]](path) == {"FINISHED"}, path
+    kinds = ("POINTCLOUD", "CURVES", "MESH")
+    return next(o for o in bpy.context.scene.objects if o.type in kinds)
+
+
+def attribute(thing, name):
+    found = thing.data.attributes.get(name)
+    assert found, f"{name} is not among {[a.name for a in thing.data.attributes]}"
+    if found.data_type == "QUATERNION":
+        wxyz = np.array([tuple(d.value) for d in found.data])
+        return wxyz[:, [1, 2, 3, 0]]
+    if found.data_type == "FLOAT_VECTOR":
+        return np.array([tuple(d.vector) for d in found.data])
+    if found.data_type == "FLOAT_COLOR":
+        return np.array([tuple(d.color) for d in found.data])
+    return np.array([d.value for d in found.data])
+
+
+def places(thing):
+    """Positions in the world."""
+    return np.array([tuple(thing.matrix_world @ d.vector) for d in thing.data.attributes["position"].data])
+
+
+def check_scalars(thing, lichen, name, what):
+    near(attribute(thing, name("birth")), lichen.birth, 0, f"{what}: birth")
+    near(attribute(thing, name("parent")), lichen.parent, 0, f"{what}: parent")
+    near(attribute(thing, name("nage")), lichen.nage, 1e-6, f"{what}: nage")
+    near(attribute(thing, name("probability")), lichen.probability, 1e-6, f"{what}: probability")
+    for other in ["colony", "density", "rim_distance", "strahler", "depth", "branch_radius"]:
+        assert len(attribute(thing, name(other))) == lichen.count, f"{what}: {other}"
+
+
+def check_points(stem, lichen):
+    for extension in ["ply", "usda", "usd", "glb", "gltf", "obj"]:
+        thing = load(f"{stem}_points.{extension}")
+        near(places(thing), lichen.placed("z"), 1e-5, extension)
+        if extension == "obj":
+            assert len(attribute(thing, "Color")) == lichen.count
+            continue
+        gltf = extension in ("glb", "gltf")
+        name = (lambda n: f"_{n.upper()}") if gltf else (lambda n: n)
+        check_scalars(thing, lichen, name, extension)
+        radius = np.full(lichen.count, lichen.radius)
+        near(attribute(thing, name("radius")), radius, 1e-6, f"{extension}: radius")
+        if extension in ("usda", "usd"):
+            check_frames(attribute(thing, "orient"), attribute(thing, "N"), lichen, "y", extension)
+        else:
+            q = np.stack([attribute(thing, name(f"orient_{k}")) for k in "xyzw"], 1)
+            near(np.linalg.norm(q, axis=1), np.ones(lichen.count), 1e-5, f"{extension}: orient")
+
+
+def check_instances(stem, lichen):
+    # Smooth normals, y-up, which check.py has compared with the other files.
+    x, y, z = np.load(f"{stem}_points.npz")["normal"].T
+    normals = np.stack([x, -z, y], 1)
+    load(f"{stem}_instances.usda")
+    graph = bpy.context.evaluated_depsgraph_get()
+    found = [placed(i.matrix_world, i.object.data) for i in graph.object_instances if i.is_instance]
+    check_lobes(np.array(found), lichen, normals, "usda")
+    for extension in ["glb", "gltf"]:
+        load(f"{stem}_instances.{extension}")
+        lobes = [o for o in bpy.context.scene.objects if o.type == "MESH"]
+        found = [placed(o.matrix_world, o.data) for o in lobes]
+        check_lobes(np.array(found), lichen, normals, extension)
+
+
+def placed(matrix, mesh):
+    """A lobe's origin and the way to its top, which is the vertex nearest to the origin."""
+    top = min((v.co for v in mesh.vertices), key=lambda co: co.length)
+    return [tuple(matrix.translation), tuple(matrix @ top - matrix.translation)]
+
+
+def check_lobes(found, lichen, normals, what):
+    """As many, in the same places, as high, and upright on the surface; in any order."""
+    assert len(found) == lichen.count, f"{what}: {len(found)} instances"
+    order = lambda points: np.lexsort(np.round(points, 4).T)
+    found, places = found[order(found[:, 0])], lichen.placed("z")
+    near(found[:, 0], places[order(places)], 1e-5, f"{what}: places of instances")
+    tops = 0.38 * lichen.radius * normals[order(places)]
+    near(found[:, 1], tops, 5e-3 * lichen.radius, f"{what}: tops of instances")
+
+
+def check_curves(stem, lichen):
+    thing = load(f"{stem}_curves.usda")
+    birth = attribute(thing, "birth")
+    near(places(thing), lichen.placed("z")[birth], 1e-5, "curves: places")
+    radii = attribute(thing, "radius")
+    near(radii, attribute(thing, "branch_radius"), 1e-6, "curves: radius")
+    for extension in ["ply", "obj", "glb", "gltf"]:
+        if not os.path.exists(f"{stem}_curves.{extension}"):
+            continue
+        thing = load(f"{stem}_curves.{extension}")
+        near(places(thing), lichen.placed("z"), 1e-5, f"curves: {extension}")
+        edges = {tuple(sorted(e.vertices)) for e in thing.data.edges}
+        assert edges == lichen.links, f"curves: edges of {extension}"
+
+
+def check_skins(stem, lichen):
+    """In every format the skin lies on the elements, coloured, with its attributes."""
+    low, high = lichen.placed("z").min(0), lichen.placed("z").max(0)
+    for extension in ["glb", "usda", "usd", "ply", "obj"]:
+        thing = load(f"{stem}_skin.{extension}")
+        found = places(thing)
+        margin = 3 * lichen.radius
+        assert (found.min(0) > low - margin).all() and (found.max(0) < high + margin).all(), extension
+        if lichen.count > 1:
+            assert (found.min(0) < low).all() and (found.max(0) > high).all(), extension
+        assert len(thing.data.color_attributes) == 1, f"skin: {extension}"
+        if extension == "obj":
+            continue
+        name = (lambda n: f"_{n.upper()}") if extension == "glb" else (lambda n: n)
+        birth = attribute(thing, name("birth"))
+        assert 0 <= birth.min() and birth.max() < lichen.count, f"skin: {extension}"
+        for other in ["density", "rim_distance", "colony"]:
+            assert len(attribute(thing, name(other))) == len(birth), f"skin: {extension}: {other}"
+
+
+def main(folder):
+    for name in ["cube", "rock"]:
+        lichen = Lichen(f"{folder}/{name}")
+        check_points(f"{folder}/{name}", lichen)
+        check_instances(f"{folder}/{name}", lichen)
+        check_skins(f"{folder}/{name}", lichen)
+    check_curves(f"{folder}/rock", lichen)
+    print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
+
+
+# Blender may hang when it is left.
+code = 1
+try:
+    main(sys.argv[1])
+    code = 0
+except BaseException:
+    import traceback
+
+    traceback.print_exc()
+sys.stdout.flush()
+sys.stderr.flush()
+os._exit(code)
