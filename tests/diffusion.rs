@@ -60,7 +60,7 @@ impl Walk {
     fn overshoot(&self) -> f64 {
         let share = match self.steps {
             Steps::Small => 0.27,
-            Steps::Large => 0.28,
+            Steps::Large | Steps::Exact => 0.28,
         };
         share * self.radius
     }
@@ -82,7 +82,7 @@ impl Walk {
             }
             let bound = match self.steps {
                 Steps::Small => self.radius,
-                Steps::Large => far.min((self.most)(p)).max(self.radius),
+                Steps::Large | Steps::Exact => far.min((self.most)(p)).max(self.radius),
             };
             let [bound, radius] = [bound, self.radius].map(|l| units.length_to_local(l));
             at = trace(mesh, &at, random_step(stream, bound, radius), false).point;

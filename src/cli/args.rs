@@ -223,9 +223,15 @@ pub(crate) struct WalkArgs {
     launch: Option<f64>,
     #[arg(long, value_name = "K", help = run::KILL.help(), allow_negative_numbers = true)]
     kill: Option<f64>,
-    /// 'large' lets walkers leap where nothing can be missed; 'small' never does: the same look,
-    /// very slowly, for checking [default: large]
-    #[arg(long, value_parser = steps(), hide_possible_values = true, value_name = "large|small")]
+    /// 'large' lets walkers leap where nothing can be missed, far from the lichen over a coarser copy
+    /// of a fine mesh; 'exact' does without the copy; 'small' never leaps: the same look, ever more
+    /// slowly, for checking [default: large]
+    #[arg(
+        long,
+        value_parser = steps(),
+        hide_possible_values = true,
+        value_name = "large|exact|small"
+    )]
     steps: Option<Steps>,
     /// Open edges of the mesh: 'reflect' lets lichen fill up to the edge; 'absorb' starves it there
     /// [default: reflect]
@@ -242,7 +248,11 @@ fn join() -> impl TypedValueParser<Value = Join> {
 }
 
 fn steps() -> impl TypedValueParser<Value = Steps> {
-    choice([("large", Steps::Large), ("small", Steps::Small)])
+    choice([
+        ("large", Steps::Large),
+        ("exact", Steps::Exact),
+        ("small", Steps::Small),
+    ])
 }
 
 fn boundary() -> impl TypedValueParser<Value = Boundary> {

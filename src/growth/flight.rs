@@ -32,6 +32,8 @@ pub(super) enum Stage {
 #[derive(Clone)]
 pub(super) struct Way {
     pub(super) here: Stand,
+    /// Whether that is on the coarser copy of the surface.
+    pub(super) far: bool,
     /// The bound on the next step, and what is random in it.
     pub(super) bound: f64,
     pub(super) random: RandomStep,

@@ -3,6 +3,7 @@
 //! A law is a [`GrowthModel`]. The one of Sumner 2001 is [`WalkerModel`]: follow
 //! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
+mod far;
 mod flight;
 mod join;
 mod launch;

@@ -16,8 +16,11 @@ pub enum Join {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Steps {
-    /// As long as no element can be missed.
+    /// As long as no element can be missed; those far from all elements over a coarser copy of a
+    /// fine mesh.
     Large,
+    /// As long as no element can be missed, all over the mesh itself.
+    Exact,
     /// Never longer than an element's radius: slow, for checking.
     Small,
 }

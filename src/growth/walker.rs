@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::far::Far;
 use super::flight::{Asked, Track, Way};
 use super::launcher::Launcher;
 use super::step::RandomStep;
@@ -37,6 +38,7 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) around: Surroundings<'b, I>,
     pub(super) law: &'b Stickiness,
     pub(super) launcher: &'b Launcher,
+    pub(super) far: Option<&'b Far>,
     pub(super) scratch: &'b mut Connectivity,
     pub(super) track: &'b mut Track<I>,
     /// Whether others may be born before this walker's element is: see [`Track`].
@@ -86,6 +88,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let random = RandomStep::draw(&mut stream);
         Ok(Way {
             here,
+            far: false,
             bound,
             random,
             cramped,
@@ -142,7 +145,11 @@ impl<I: ElementIndex> Walk<'_, I> {
             // next one is drawn while the processor waits for what the index says of this one.
             let step = now.random.within(now.bound, parameters.radius);
             now.random = RandomStep::draw(&mut now.stream);
-            let moved = now.here.step(substrate, step, absorb);
+            let surface = match self.far {
+                Some(far) if now.far => far.surface(),
+                _ => substrate,
+            };
+            let moved = now.here.step(surface, step, absorb);
             self.track.counts.steps += 1;
             self.track.counts.crossings += u64::from(moved.crossings);
             if moved.end == End::Boundary {
@@ -165,9 +172,47 @@ impl<I: ElementIndex> Walk<'_, I> {
                     }
                 }
             }
+            let before = now.here;
             now.here = moved.to;
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
+            let Some(far) = self.far else { continue };
+            if now.far {
+                now.bound -= far.deviation();
+                if now.bound < far.land && !self.land(far, &mut now) {
+                    now.here = before;
+                    now.bound = far.land;
+                }
+            } else if now.bound > far.lift {
+                self.lift(far, &mut now);
+            }
         }
+    }
+
+    /// From the surface to its coarser copy.
+    #[inline(never)]
+    fn lift(&mut self, far: &Far, now: &mut Way) {
+        let lifted = far.lifted(&now.here);
+        let aside = lifted.position.distance(now.here.position);
+        now.bound -= aside + far.deviation();
+        (now.here, now.far) = (lifted, true);
+    }
+
+    /// From the copy back to the surface, unless that leads into an element: the copy is nowhere so
+    /// far from the surface, but places that stand for each other may be.
+    #[inline(never)]
+    fn land(&mut self, far: &Far, now: &mut Way) -> bool {
+        let Some(landed) = far.landed(self.around.substrate, &now.here) else {
+            return false;
+        };
+        let look = self
+            .around
+            .index
+            .look(landed.position, &mut self.track.notes);
+        if !look.touching {
+            (now.here, now.far) = (landed, false);
+            now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
+        }
+        !look.touching
     }
 
     /// Whether to stop here, with a fate or to go on later. Otherwise the walker can be taken back

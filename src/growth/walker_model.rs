@@ -14,13 +14,20 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
 use super::walker::{Fate, Interrupts, Walk};
-use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Stickiness, Surroundings};
+use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use crate::substrate::Substrate;
 use crate::walk::Connectivity;
+
+/// Edges crossed in the time that it takes to make the coarser copy, a triangle.
+const CROSSINGS_PER_TRIANGLE: u64 = 50;
+
+/// Meshes of fewer triangles stay in a processor's caches.
+const LEAST_TRIANGLES: u64 = 10_000;
 
 /// Walkers on their way for each thread, at most.
 const FLEET_PER_THREAD: usize = 3;
@@ -35,6 +42,9 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     law: Stickiness,
     index: I,
     launcher: Launcher,
+    /// None also where it is not worth having.
+    far: Option<Far>,
+    far_was_weighed: bool,
     counts: Counts,
     /// Walkers on their way, in order of their numbers.
     fleet: VecDeque<Flight<I>>,
@@ -58,6 +68,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             law: Stickiness::new(&parameters),
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
+            far: None,
+            far_was_weighed: parameters.steps != Steps::Large,
             counts: Counts::default(),
             fleet: VecDeque::new(),
             landed: Vec::new(),
@@ -192,6 +204,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             },
             law: &self.law,
             launcher: &self.launcher,
+            far: self.far.as_ref(),
             scratch: &mut scratch,
             track: &mut flight.track,
             others_walk: self.threads > 1,
@@ -210,6 +223,19 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             flight.stage = Stage::Ended(fate);
         }
         again
+    }
+
+    /// Makes the coarser copy of the surface when so many edges have been crossed that it would have
+    /// taken less. That depends on the counts at the last birth alone: so a run that goes on after
+    /// an interruption has it from the same walker on.
+    fn weigh_far(&mut self) {
+        let triangles = self.substrate.triangles().len() as u64;
+        let enough = CROSSINGS_PER_TRIANGLE * triangles.max(LEAST_TRIANGLES);
+        if !self.far_was_weighed && self.counts.crossings > enough {
+            self.far_was_weighed = true;
+            self.far = Far::new(self.substrate, &self.parameters);
+            self.launcher.version += 1;
+        }
     }
 
     fn catch_up(&self, flight: &mut Flight<I>, cluster: &Cluster) -> bool {
@@ -252,6 +278,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
+        self.weigh_far();
         loop {
             match self.take(cluster, cancelled) {
                 Fate::Joined(element) => return Ok(element),

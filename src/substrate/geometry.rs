@@ -58,6 +58,13 @@ impl Chart {
         [DVec2::ZERO, DVec2::new(self.base, 0.0), self.apex]
     }
 
+    /// A point as shares of the edges from the first corner to the second and to the third.
+    #[inline]
+    pub fn shares(&self, p: DVec2) -> DVec2 {
+        let y = p.y / self.apex.y;
+        DVec2::new((p.x - y * self.apex.x) / self.base, y)
+    }
+
     /// True for a point in the triangle, its edges included.
     #[inline]
     pub fn contains(&self, p: DVec2) -> bool {
@@ -92,6 +99,18 @@ impl Frame {
     #[inline]
     pub fn lift(&self, p: DVec2) -> DVec3 {
         self.origin + self.x * p.x + self.y * p.y
+    }
+
+    /// A place in space, straight down on the chart.
+    #[inline]
+    pub fn flatten(&self, p: DVec3) -> DVec2 {
+        self.turned(p - self.origin)
+    }
+
+    /// The part of a vector that lies in the chart.
+    #[inline]
+    pub fn turned(&self, v: DVec3) -> DVec2 {
+        DVec2::new(self.x.dot(v), self.y.dot(v))
     }
 }
 

@@ -11,10 +11,12 @@
 
 mod adjacency;
 mod bvh;
+mod coarse;
 mod geometry;
 mod load;
 mod order;
 mod report;
+mod simplify;
 mod soup;
 mod surface_point;
 mod units;
@@ -27,6 +29,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use adjacency::{HalfEdge, Twin};
+pub(crate) use coarse::Coarse;
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
 pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
@@ -145,12 +148,22 @@ impl Substrate {
             _ => {}
         }
         let notes = std::mem::take(&mut soup.notes);
-        let mut welded = weld::weld(soup);
+        let welded = weld::weld(soup);
         if welded.triangles.is_empty() {
             return Err(SubstrateError::OnlyDegenerate {
                 degenerate: welded.degenerate,
             });
         }
+        Ok(Self::prepared(welded, read, notes))
+    }
+
+    /// A substrate of cleaned triangles.
+    fn from_welded(welded: weld::Welded) -> Self {
+        let read = welded.triangles.len();
+        Self::prepared(welded, read, Vec::new())
+    }
+
+    fn prepared(mut welded: weld::Welded, read: usize, notes: Vec<String>) -> Self {
         let (adjacency, components) = order::order(&mut welded);
         let bvh = Bvh::new(&welded.vertices, &welded.triangles);
         let report = report::report(read, notes, &welded, &adjacency);
@@ -158,7 +171,7 @@ impl Substrate {
         let frames = of_corners(&welded, Frame::new);
         let crossings = crossings(&welded, &adjacency);
         let numbers = order::canonical_numbers(&welded.source, &components);
-        Ok(Self {
+        Self {
             units: welded.units,
             vertices: welded.vertices,
             triangles: welded.triangles,
@@ -173,7 +186,7 @@ impl Substrate {
             report,
             hash: String::new(),
             up: DVec3::Y,
-        })
+        }
     }
 
     /// The map between local units and the file's.

@@ -112,7 +112,7 @@ fn bits_between(table: Block, low: Block, high: Block) -> u64 {
         let in_row = (y >> i & 1) * x;
         bits |= in_row << (4 * i);
     }
-    (0..4).fold(0, |all, i| all | (z >> i & 1) * (bits << (16 * i)))
+    (0..4).fold(0, |all, i| all | ((z >> i & 1) * (bits << (16 * i))))
 }
 
 /// A block's place in its table.

@@ -1,0 +1,266 @@
+//! A coarser copy of a surface, for walkers that are far from anything that matters.
+//!
+//! A walk over a fine mesh crosses an edge at every turn, and most of them where nothing is near.
+//! The copy has fewer triangles. Each triangle of the surface has one of the copy that stands for
+//! it, one of those that its own corners went into: so faces of a thin plate have copies of their
+//! own, and a walker that comes back from the copy is on the face that it left from.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::simplify::simplify;
+use super::{Substrate, SurfacePoint, weld};
+
+/// A copy with fewer triangles than this share of the surface's is worth having.
+const WORTH: f64 = 0.25;
+
+/// The fewest triangles of a piece's copy, if the piece has as many.
+const LEAST_TRIANGLES: usize = 1000;
+
+/// Triangles of the surface for each cell of a triangle of the copy.
+const PER_CELL: usize = 4;
+
+/// A coarser copy of a substrate, in the same local units.
+pub(crate) struct Coarse {
+    surface: Substrate,
+    /// For each triangle of the fine surface, the one that stands for it.
+    above: Vec<u32>,
+    cells: Vec<Cells>,
+    /// For each cell, the triangle of the fine surface whose centroid is nearest to its middle.
+    below: Vec<u32>,
+    deviation: f64,
+}
+
+/// Cells of one triangle: parallelograms, so that half of them lie outside of it.
+#[derive(Clone, Copy)]
+struct Cells {
+    begin: u32,
+    along: u32,
+}
+
+/// No triangle.
+const NONE: u32 = u32::MAX;
+
+impl Coarse {
+    /// A copy of which no part is much farther than `error` from the surface, in local units. None
+    /// where it would not be much coarser, or would not hang together as the surface does.
+    pub(crate) fn new(fine: &Substrate, error: f64) -> Option<Self> {
+        let least = LEAST_TRIANGLES * fine.components().len();
+        let simplified = simplify(fine.vertices(), fine.triangles(), error, least);
+        if simplified.triangles.len() as f64 > WORTH * fine.triangles().len() as f64 {
+            return None;
+        }
+        let surface = Substrate::from_welded(weld::Welded {
+            units: *fine.units(),
+            vertices: fine.vertices().to_vec(),
+            source: (0..simplified.triangles.len() as u32).collect(),
+            triangles: simplified.triangles.clone(),
+            degenerate: 0,
+            duplicate: 0,
+            merged: 0,
+        });
+        if surface.components().len() != fine.components().len() {
+            return None;
+        }
+        let (above, deviation) =
+            stand_ins(fine, &surface, &simplified.triangles, &simplified.onto)?;
+        let (cells, below) = cells(fine, &surface, &above);
+        Some(Self {
+            surface,
+            above,
+            cells,
+            below,
+            deviation,
+        })
+    }
+
+    /// The copy.
+    pub(crate) fn surface(&self) -> &Substrate {
+        &self.surface
+    }
+
+    /// No place on the fine surface is farther from what stands for it; local units.
+    pub(crate) fn deviation(&self) -> f64 {
+        self.deviation
+    }
+
+    /// The place on the copy that stands for one on the fine surface, given by its triangle and its
+    /// position.
+    pub(crate) fn above(&self, triangle: u32, p: DVec3) -> SurfacePoint {
+        self.surface.nearest_in(self.above[triangle as usize], p)
+    }
+
+    /// A triangle of the fine surface near to a place on the copy, given by its triangle and where
+    /// that place is in its chart.
+    pub(crate) fn below(&self, triangle: u32, at: DVec2) -> u32 {
+        let cells = self.cells[triangle as usize];
+        self.below[cells.index(self.surface.charts()[triangle as usize].shares(at))]
+    }
+}
+
+impl Cells {
+    /// The cell of a place given in shares of the triangle's first and last edge.
+    fn index(self, shares: DVec2) -> usize {
+        let n = f64::from(self.along);
+        let cell = (shares * n).clamp(DVec2::ZERO, DVec2::splat(n - 1.0));
+        (self.begin + cell.y as u32 * self.along + cell.x as u32) as usize
+    }
+
+    fn all(self) -> Range<usize> {
+        self.begin as usize..(self.begin + self.along * self.along) as usize
+    }
+
+    /// The middle of a cell, as shares of the triangle's first and last edge.
+    fn middle(self, index: usize) -> DVec2 {
+        let (n, i) = (self.along as usize, index - self.begin as usize);
+        (DVec2::new((i % n) as f64, (i / n) as f64) + 0.5) / n as f64
+    }
+}
+
+/// The coarse triangle that stands for each fine one, and the greatest distance between the two.
+///
+/// It is the nearest of those about the vertices that the corners went into.
+fn stand_ins(
+    fine: &Substrate,
+    coarse: &Substrate,
+    triangles: &[[u32; 3]],
+    onto: &[u32],
+) -> Option<(Vec<u32>, f64)> {
+    let corners: Vec<[u32; 3]> = (0..triangles.len() as u32)
+        .map(|t| triangles[coarse.source_triangle(t) as usize])
+        .collect();
+    let about = Grouped::new(onto.len(), corners.as_flattened());
+    let one = |t: u32| {
+        let [a, b, c] = fine.corners(t);
+        let middle = (a + b + c) / 3.0;
+        let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
+        let candidates = into.iter().flat_map(|&v| about.of(v)).map(|&i| i / 3);
+        let distance = |s: u32, p: DVec3| coarse.position(&coarse.nearest_in(s, p)).distance(p);
+        let nearest = candidates.map(|s| (distance(s, middle), s));
+        let first = nearest.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+        let above = nearest_from(coarse, first, |s| distance(s, middle));
+        let away = [a, b, c].map(|p| distance(above, p));
+        Some((above, away.into_iter().fold(0.0, f64::max)))
+    };
+    let all: Option<Vec<(u32, f64)>> = (0..fine.triangles().len() as u32)
+        .into_par_iter()
+        .map(one)
+        .collect();
+    let (above, away): (Vec<u32>, Vec<f64>) = all?.into_iter().unzip();
+    Some((above, away.into_iter().fold(0.0, f64::max)))
+}
+
+/// The triangle to which ever nearer ones about the corners lead.
+fn nearest_from(coarse: &Substrate, first: (f64, u32), distance: impl Fn(u32) -> f64) -> u32 {
+    let mut nearest = first;
+    loop {
+        let before = nearest.1;
+        for v in coarse.triangles()[before as usize] {
+            for h in coarse.half_edges_at(v) {
+                let away = distance(h / 3);
+                if away < nearest.0 {
+                    nearest = (away, h / 3);
+                }
+            }
+        }
+        if nearest.1 == before {
+            return before;
+        }
+    }
+}
+
+/// Cells for all coarse triangles, and the fine triangle to begin with in each.
+fn cells(fine: &Substrate, coarse: &Substrate, above: &[u32]) -> (Vec<Cells>, Vec<u32>) {
+    let below = Grouped::new(coarse.triangles().len(), above);
+    let mut begin = 0;
+    let cells: Vec<Cells> = (0..coarse.triangles().len() as u32)
+        .map(|t| {
+            let along = (2.0 * below.of(t).len() as f64 / PER_CELL as f64).sqrt();
+            let along = along.max(1.0) as u32;
+            let cells = Cells { begin, along };
+            begin += along * along;
+            cells
+        })
+        .collect();
+    let first = (0..coarse.triangles().len())
+        .into_par_iter()
+        .flat_map_iter(|t| begin_in(fine, coarse, t as u32, cells[t], below.of(t as u32)))
+        .collect();
+    (cells, first)
+}
+
+/// The fine triangles to begin with in the cells of one coarse triangle.
+fn begin_in(
+    fine: &Substrate,
+    coarse: &Substrate,
+    triangle: u32,
+    cells: Cells,
+    below: &[u32],
+) -> Vec<u32> {
+    let (frame, chart) = (
+        &coarse.frames()[triangle as usize],
+        &coarse.charts()[triangle as usize],
+    );
+    let shares = |t: u32| {
+        let [a, b, c] = fine.corners(t);
+        chart.shares(frame.flatten((a + b + c) / 3.0))
+    };
+    let mut nearest = vec![(f64::INFINITY, NONE); cells.all().len()];
+    for &t in below {
+        let shares = shares(t);
+        let index = cells.index(shares);
+        let away = cells.middle(index).distance_squared(shares);
+        let cell = &mut nearest[index - cells.begin as usize];
+        if away < cell.0 {
+            *cell = (away, t);
+        }
+    }
+    spread(nearest, cells.along as usize)
+}
+
+/// Fills empty cells from their neighbours, ever farther.
+fn spread(mut cells: Vec<(f64, u32)>, along: usize) -> Vec<u32> {
+    while cells.iter().any(|c| c.1 == NONE) && cells.iter().any(|c| c.1 != NONE) {
+        let before = cells.clone();
+        for (i, cell) in cells.iter_mut().enumerate().filter(|(_, c)| c.1 == NONE) {
+            let (x, y) = (i % along, i / along);
+            let beside = [
+                (x > 0).then(|| i - 1),
+                (x + 1 < along).then(|| i + 1),
+                (y > 0).then(|| i - along),
+                (y + 1 < along).then(|| i + along),
+            ];
+            let known = beside.into_iter().flatten().map(|j| before[j]);
+            *cell = known.into_iter().find(|c| c.1 != NONE).unwrap_or(*cell);
+        }
+    }
+    cells.into_iter().map(|c| c.1).collect()
+}
+
+/// The positions of values in a list, by value.
+struct Grouped {
+    begin: Vec<u32>,
+    sorted: Vec<u32>,
+}
+
+impl Grouped {
+    fn new(most: usize, values: &[u32]) -> Self {
+        let mut begin = vec![0; most + 2];
+        values.iter().for_each(|&v| begin[v as usize + 2] += 1);
+        (2..begin.len()).for_each(|i| begin[i] += begin[i - 1]);
+        let mut sorted = vec![0; values.len()];
+        for (i, &v) in (0..).zip(values) {
+            let at = &mut begin[v as usize + 1];
+            sorted[*at as usize] = i;
+            *at += 1;
+        }
+        Self { begin, sorted }
+    }
+
+    fn of(&self, value: u32) -> &[u32] {
+        let [from, to] = [value, value + 1].map(|v| self.begin[v as usize] as usize);
+        &self.sorted[from..to]
+    }
+}

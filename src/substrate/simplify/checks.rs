@@ -1,0 +1,249 @@
+//! Whether a vertex may move onto its neighbour: topology first, then shape.
+
+use glam::DVec3;
+
+use super::super::geometry::nearest_weights;
+use super::surface::{Kind, Surface};
+
+/// Most triangles about a vertex that moves or is moved onto, before and after.
+pub(super) const MOST_ABOUT: usize = 32;
+
+/// Cosine of the farthest that a collapse may turn a triangle.
+const LEAST_COS_TURN: f64 = 0.3;
+
+/// Least twice the area over the longest edge squared: 1.73/2 where all sides are equal.
+pub(super) const LEAST_ASPECT: f64 = 0.05;
+
+/// Cosine of the least angle between the two triangles at an edge, 30°: thin plates keep their rim.
+const SHARPEST_FOLD: f64 = 0.866;
+
+/// Cosine of the greatest angle between two triangles at a sharp edge, 100°.
+const LEAST_SHARP: f64 = -0.174;
+
+/// Cosine of 40°: triangles that face 80° apart at most have no sharp edge between them.
+const FACES_NO_SHARP_EDGE: f64 = 0.767;
+
+/// Cosine of 75°.
+const FACES_NO_FOLD: f64 = 0.259;
+
+/// A vertex with what is around it; the lists are used again from one vertex to the next.
+#[derive(Default)]
+pub(super) struct Star {
+    vertex: u32,
+    /// For each triangle, its next two corners.
+    fan: Vec<[u32; 2]>,
+    /// Ascending, each once for every triangle that it shares with the vertex.
+    neighbours: Vec<u32>,
+}
+
+impl Star {
+    pub(super) fn read(&mut self, surface: &Surface, vertex: u32) {
+        self.vertex = vertex;
+        self.fan.clear();
+        self.fan.extend(surface.fan(vertex));
+        self.neighbours.clear();
+        self.neighbours.extend_from_slice(self.fan.as_flattened());
+        self.neighbours.sort_unstable();
+    }
+
+    /// Neighbours, and how many triangles each shares with the vertex.
+    pub(super) fn neighbours(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        let same = self.neighbours.chunk_by(|a, b| a == b);
+        same.map(|same| (same[0], same.len()))
+    }
+
+    fn shares(&self, neighbour: u32) -> usize {
+        self.neighbours.iter().filter(|&&n| n == neighbour).count()
+    }
+
+    fn has_triangle(&self, a: u32, b: u32) -> bool {
+        self.fan.iter().any(|&f| f == [a, b] || f == [b, a])
+    }
+
+    /// The third corners of the triangles at the edge to a neighbour.
+    fn across(&self, neighbour: u32) -> impl Iterator<Item = u32> + '_ {
+        self.fan.iter().filter_map(move |&[a, b]| match neighbour {
+            _ if a == neighbour => Some(b),
+            _ if b == neighbour => Some(a),
+            _ => None,
+        })
+    }
+
+    /// Triangles that stay when the vertex moves to a neighbour.
+    fn staying(&self, neighbour: u32) -> impl Iterator<Item = [u32; 2]> + Clone + '_ {
+        let stays = move |f: &&[u32; 2]| !f.contains(&neighbour);
+        self.fan.iter().filter(stays).copied()
+    }
+}
+
+/// Whether moving a vertex onto its neighbour leaves the topology as it is: the link condition of
+/// Dey, Edelsbrunner, Guha & Nekhayev, *Topology preserving edge contraction* (1999).
+///
+/// The triangles about the vertex are a disc, and those that it leaves behind fill the same outline
+/// from the neighbour; so all that can go wrong is that one of their edges is there already.
+pub(super) fn keeps_topology(star: &Star, target: &Star, kind: Kind) -> bool {
+    let common = common_neighbours(star, target);
+    let mut across = star.across(target.vertex);
+    match (kind, across.next(), across.next()) {
+        (Kind::Inner, Some(c), Some(d)) => {
+            let is_tetrahedron = star.has_triangle(c, d) && target.has_triangle(c, d);
+            common == 2 && !is_tetrahedron
+        }
+        (Kind::Border, Some(c), None) => {
+            let is_whole_border = star.shares(c) == 1 && target.shares(c) == 1;
+            common == 1 && !is_whole_border
+        }
+        _ => false,
+    }
+}
+
+fn common_neighbours(a: &Star, b: &Star) -> usize {
+    let mut of_b = b.neighbours().map(|n| n.0).peekable();
+    let mut is_of_b = |n: u32| {
+        while of_b.next_if(|&m| m < n).is_some() {}
+        of_b.next_if_eq(&n).is_some()
+    };
+    a.neighbours().filter(|n| is_of_b(n.0)).count()
+}
+
+/// Whether no vertex gets more triangles than are good for it.
+pub(super) fn keeps_crowd_small(star: &Star, target: &Star) -> bool {
+    let stay = star.staying(target.vertex).count() + target.staying(star.vertex).count();
+    stay <= MOST_ABOUT.max(target.fan.len())
+}
+
+/// Whether no triangle turns over or becomes a sliver, unless it is one.
+pub(super) fn keeps_triangles(surface: &Surface, star: &Star, onto: u32) -> bool {
+    let [old, new] = [star.vertex, onto].map(|v| surface.place(v));
+    star.staying(onto).all(|ends| {
+        let [a, b] = ends.map(|v| surface.place(v));
+        let [before, after] = [old, new].map(|p| (a - p).cross(b - p));
+        let lengths_sq = before.length_squared() * after.length_squared();
+        before.dot(after) > LEAST_COS_TURN * lengths_sq.sqrt()
+            && aspect(after, [new, a, b]) >= LEAST_ASPECT.min(aspect(before, [old, a, b]))
+    })
+}
+
+fn aspect(normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let sides = [b - a, c - b, a - c].map(DVec3::length_squared);
+    normal.length() / larger(larger(sides[0], sides[1]), sides[2])
+}
+
+/// f64::max may return either of two zeros.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// Whether a vertex on a sharp edge stays on it: else the faces of a plate thinner than the error
+/// allowed would come to lie on one another.
+///
+/// Where three sharp edges meet it is free, or a mesh of cubes would stay as it is.
+pub(super) fn keeps_sharp_edge(
+    surface: &Surface,
+    star: &Star,
+    onto: u32,
+    apexes: &mut Vec<[u32; 2]>,
+) -> bool {
+    if faces_one_way(
+        surface,
+        star.vertex,
+        star.fan.iter().copied(),
+        FACES_NO_SHARP_EDGE,
+    ) {
+        return true;
+    }
+    apexes.clear();
+    spread(star.fan.iter().copied(), apexes);
+    let folds = folds(surface, star.vertex, apexes);
+    let (mut sharp, mut along) = (0, false);
+    for (end, _) in folds.filter(|fold| fold.1 > LEAST_SHARP) {
+        sharp += 1;
+        along |= end == onto;
+    }
+    sharp != 2 || along
+}
+
+/// Whether no two triangles come to lie closer upon each other about their edge than the sharpest
+/// fold that is allowed, or that is there.
+pub(super) fn keeps_folds_open(
+    surface: &Surface,
+    star: &Star,
+    target: &Star,
+    apexes: &mut Vec<[u32; 2]>,
+) -> bool {
+    let moved = star.staying(target.vertex);
+    let left = moved.chain(target.staying(star.vertex));
+    if faces_one_way(surface, target.vertex, left.clone(), FACES_NO_FOLD) {
+        return true;
+    }
+    apexes.clear();
+    spread(left, apexes);
+    let after = sharpest(surface, target.vertex, apexes);
+    after <= SHARPEST_FOLD || {
+        let mut sharpest_about = |star: &Star| {
+            apexes.clear();
+            spread(star.fan.iter().copied(), apexes);
+            sharpest(surface, star.vertex, apexes)
+        };
+        after <= larger(sharpest_about(star), sharpest_about(target))
+    }
+}
+
+/// Whether no triangle of a fan faces away from the first by more than an angle, given as its
+/// cosine; so no two differ by more than twice that, and most fans need no closer look.
+fn faces_one_way(
+    surface: &Surface,
+    middle: u32,
+    fan: impl Iterator<Item = [u32; 2]>,
+    least_cos: f64,
+) -> bool {
+    let p = surface.place(middle);
+    let mut normals = fan.map(|ends| {
+        let [a, b] = ends.map(|v| surface.place(v) - p);
+        a.cross(b)
+    });
+    let first = normals.next().unwrap_or(DVec3::ZERO);
+    let first_sq = first.length_squared();
+    normals.all(|n| n.dot(first) > least_cos * (n.length_squared() * first_sq).sqrt())
+}
+
+/// Lists, for each triangle of a fan, both edges from the middle with the corner across.
+fn spread(fan: impl Iterator<Item = [u32; 2]>, apexes: &mut Vec<[u32; 2]>) {
+    fan.for_each(|[a, b]| apexes.extend([[a, b], [b, a]]));
+    apexes.sort_unstable();
+}
+
+/// Cosine of the least angle between two triangles at an edge from the middle of a fan.
+fn sharpest(surface: &Surface, middle: u32, apexes: &[[u32; 2]]) -> f64 {
+    folds(surface, middle, apexes).fold(-1.0, |most, fold| larger(most, fold.1))
+}
+
+/// The far end of each edge from the middle of a fan, and the cosine of the angle between the two
+/// triangles at it: -1 where they are in a plane.
+fn folds(surface: &Surface, middle: u32, apexes: &[[u32; 2]]) -> impl Iterator<Item = (u32, f64)> {
+    let p = surface.place(middle);
+    let pairs = apexes.windows(2).filter(|w| w[0][0] == w[1][0]);
+    pairs.map(move |w| {
+        let [edge, a, b] = [w[0][0], w[0][1], w[1][1]].map(|v| surface.place(v) - p);
+        (w[0][0], cos_fold(edge, a, b))
+    })
+}
+
+/// Cosine of the angle between two half-planes that meet in a line.
+fn cos_fold(line: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let [a, b] = [a, b].map(|p| line.cross(p));
+    a.dot(b) / (a.length_squared() * b.length_squared()).sqrt()
+}
+
+/// Distance from a vertex to the triangles that it leaves behind when it moves.
+pub(super) fn distance_left(surface: &Surface, star: &Star, onto: u32) -> f64 {
+    let p = surface.place(star.vertex);
+    let distances_sq = star.staying(onto).map(|[a, b]| {
+        let corners = [onto, a, b].map(|v| surface.place(v));
+        let weights = nearest_weights(p, corners);
+        let at = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        (at - p).length_squared()
+    });
+    let least = |a: f64, b: f64| if b < a { b } else { a };
+    distances_sq.fold(f64::INFINITY, least).sqrt()
+}

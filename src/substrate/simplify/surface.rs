@@ -1,0 +1,178 @@
+//! The mesh while it is being simplified: triangles, and those about each vertex.
+
+use glam::DVec3;
+
+/// What a collapse has left nothing of.
+const GONE: [u32; 3] = [u32::MAX; 3];
+
+/// How the triangles about a vertex join. A collapse that keeps the topology keeps it too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// In a ring: the vertex may go to any neighbour.
+    Inner,
+    /// In a row: it may go along the border.
+    Border,
+    /// In any other way, or too many; the vertex stays.
+    Fixed,
+}
+
+/// Triangles over given places.
+///
+/// The triangles about a vertex are those of the last [`Surface::renew`], read as they are now. So
+/// they are complete until something collapses onto that vertex.
+pub(super) struct Surface<'a> {
+    places: &'a [DVec3],
+    triangles: Vec<[u32; 3]>,
+    /// Number of each triangle in the given list.
+    source: Vec<u32>,
+    /// The triangles about v are `about[offsets[v]..offsets[v + 1]]`.
+    offsets: Vec<u32>,
+    about: Vec<u32>,
+    live: usize,
+}
+
+impl<'a> Surface<'a> {
+    /// Leaves out triangles that repeat a corner or have one that is not there.
+    pub(super) fn new(places: &'a [DVec3], given: &[[u32; 3]]) -> Self {
+        let is_valid = |t: [u32; 3]| {
+            let exist = t.iter().all(|&v| (v as usize) < places.len());
+            exist && !repeats_corner(t)
+        };
+        let source: Vec<u32> = (0..given.len() as u32)
+            .filter(|&i| is_valid(given[i as usize]))
+            .collect();
+        let triangles: Vec<_> = source.iter().map(|&i| given[i as usize]).collect();
+        let mut surface = Self {
+            places,
+            live: triangles.len(),
+            triangles,
+            source,
+            offsets: Vec::new(),
+            about: Vec::new(),
+        };
+        surface.renew();
+        surface
+    }
+
+    pub(super) fn place(&self, v: u32) -> DVec3 {
+        self.places[v as usize]
+    }
+
+    /// How many triangles are left.
+    pub(super) fn live(&self) -> usize {
+        self.live
+    }
+
+    /// Forgets what is gone, and collects anew which triangles are about each vertex.
+    pub(super) fn renew(&mut self) {
+        let mut kept = 0;
+        for i in 0..self.triangles.len() {
+            if self.triangles[i] != GONE {
+                self.triangles[kept] = self.triangles[i];
+                self.source[kept] = self.source[i];
+                kept += 1;
+            }
+        }
+        self.triangles.truncate(kept);
+        self.source.truncate(kept);
+        self.collect_fans();
+    }
+
+    fn collect_fans(&mut self) {
+        let corners = self.triangles.as_flattened();
+        self.offsets.clear();
+        self.offsets.resize(self.places.len() + 1, 0);
+        corners.iter().for_each(|&v| self.offsets[v as usize] += 1);
+        let mut sum = 0;
+        for offset in &mut self.offsets {
+            sum += *offset;
+            *offset = sum;
+        }
+        self.about.resize(corners.len(), 0);
+        for (corner, &v) in corners.iter().enumerate().rev() {
+            self.offsets[v as usize] -= 1;
+            self.about[self.offsets[v as usize] as usize] = corner as u32 / 3;
+        }
+    }
+
+    fn about(&self, v: u32) -> &[u32] {
+        let v = v as usize;
+        &self.about[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
+
+    /// At most how many triangles are about a vertex: gone ones count until the next renewal.
+    pub(super) fn crowd(&self, v: u32) -> usize {
+        self.about(v).len()
+    }
+
+    /// For each triangle about a vertex, its next two corners.
+    pub(super) fn fan(&self, v: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let triangles = self.about(v).iter().map(|&t| self.triangles[t as usize]);
+        triangles.filter_map(move |[a, b, c]| match v {
+            _ if v == a => Some([b, c]),
+            _ if v == b => Some([c, a]),
+            _ if v == c => Some([a, b]),
+            _ => None,
+        })
+    }
+
+    pub(super) fn kind(&self, v: u32, most_about: usize) -> Kind {
+        if self.crowd(v) > most_about {
+            return Kind::Fixed;
+        }
+        let mut fan: Vec<[u32; 2]> = self.fan(v).collect();
+        let mut corners = fan.as_flattened().to_vec();
+        corners.sort_unstable();
+        let times = corners.chunk_by(|a, b| a == b);
+        let (ends, most) = times.fold((0, 0), |(ends, most), same| {
+            (ends + usize::from(same.len() == 1), most.max(same.len()))
+        });
+        match (ends, most, is_one_row(&mut fan)) {
+            (0, 2, true) if fan.len() > 2 => Kind::Inner,
+            (2, 1..=2, true) => Kind::Border,
+            _ => Kind::Fixed,
+        }
+    }
+
+    /// Moves a vertex to a neighbour.
+    pub(super) fn collapse(&mut self, from: u32, onto: u32) {
+        let fan = self.offsets[from as usize] as usize..self.offsets[from as usize + 1] as usize;
+        for &t in &self.about[fan] {
+            let triangle = &mut self.triangles[t as usize];
+            if *triangle == GONE {
+                continue;
+            }
+            *triangle = triangle.map(|v| if v == from { onto } else { v });
+            if repeats_corner(*triangle) {
+                *triangle = GONE;
+                self.live -= 1;
+            }
+        }
+    }
+
+    /// The triangles that are left, and their numbers in the given list.
+    pub(super) fn into_triangles(mut self) -> (Vec<[u32; 3]>, Vec<u32>) {
+        self.renew();
+        (self.triangles, self.source)
+    }
+}
+
+fn repeats_corner([a, b, c]: [u32; 3]) -> bool {
+    a == b || b == c || c == a
+}
+
+/// Whether links join end to end, all of them; where no end is shared by more than two, that is
+/// one row or one ring.
+fn is_one_row(links: &mut [[u32; 2]]) -> bool {
+    let mut joined = 1;
+    while joined < links.len() {
+        let (row, rest) = links.split_at_mut(joined);
+        let touches = |link: &[u32; 2]| row.iter().any(|l| l.iter().any(|v| link.contains(v)));
+        let Some(next) = rest.iter().position(touches) else {
+            return false;
+        };
+        rest.swap(0, next);
+        joined += 1;
+    }
+    true
+}

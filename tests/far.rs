@@ -1,0 +1,232 @@
+//! Far jumps over a coarser copy of the surface against the same over the surface itself: where walkers come to a
+//! lichen that does not grow.
+//!
+//! Walkers of one cluster hit its elements by one law. Hits are counted by the element's direction from the centroid
+//! and by whether it is among the inner or the outer half of the tips that are hit at all; the two tables are compared
+//! by the chi-square test of homogeneity at a false alarm in 10 000. With [`WALKERS`] a side, a law that favoured one
+//! side of the lichen by a tenth would be told in 95 runs of 100: see `shares_that_differ_by_a_tenth_are_seen`.
+#![allow(clippy::print_stderr)] // measurements, for whoever asks to see them
+
+mod common;
+#[path = "common/shapes.rs"]
+mod shapes;
+#[path = "common/stats.rs"]
+mod stats;
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use thallus::cluster::{Cluster, SparseIndex};
+use thallus::growth::{Counts, GrowthModel, Parameters, Steps, WalkerModel};
+use thallus::run::{Execution, Recipe, StopRule, grow};
+use thallus::substrate::Substrate;
+
+/// On each side of a comparison.
+const WALKERS: usize = 30_000;
+
+/// Directions that hits are counted by.
+const SECTORS: usize = 16;
+
+/// In local units.
+fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
+    let scale = substrate.units().length_to_local(1.0);
+    Parameters {
+        radius: recipe.radius * scale,
+        curvature_radius: recipe.curvature_radius * scale,
+        bias: recipe.bias,
+        gain: recipe.gain,
+        min_stick: recipe.min_stick,
+        launch: recipe.launch,
+        kill: recipe.kill,
+        join: recipe.join,
+        steps: recipe.steps,
+        boundary: recipe.boundary,
+        seed: recipe.seed,
+    }
+}
+
+/// Hits of walkers on a cluster, by element.
+fn hits(substrate: &Substrate, cluster: &Cluster, recipe: &Recipe, steps: Steps) -> Vec<u64> {
+    let parameters = Parameters {
+        bias: 1.0,
+        gain: 0.0,
+        steps,
+        seed: 7 + steps as u64,
+        ..parameters(substrate, recipe)
+    };
+    let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
+    let mut so_far = Cluster::new(cluster.radius());
+    for element in cluster.elements() {
+        so_far.push(*element);
+        model.born(&so_far);
+    }
+    // As after a long run, when the copy has come to pay.
+    model.resume(Counts {
+        crossings: u64::MAX / 2,
+        ..Counts::default()
+    });
+    let mut hits = vec![0; cluster.len()];
+    for _ in 0..WALKERS {
+        let element = model.next(&so_far, &|| false).expect("there is room");
+        hits[element.parent as usize] += 1;
+    }
+    let each = (model.counts().crossings - u64::MAX / 2) as f64 / WALKERS as f64;
+    eprintln!("{steps:?}: {each:.1} crossings a walker");
+    hits
+}
+
+/// Hits by direction and by inner and outer half.
+fn table(cluster: &Cluster, hits: &[u64], all: &[u64]) -> Vec<u64> {
+    let elements = cluster.elements();
+    let n = elements.len() as f64;
+    let centre = elements.iter().map(|e| e.position).sum::<DVec3>() / n;
+    let (x, y) = axes(cluster, centre);
+    let away = |i: usize| elements[i].position.distance(centre);
+    let mut by_distance: Vec<usize> = (0..elements.len()).collect();
+    by_distance.sort_by(|&a, &b| away(a).total_cmp(&away(b)));
+    let total: u64 = all.iter().sum();
+    let (mut seen, mut table) = (0, vec![0; 2 * SECTORS]);
+    for i in by_distance {
+        let d = elements[i].position - centre;
+        let angle = y.dot(d).atan2(x.dot(d)).rem_euclid(TAU) / TAU;
+        let sector = ((angle * SECTORS as f64) as usize).min(SECTORS - 1);
+        let outer = usize::from(2 * seen > total);
+        table[2 * sector + outer] += hits[i];
+        seen += all[i];
+    }
+    table
+}
+
+/// Two directions along which the cluster spreads: of the farthest element, and across.
+fn axes(cluster: &Cluster, centre: DVec3) -> (DVec3, DVec3) {
+    let offsets = || cluster.elements().iter().map(|e| e.position - centre);
+    let longest = |all: &mut dyn Iterator<Item = DVec3>| {
+        all.max_by(|a, b| a.length().total_cmp(&b.length()))
+            .expect("elements")
+    };
+    let x = longest(&mut offsets()).normalize();
+    let y = longest(&mut offsets().map(|d| d - x * d.dot(x))).normalize();
+    (x, y)
+}
+
+/// The probability of tables that differ as much, for one law.
+fn homogeneity(a: &[u64], b: &[u64]) -> f64 {
+    let [na, nb] = [a, b].map(|t| t.iter().sum::<u64>() as f64);
+    let (mut sum, mut cells) = (0.0, 0);
+    for (&a, &b) in a.iter().zip(b).filter(|&(a, b)| a + b >= 20) {
+        let d = a as f64 * (nb / na).sqrt() - b as f64 * (na / nb).sqrt();
+        sum += d * d / (a + b) as f64;
+        cells += 1;
+    }
+    assert!(cells > SECTORS, "{cells} cells");
+    stats::gamma_q(0.5 * f64::from(cells as u32 - 1), 0.5 * sum)
+}
+
+/// A lichen without the copy, and walkers with and without.
+fn compare(name: &str, substrate: &Substrate, elements: u64) {
+    let radius = 3.0 * substrate.auto_radius();
+    let recipe = Recipe {
+        steps: Steps::Exact,
+        ..common::recipe(radius, elements)
+    };
+    let grown = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+    assert_eq!(grown.cluster.len() as u64, elements, "{:?}", grown.counts);
+    let [large, exact] =
+        [Steps::Large, Steps::Exact].map(|steps| hits(substrate, &grown.cluster, &recipe, steps));
+    let all: Vec<u64> = large.iter().zip(&exact).map(|(a, b)| a + b).collect();
+    let [a, b] = [&large, &exact].map(|hits| table(&grown.cluster, hits, &all));
+    let p = homogeneity(&a, &b);
+    eprintln!("{name}: p = {p:.3}");
+    assert!(p > 1e-4, "{name}: {a:?} {b:?}");
+}
+
+#[test]
+fn on_a_smooth_rock() {
+    compare("rock", &common::rock(90), 1000);
+}
+
+/// As scans are: bumps of all sizes down to a triangle's, and noise from corner to corner.
+#[test]
+fn on_a_rough_field() {
+    let noise = |i: usize, j: usize| {
+        let bits = (i as u64 * 7919 + j as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (bits >> 40) as f64 / f64::from(1u32 << 24) - 0.5
+    };
+    let at = |i: usize, j: usize| {
+        let (x, y) = (i as f64, j as f64);
+        let bumps = 6.0 * (0.045 * x).sin() * (0.06 * y).cos()
+            + 1.5 * (0.21 * x + 0.1 * y).sin()
+            + 0.5 * (0.77 * y - 0.3 * x).cos();
+        DVec3::new(x, y, bumps + 0.6 * noise(i, j))
+    };
+    let (positions, triangles) = shapes::patch(200, 200, at, None);
+    compare("rough field", &common::substrate(positions, triangles), 500);
+}
+
+/// When the copy is made depends on what was crossed up to the last birth, and on nothing else.
+#[test]
+fn threads_and_interruptions_change_nothing() {
+    let rock = common::rock(40);
+    let recipe = common::recipe(3.0 * rock.auto_radius(), 5000);
+    let run = |elements: u64, threads: usize| {
+        let recipe = Recipe {
+            stop: StopRule::Elements(elements),
+            ..recipe.clone()
+        };
+        let execution = Execution {
+            threads,
+            ..Execution::default()
+        };
+        grow(&rock, &recipe, &execution, &mut ()).expect("grows")
+    };
+    let whole = run(5000, 1);
+    assert!(
+        whole.counts.crossings > 50 * 12_800 * 6 / 5,
+        "the copy pays: {:?}",
+        whole.counts
+    );
+    for threads in [2, 5] {
+        let other = run(5000, threads);
+        assert_eq!(other.cluster.elements(), whole.cluster.elements());
+        assert_eq!(other.counts, whole.counts);
+    }
+    for elements in [700, 4000] {
+        let part = run(elements, 1);
+        let mut model = WalkerModel::<SparseIndex>::new(&rock, parameters(&rock, &recipe));
+        let mut cluster = Cluster::new(part.cluster.radius());
+        for element in part.cluster.elements() {
+            cluster.push(*element);
+            model.born(&cluster);
+        }
+        model.resume(part.counts);
+        while cluster.len() < 5000 {
+            let element = model.next(&cluster, &|| false).expect("there is room");
+            cluster.push(element);
+            model.born(&cluster);
+        }
+        assert_eq!(cluster.elements(), whole.cluster.elements());
+    }
+}
+
+#[test]
+fn shares_that_differ_by_a_tenth_are_seen() {
+    let cells = 2 * SECTORS;
+    let mut random = shapes::stream(77);
+    let mut draw = |favour: f64| {
+        let mut table = vec![0; cells];
+        let mut drawn = 0;
+        while drawn < WALKERS {
+            let cell = (random.uniform() * cells as f64) as usize;
+            let share = 1.0 + favour * (TAU * cell as f64 / cells as f64).cos();
+            if random.uniform() * (1.0 + favour) < share {
+                table[cell] += 1;
+                drawn += 1;
+            }
+        }
+        table
+    };
+    let seen = (0..100)
+        .filter(|_| homogeneity(&draw(0.1), &draw(0.0)) < 1e-4)
+        .count();
+    assert!(seen >= 95, "{seen} of 100");
+}
