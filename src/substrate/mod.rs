@@ -17,6 +17,7 @@ mod order;
 mod report;
 mod soup;
 mod surface_point;
+mod texturing;
 mod units;
 mod weld;
 
@@ -29,10 +30,11 @@ use rayon::prelude::*;
 pub use adjacency::{HalfEdge, Twin};
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
-pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
+pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
+pub use texturing::{Material, Texture, Texturing};
 pub use units::Units;
 
 use adjacency::{Adjacency, VertexCorners};
