@@ -167,15 +167,15 @@ fn both_sides_of_a_seam_show_the_same() {
         .filter(|[a, b]| under(a) || under(b))
         .collect();
     assert!(places.len() > 100, "only {} places", places.len());
-    // Mean and greatest difference; a texel is a fifth of an element's radius.
+    // Mean and greatest difference; a texel is a sixth of an element's radius.
     let bounds = [
-        ("mask", 0.02, 0.5),
-        ("height", 0.01, 0.15),
-        ("birth", 0.002, 0.02),
-        ("color", 0.003, 0.05),
-        ("occlusion", 0.02, 0.2),
-        ("base_color", 0.01, 0.1),
-        ("orm", 0.02, 0.2),
+        ("mask", 0.001, 0.1),
+        ("height", 0.001, 0.05),
+        ("birth", 0.0002, 0.001),
+        ("color", 0.001, 0.005),
+        ("occlusion", 0.001, 0.03),
+        ("base_color", 0.001, 0.03),
+        ("orm", 0.001, 0.03),
     ];
     for (name, mean, most) in bounds {
         let difference = |[a, b]: &[(u32, f64, [f64; 2]); 2]| {
@@ -183,15 +183,13 @@ fn both_sides_of_a_seam_show_the_same() {
             (a - b).abs().max_element()
         };
         let found = spread(&places.iter().map(difference).collect::<Vec<_>>());
-        println!("{name} {found:?}");
         assert!(found[0] < mean && found[1] < most, "{name}: {found:?}");
     }
     let turned = |[a, b]: &[(u32, f64, [f64; 2]); 2]| {
         world_normal(&baked, *a).distance(world_normal(&baked, *b))
     };
     let found = spread(&places.iter().map(turned).collect::<Vec<_>>());
-    println!("normal {found:?}");
-    assert!(found[0] < 0.03 && found[1] < 0.5, "normal: {found:?}");
+    assert!(found[0] < 0.005 && found[1] < 0.25, "normal: {found:?}");
 }
 
 /// Where on the surface the middle of a texel is, by trying every triangle.
@@ -264,8 +262,9 @@ fn the_frame_points_to_the_right_and_the_top_of_the_image() {
         let third = 1.0 / 3.0;
         let [tangent, bitangent, normal] = baked.tangent_frame(t, [third; 3]).map(Vec3::from_array);
         assert!(tangent.dot(along(DVec2::X)) > 0.9);
+        // Near the cube's corners charts are skewed by 30 degrees.
         assert!(
-            bitangent.dot(along(-DVec2::Y)) > 0.9,
+            bitangent.dot(along(-DVec2::Y)) > 0.8,
             "up in the image is −v"
         );
         assert!(normal.dot(made.substrate.normal(t).as_vec3()) > 0.99);
@@ -435,6 +434,8 @@ fn layouts_that_cannot_be_baked_are_refused() {
     assert_eq!(bake_squares(&without), Err(BakeError::NoUvs));
     let repeats = bake_squares(&squares(&[square(0.0, 5.0)]));
     assert!(matches!(repeats, Err(BakeError::Repeats { tiles, .. }) if tiles == 5.0));
+    let stacked = bake_squares(&squares(&[square(0.0, 1.0); 33]));
+    assert_eq!(stacked, Err(BakeError::Stacked { images: 33.0 }));
     for wrong in [
         Settings {
             size: 15,

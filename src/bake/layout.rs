@@ -95,7 +95,7 @@ impl Layout {
             let Some(corners) = self.corners[t] else {
                 continue;
             };
-            for (x, y) in around(&corners, 0.0) {
+            for (x, y) in under(corners) {
                 let p = DVec2::new(x as f64, y as f64);
                 let inside = inside(&corners, p);
                 if inside < -1e-9 {
@@ -228,6 +228,9 @@ impl Layout {
     }
 }
 
+/// How many times over triangles may cover the image: more are a texture that many parts share.
+const MOST_IMAGES: f64 = 32.0;
+
 /// The triangles' corners in texels, and that none is larger than the image.
 fn corners(
     substrate: &Substrate,
@@ -236,7 +239,7 @@ fn corners(
 ) -> Result<Vec<Option<Corners>>, BakeError> {
     let scale = size as f64;
     let mut found = Vec::with_capacity(substrate.triangles().len());
-    let mut missing = 0;
+    let (mut missing, mut images) = (0, 0.0);
     for t in 0..substrate.triangles().len() as u32 {
         let source = substrate.source_triangle(t);
         let uvs = texturing.uvs.get(source as usize).copied().flatten();
@@ -251,11 +254,13 @@ fn corners(
                     tiles,
                 });
             }
+            images += 0.5 * doubled_area(&corners).abs() / (scale * scale);
         }
         found.push(corners.filter(|c| doubled_area(c).abs() > FLAT));
     }
     match missing == found.len() {
         true => Err(BakeError::NoUvs),
+        false if images > MOST_IMAGES => Err(BakeError::Stacked { images }),
         false => Ok(found),
     }
 }
@@ -276,6 +281,33 @@ fn around(corners: &Corners, distance: f64) -> impl Iterator<Item = (i64, i64)> 
     let to = (high + distance).floor();
     let columns = from.x as i64..=to.x as i64;
     (from.y as i64..=to.y as i64).flat_map(move |y| columns.clone().map(move |x| (x, y)))
+}
+
+/// Columns and rows of the texels whose middles are under a triangle, and a few beside them: as many
+/// as its area and its height say, whatever its box.
+fn under(corners: Corners) -> impl Iterator<Item = (i64, i64)> {
+    const ROUND_OFF: f64 = 1e-6;
+    let [low, high] = bounds(&corners);
+    let rows = low.y.ceil() as i64..=high.y.floor() as i64;
+    rows.flat_map(move |y| {
+        let at = y as f64;
+        let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            if (a.y - at) * (b.y - at) > 0.0 {
+                continue;
+            }
+            let crossing = a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x);
+            let ends = match a.y == b.y {
+                true => [a.x, b.x],
+                false => [crossing; 2],
+            };
+            span[0] = span[0].min(ends[0]).min(ends[1]);
+            span[1] = span[1].max(ends[0]).max(ends[1]);
+        }
+        let columns = (span[0] - ROUND_OFF).ceil() as i64..=(span[1] + ROUND_OFF).floor() as i64;
+        columns.map(move |x| (x, y))
+    })
 }
 
 /// Distance from the nearest side's line, positive inside.

@@ -78,6 +78,16 @@ pub enum BakeError {
         /// How many images it spans.
         tiles: f64,
     },
+    /// Triangles lie on one another many times over.
+    #[error(
+        "the triangles cover the image {images:.0} times over in the UVs, which share a texture: \
+         lichen needs a layout in which each place of the surface has texels of its own; unwrap the \
+         mesh again"
+    )]
+    Stacked {
+        /// How many images they would fill.
+        images: f64,
+    },
     /// A setting that is out of its range.
     #[error("{name} is {value}: it may be {low} to {high}")]
     Range {
@@ -168,7 +178,7 @@ pub struct LayoutReport {
 /// Bakes a lichen into the layout of its substrate; the same on any number of threads.
 ///
 /// # Errors
-/// When the mesh has no UVs or repeats a texture, when a number of the settings or of the shape is out
+/// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the settings or of the shape is out
 /// of its range, when there are no elements, or when the image of the base cannot be read.
 pub fn bake<'a>(
     substrate: &'a Substrate,

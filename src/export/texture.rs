@@ -52,7 +52,7 @@ impl Texture<'_> {
         }
         let mut writer = encoder.write_header()?;
         let mut stream = writer.stream_writer()?;
-        self.bands(|values| stream.write_all(&self.to_bytes(values, bits)))?;
+        self.bands(|values| stream.write_all(&self.quantized(values, bits)))?;
         stream.finish()?;
         Ok(writer.finish()?)
     }
@@ -74,7 +74,7 @@ impl Texture<'_> {
         Ok(())
     }
 
-    fn to_bytes(&self, values: &[f32], bits: u8) -> Vec<u8> {
+    fn quantized(&self, values: &[f32], bits: u8) -> Vec<u8> {
         let shown = |x: f32| match self.is_color {
             true => encode(x),
             false => x.clamp(0.0, 1.0),

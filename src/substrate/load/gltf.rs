@@ -4,8 +4,8 @@
 //! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
 //! which several instances share stay equal to the bit. Far from the origin they are rounded
 //! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned and
-//! morphed meshes are read at rest. Materials, textures, cameras and animations are not looked at,
-//! nor are extensions that concern only them.
+//! morphed meshes are read at rest. Cameras and animations are not looked at, materials only where
+//! textures are asked for (`gltf_material.rs`), nor are extensions that concern only them.
 
 use std::path::Path;
 
