@@ -178,8 +178,9 @@ pub struct LayoutReport {
 /// Bakes a lichen into the layout of its substrate; the same on any number of threads.
 ///
 /// # Errors
-/// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the settings or of the shape is out
-/// of its range, when there are no elements, or when the image of the base cannot be read.
+/// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the
+/// settings or of the shape is out of its range, when there are no elements, or when the image of the
+/// base cannot be read.
 pub fn bake<'a>(
     substrate: &'a Substrate,
     texturing: &'a Texturing,
