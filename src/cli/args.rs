@@ -9,6 +9,7 @@ use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
 use super::axes::AxesArgs;
+use super::bake_args::BakeArgs;
 use super::skin_args::SkinArgs;
 
 /// Grows lichen on triangle meshes.
@@ -41,6 +42,11 @@ pub(crate) enum Command {
     /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
     /// bounding box's diagonal (0.5%).
     Skin(Box<SkinArgs>),
+    /// Bake the lichen into textures for a mesh with UVs
+    ///
+    /// Maps in the mesh's own layout, and the mesh as one GLB file that wears them. Lengths (LEN)
+    /// are as for `thallus skin`.
+    Bake(Box<BakeArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),

@@ -5,6 +5,8 @@
 
 mod args;
 mod axes;
+mod bake;
+mod bake_args;
 mod check;
 mod export;
 mod failure;
@@ -44,6 +46,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Export(args) => export::export(&args),
         Command::Skin(args) => skin::skin(&args),
+        Command::Bake(args) => bake::bake(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

@@ -18,15 +18,15 @@ use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::number::{count, duration};
-use super::skin_args::{Goal, ShapeArgs, SkinArgs};
-use super::skin_paint::paint;
+use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
+use super::skin_paint::{InRadii, paint};
 use super::terminal::{self, Voice};
 
 pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
     check_free(&files, args.force)?;
-    threads(args)?;
+    threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
     let (substrate, cluster) = placed_cluster(args)?;
@@ -82,9 +82,9 @@ fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
     }
 }
 
-fn threads(args: &SkinArgs) -> Result<(), Failure> {
+pub(super) fn threads(threads: Option<u16>) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
+        .num_threads(threads.map_or(0, usize::from))
         .build_global()
         .context("starting threads")?;
     Ok(())
@@ -103,17 +103,29 @@ fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
     Ok((substrate, cluster))
 }
 
-fn shape(args: &ShapeArgs, in_radii: &dyn Fn(Length) -> f64) -> Shape {
+fn shape(args: &ShapeArgs, in_radii: InRadii) -> Shape {
+    let relief = relief(&args.relief, in_radii);
+    Shape {
+        resolution: in_radii_or(args.resolution, in_radii, relief.resolution),
+        ..relief
+    }
+}
+
+/// What the flags say of the lichen's shape, at the usual resolution.
+pub(super) fn relief(args: &ReliefArgs, in_radii: InRadii) -> Shape {
     let default = Shape::default();
-    let radii = |length: Option<Length>, default: f64| match length {
+    Shape {
+        thickness: in_radii_or(args.thickness, in_radii, default.thickness),
+        taper: args.taper.unwrap_or(default.taper),
+        falloff: in_radii_or(args.falloff, in_radii, default.falloff),
+        ..default
+    }
+}
+
+fn in_radii_or(length: Option<Length>, in_radii: InRadii, default: f64) -> f64 {
+    match length {
         None | Some(Length::Auto) => default,
         Some(length) => in_radii(length),
-    };
-    Shape {
-        thickness: radii(args.thickness, default.thickness),
-        taper: args.taper.unwrap_or(default.taper),
-        falloff: radii(args.falloff, default.falloff),
-        resolution: radii(args.resolution, default.resolution),
     }
 }
 
@@ -135,7 +147,7 @@ fn grow_skin(
 }
 
 /// Turns on a terminal while something takes its time.
-fn spinner(voice: Voice, doing: &str) -> ProgressBar {
+pub(super) fn spinner(voice: Voice, doing: &str) -> ProgressBar {
     if voice.quiet {
         return ProgressBar::hidden();
     }

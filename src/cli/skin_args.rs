@@ -46,6 +46,18 @@ const RUN: &str = "Run";
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub(crate) struct ShapeArgs {
+    #[command(flatten)]
+    pub(crate) relief: ReliefArgs,
+    /// Longest edge of a triangle: half of it gives four times the triangles, and 1r smoother
+    /// margins in close-ups [default: 2r]
+    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    pub(crate) resolution: Option<Length>,
+}
+
+/// The shape of the lichen itself, however it is drawn.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Shape")]
+pub(crate) struct ReliefArgs {
     /// Height of closed lichen over the mesh: 0.7r for a thin crust, 3r for fleshy lobes [default:
     /// 1.5r]
     #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
@@ -58,10 +70,6 @@ pub(crate) struct ShapeArgs {
     /// fuses them [default: 1.8r]
     #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
     pub(crate) falloff: Option<Length>,
-    /// Longest edge of a triangle: half of it gives four times the triangles, and 1r smoother
-    /// margins in close-ups [default: 2r]
-    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
-    pub(crate) resolution: Option<Length>,
 }
 
 #[derive(Debug, Args)]

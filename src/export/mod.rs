@@ -32,6 +32,7 @@ mod ply_read;
 mod pov;
 mod scene;
 mod scene_format;
+mod texture;
 mod usda;
 
 use std::io::{self, BufWriter, Write};
@@ -39,7 +40,10 @@ use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
 pub use elements::{Attribute, Elements, TableError, Values};
-pub use mesh::{MESH_FORMATS, MeshError, MeshFormat, TriMesh, VertexAttribute, mesh_format_of};
+pub use mesh::{
+    MESH_FORMATS, MapImages, MeshError, MeshFormat, TexturedMesh, TriMesh, VertexAttribute,
+    mesh_format_of,
+};
 pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
@@ -47,6 +51,7 @@ pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
 pub use scene::{Placement, Scene, UpAxis};
 pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
+pub use texture::Texture;
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.
 pub type AgeColor<'a> = &'a dyn Fn(f32) -> [u8; 3];

@@ -20,6 +20,7 @@ pub use camera::Camera;
 pub use color::age_color;
 pub use image::Image;
 pub use render::{Settings, render};
+pub(crate) use stone::albedo as stone_albedo;
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]

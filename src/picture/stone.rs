@@ -16,7 +16,7 @@ const TURN: Mat3A = Mat3A::from_cols_array(&[
 ]);
 
 /// The albedo at a place, in units of the size of the scene.
-pub(super) fn albedo(p: Vec3A) -> Vec3A {
+pub(crate) fn albedo(p: Vec3A) -> Vec3A {
     let octaves = [
         (7.0, 0.24),
         (31.0, 0.20),

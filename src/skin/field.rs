@@ -46,26 +46,33 @@ pub(super) struct Field<'a> {
 
 /// What the field says about a place on the surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     /// log₂(F₀ / iso): positive under lichen.
-    pub(super) level: f32,
+    pub(crate) level: f32,
     /// Height of the iso-surface over the place, local units; 0 where there is none.
-    pub(super) height: f32,
+    pub(crate) height: f32,
     /// The direction of the height.
-    pub(super) up: Vec3,
+    pub(crate) up: Vec3,
     /// The iso-surface's normal.
-    pub(super) normal: Vec3,
-    pub(super) attributes: Attributes,
+    pub(crate) normal: Vec3,
+    pub(crate) attributes: Attributes,
+}
+
+impl Sample {
+    /// Whether any element is felt at the place.
+    pub(crate) fn is_near_lichen(&self) -> bool {
+        self.level > NOTHING
+    }
 }
 
 /// What is known about the lichen at a place: means over the elements, by weight.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Attributes {
-    pub(super) birth: f32,
-    pub(super) density: f32,
-    pub(super) rim: f32,
+pub(crate) struct Attributes {
+    pub(crate) birth: f32,
+    pub(crate) density: f32,
+    pub(crate) rim: f32,
     /// Of the element with the greatest weight.
-    pub(super) colony: f32,
+    pub(crate) colony: f32,
 }
 
 /// The value of F₀ on closed lichen, densely packed: falloff C in element radii.

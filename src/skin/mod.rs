@@ -26,6 +26,7 @@ mod march;
 mod paint;
 mod palette;
 mod refine;
+mod relief;
 mod sheet;
 
 use glam::DVec3;
@@ -35,6 +36,7 @@ pub use decimate::{Decimated, decimate};
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
 pub use palette::{NamedColormap, PALETTE};
+pub(crate) use relief::{Probe, Relief};
 
 use base::{Base, Winding};
 use field::{Field, cutoff, overhang};
@@ -195,14 +197,9 @@ fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &S
     let places = cluster.elements().iter().map(|e| e.position);
     let nearness = Nearness::new(places.collect());
     let felt = cutoff(shape) * radius;
-    let may_carry = |&t: &u32| {
-        let corners = substrate.corners(t);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let size = corners.map(|c| (c - middle).length());
-        nearness.within(middle, size.into_iter().fold(0.0, f64::max) + felt)
-    };
     let all = 0..substrate.triangles().len() as u32;
-    let carrying: Vec<u32> = all.into_par_iter().filter(may_carry).collect();
+    let carries = |&t: &u32| may_carry(substrate, &nearness, t, felt);
+    let carrying: Vec<u32> = all.into_par_iter().filter(carries).collect();
     let base = Base::new(substrate, winding, &carrying);
     let longest = shape.resolution * radius;
     let reach = overhang(shape) * radius;
@@ -210,6 +207,14 @@ fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &S
         let length = (b - a).length();
         length > longest && nearness.within(0.5 * (a + b), FARTHEST_FROM_MIDDLE * length + reach)
     })
+}
+
+/// Whether anything of the lichen is within `felt` of a triangle; true also for some that it is not.
+fn may_carry(substrate: &Substrate, nearness: &Nearness, triangle: u32, felt: f64) -> bool {
+    let corners = substrate.corners(triangle);
+    let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+    let size = corners.map(|c| (c - middle).length());
+    nearness.within(middle, size.into_iter().fold(0.0, f64::max) + felt)
 }
 
 /// Into the file's units, with colours.

@@ -19,6 +19,7 @@ mod report;
 mod simplify;
 mod soup;
 mod surface_point;
+mod texturing;
 mod units;
 mod weld;
 
@@ -32,10 +33,11 @@ pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::Coarse;
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
-pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, parse_soup};
+pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
+pub use texturing::{Material, Texture, Texturing};
 pub use units::Units;
 
 use adjacency::{Adjacency, VertexCorners};

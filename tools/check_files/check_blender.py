@@ -5,6 +5,7 @@
 Blender is z-up and turns what it imports, by the data or by the object.
 """
 
+import json
 import os
 import sys
 
@@ -143,6 +144,32 @@ def check_skins(stem, lichen):
             assert len(attribute(thing, name(other))) == len(birth), f"skin: {extension}: {other}"
 
 
+def texels(path):
+    """The first channel of an image, as its file has it."""
+    image = bpy.data.images.load(os.path.abspath(path))
+    image.colorspace_settings.name = "Non-Color"
+    width, height = image.size
+    return np.array(image.pixels[:], float).reshape(height, width, -1)[..., 0]
+
+
+def check_maps(folder):
+    """The baked cube wears its maps, and EXR and PNG say the same."""
+    thing = load(f"{folder}/maps_png/lichened.glb")
+    assert thing.data.uv_layers and len(thing.data.polygons) == 12, "the baked mesh"
+    nodes = thing.data.materials[0].node_tree.nodes
+    shader = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
+    for socket in ["Base Color", "Roughness", "Metallic", "Normal"]:
+        assert shader.inputs[socket].is_linked, f"the baked material: {socket}"
+    images = [n.image for n in nodes if n.type == "TEX_IMAGE"]
+    assert images and all(tuple(image.size) == (512, 512) for image in images), "the baked images"
+    with open(f"{folder}/maps_png/maps.json") as file:
+        highest = json.load(file)["highest_meters"]
+    for name, factor in [("mask", 1), ("height", highest), ("birth", 1), ("normal", 1)]:
+        png, exr = (texels(f"{folder}/maps_{kind}/{name}.{kind}") for kind in ["png", "exr"])
+        assert png.max() > 0.5, name
+        near(exr, png * factor, factor * (0.003 if name == "mask" else 0.001), f"{name}.exr")
+
+
 def main(folder):
     for name in ["cube", "rock"]:
         lichen = Lichen(f"{folder}/{name}")
@@ -150,6 +177,7 @@ def main(folder):
         check_instances(f"{folder}/{name}", lichen)
         check_skins(f"{folder}/{name}", lichen)
     check_curves(f"{folder}/rock", lichen)
+    check_maps(folder)
     print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
 
 

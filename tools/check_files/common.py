@@ -9,6 +9,14 @@ import numpy as np
 CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
 f 8 7 5 6\nf 4 2 1 3\nf 8 6 2 4\nf 7 3 1 5\nf 8 4 3 7\nf 6 5 1 2\n"""
 
+# The same with UVs: each face a chart of its own, in a row.
+UV_CUBE = CUBE.split("f")[0] + "".join(
+    f"vt {k / 6 + x} {y}\n" for k in range(6) for x, y in [(.01, .4), (.15, .4), (.15, .54), (.01, .54)]
+) + "".join(
+    "f " + " ".join(f"{v}/{4 * k + i + 1}" for i, v in enumerate(face)) + "\n"
+    for k, face in enumerate([[8, 7, 5, 6], [4, 2, 1, 3], [8, 6, 2, 4], [7, 3, 1, 5], [8, 4, 3, 7], [6, 5, 1, 2]])
+)
+
 WHAT = {
     "points": ["ply", "glb", "gltf", "usda", "usd", "obj", "inc", "csv", "npy", "npz", "parquet"],
     "instances": ["glb", "gltf", "usda", "inc"],
@@ -63,6 +71,20 @@ def make(program, rock, folder):
             out = f"{folder}/{lichen}_skin.{extension}"
             said = thallus(program, "skin", f"{folder}/{lichen}", "-o", out, "--quiet")
             assert said == "", said
+    make_maps(program, folder)
+
+
+def make_maps(program, folder):
+    """Bakes a lichen on the cube as PNG and as EXR."""
+    cube = os.path.join(folder, "uv_cube.obj")
+    with open(cube, "w") as file:
+        file.write(UV_CUBE)
+    thallus(program, "grow", cube, "-o", f"{folder}/uv_cube", "--elements", 300, "--radius", 0.02,
+            "--preview", 16)
+    for kind in ["png", "exr"]:
+        said = thallus(program, "bake", f"{folder}/uv_cube", "-o", f"{folder}/maps_{kind}", "--format",
+                       kind, "--size", 512, "--quiet")
+        assert said == "", said
 
 
 class Lichen:

@@ -3,10 +3,13 @@
 mod glb;
 mod obj;
 mod ply;
+mod textured;
 mod usda;
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
+
+pub use textured::{MapImages, TexturedMesh};
 
 use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension};
 

@@ -4,18 +4,19 @@
 //! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
 //! which several instances share stay equal to the bit. Far from the origin they are rounded
 //! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned and
-//! morphed meshes are read at rest. Materials, textures, cameras and animations are not looked at,
-//! nor are extensions that concern only them.
+//! morphed meshes are read at rest. Cameras and animations are not looked at, materials only where
+//! textures are asked for (`gltf_material.rs`), nor are extensions that concern only them.
 
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::substrate::Soup;
+use crate::substrate::{Soup, Texturing};
 
 use super::error::{LoadFault, Parsed};
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
+use super::gltf_material::Looks;
 use super::gltf_primitive::{Collector, SharedPositions, Tally};
 use super::gltf_schema::{Asset, Instancing, Node, OnlyAsset, Root};
 use super::text::quoted;
@@ -43,8 +44,9 @@ pub(super) fn parse_gltf(
     json: &[u8],
     base: Option<&Path>,
     hasher: &mut blake3::Hasher,
+    texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
-    parse_document(json, None, Format::Gltf, base, hasher)
+    parse_document(json, None, Format::Gltf, base, hasher, texturing)
 }
 
 /// Reads the binary container.
@@ -52,9 +54,10 @@ pub(super) fn parse_glb(
     bytes: &[u8],
     base: Option<&Path>,
     hasher: &mut blake3::Hasher,
+    texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     let (json, chunk) = open_container(bytes)?;
-    parse_document(json, chunk, Format::Glb, base, hasher)
+    parse_document(json, chunk, Format::Glb, base, hasher, texturing)
 }
 
 /// The JSON and the binary chunk of a GLB file.
@@ -150,6 +153,7 @@ fn parse_document(
     format: Format,
     base: Option<&Path>,
     hasher: &mut blake3::Hasher,
+    texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let root = read_json(json, format)?;
@@ -159,12 +163,18 @@ fn parse_document(
         buffers,
         format,
     };
+    let looks = texturing.is_some().then(|| Looks::read(json));
     let mut scene = SceneWalk {
         root: &root,
-        collector: Collector::new(accessors),
+        looks: looks.as_ref(),
+        collector: Collector::new(accessors, looks.is_some()),
     };
     scene.walk()?;
     scene.collector.accessors.buffers.hash_external(hasher);
+    if let (Some(out), Some(looks)) = (texturing, &looks) {
+        *out = scene.collector.texturing.take().unwrap_or_default();
+        looks.materials_into(out, &scene.collector.accessors.buffers);
+    }
     finish(scene)
 }
 
@@ -305,6 +315,8 @@ fn round_to_single(positions: &mut [[f64; 3]]) {
 /// The walk down the node hierarchy.
 struct SceneWalk<'a> {
     root: &'a Root<'a>,
+    /// Materials, where textures are asked for.
+    looks: Option<&'a Looks>,
     collector: Collector<'a>,
 }
 
@@ -377,6 +389,7 @@ impl<'a> SceneWalk<'a> {
         let mut shared = SharedPositions::default();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("node {index}, mesh {mesh_index}, primitive {number}");
+            self.collector.material = self.looks.and_then(|l| l.material_of(mesh_index, number));
             self.collector
                 .primitive(primitive, &place, &transforms, &mut shared)?;
         }

@@ -185,6 +185,20 @@ impl<'a> Buffers<'a> {
         })
     }
 
+    /// The whole of something outside the buffers, as an image: a data URI or a file beside the
+    /// document.
+    pub(super) fn outside(&self, uri: &str) -> Result<Vec<u8>, String> {
+        if is_data(uri) {
+            return decode_data_uri(uri).ok_or_else(|| "its data URI is not valid base64".into());
+        }
+        let path = self.local_path(uri)?;
+        let read = open_regular(&path).and_then(|mut file| {
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).map(|_| bytes)
+        });
+        read.map_err(|e| format!("{}: {e}", path.display()))
+    }
+
     fn local_path(&self, uri: &str) -> Result<PathBuf, String> {
         let has_scheme = uri
             .split(['/', '?', '#'])

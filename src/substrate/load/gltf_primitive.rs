@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DAffine3, DVec3};
 
-use crate::substrate::Soup;
+use crate::substrate::{Soup, Texturing};
 
 use super::error::{LoadFault, Parsed};
 use super::exclusive_index;
@@ -21,6 +21,10 @@ pub(super) struct Collector<'a> {
     pub(super) accessors: Accessors<'a>,
     pub(super) soup: Soup,
     pub(super) passed_over: Tally,
+    /// Texture coordinates, where they are asked for.
+    pub(super) texturing: Option<Texturing>,
+    /// The material of the next primitive.
+    pub(super) material: Option<u32>,
     used: usize,
 }
 
@@ -69,11 +73,13 @@ impl Corners {
 }
 
 impl<'a> Collector<'a> {
-    pub(super) fn new(accessors: Accessors<'a>) -> Self {
+    pub(super) fn new(accessors: Accessors<'a>, textured: bool) -> Self {
         Self {
             accessors,
             soup: Soup::default(),
             passed_over: Tally::default(),
+            texturing: textured.then(Texturing::default),
+            material: None,
             used: 0,
         }
     }
@@ -115,11 +121,61 @@ impl<'a> Collector<'a> {
                 },
             );
         }
+        self.texture(primitive, &corners, placed.count, place, transforms)?;
         self.passed_over.leftover_indices += match primitive.mode {
             4 => corners.len() % 3,
             _ => 0,
         };
         Ok(())
+    }
+
+    /// Adds the texture coordinates of the triangles that were added.
+    fn texture(
+        &mut self,
+        primitive: &Primitive,
+        corners: &Corners,
+        vertices: usize,
+        place: &str,
+        transforms: &[DAffine3],
+    ) -> Parsed<()> {
+        let Some(mut texturing) = self.texturing.take() else {
+            return Ok(());
+        };
+        let uvs = self.texcoords(primitive, vertices, place)?;
+        for transform in transforms {
+            let mirrored = transform.matrix3.determinant() < 0.0;
+            let mut triangles = Vec::new();
+            assemble(primitive.mode, corners, &mut triangles, |[a, b, c]| {
+                if mirrored { [a, c, b] } else { [a, b, c] }
+            });
+            let uv = |v: u32| uvs.as_ref().map(|uvs| uvs[v as usize]);
+            triangles
+                .into_iter()
+                .for_each(|t| texturing.push(t.map(uv), self.material));
+        }
+        self.texturing = Some(texturing);
+        Ok(())
+    }
+
+    fn texcoords(
+        &self,
+        primitive: &Primitive,
+        vertices: usize,
+        place: &str,
+    ) -> Parsed<Option<Vec<[f64; 2]>>> {
+        let Some(&accessor) = primitive.attributes.get("TEXCOORD_0") else {
+            return Ok(None);
+        };
+        let mut uvs = Vec::new();
+        self.accessors.append_vectors(accessor, place, &mut uvs)?;
+        if uvs.len() < vertices {
+            let problem = format!(
+                "TEXCOORD_0 has {} places for {vertices} vertices",
+                uvs.len()
+            );
+            return Err(self.fault(place, problem));
+        }
+        Ok(Some(uvs))
     }
 
     fn has_triangles(&mut self, primitive: &Primitive, place: &str) -> Parsed<bool> {

@@ -9,6 +9,7 @@ mod error;
 mod gltf;
 mod gltf_accessor;
 mod gltf_buffers;
+mod gltf_material;
 mod gltf_primitive;
 mod gltf_schema;
 mod meshopt;
@@ -24,7 +25,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
-use crate::substrate::Soup;
+use crate::substrate::{Soup, Texturing};
 
 use error::Parsed;
 pub use error::{LoadError, LoadFault};
@@ -79,7 +80,18 @@ pub struct Loaded {
 /// extension that is not supported, or holds no triangles. The error names the file, the place in
 /// it and the cure.
 pub fn load_soup(path: &Path) -> Result<Loaded, LoadError> {
-    load(path).map_err(|fault| LoadError::in_file(path, fault))
+    load(path, None).map_err(|fault| LoadError::in_file(path, fault))
+}
+
+/// Reads a mesh file of any supported format, with what it says about textures.
+///
+/// # Errors
+/// As [`load_soup`], and when texture coordinates are malformed.
+pub fn load_textured(path: &Path) -> Result<(Loaded, Texturing), LoadError> {
+    let mut texturing = Texturing::default();
+    let loaded = load(path, Some(&mut texturing));
+    let loaded = loaded.map_err(|fault| LoadError::in_file(path, fault))?;
+    Ok((loaded, texturing))
 }
 
 /// Reads a mesh from memory.
@@ -89,7 +101,7 @@ pub fn load_soup(path: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load_soup`], without the file's name.
 pub fn parse_soup(bytes: &[u8], format: Format, base: Option<&Path>) -> Result<Soup, LoadError> {
-    parse(bytes, format, base, &mut blake3::Hasher::new()).map_err(LoadError::from)
+    parse(bytes, format, base, &mut blake3::Hasher::new(), None).map_err(LoadError::from)
 }
 
 fn parse(
@@ -97,17 +109,18 @@ fn parse(
     format: Format,
     base: Option<&Path>,
     hasher: &mut blake3::Hasher,
+    texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     match format {
-        Format::Obj => obj::parse(bytes),
-        Format::Gltf => gltf::parse_gltf(bytes, base, hasher),
-        Format::Glb => gltf::parse_glb(bytes, base, hasher),
+        Format::Obj => obj::parse(bytes, texturing),
+        Format::Gltf => gltf::parse_gltf(bytes, base, hasher, texturing),
+        Format::Glb => gltf::parse_glb(bytes, base, hasher, texturing),
         Format::Stl => stl::parse(bytes),
-        Format::Ply => ply::parse(bytes),
+        Format::Ply => ply::parse(bytes, texturing),
     }
 }
 
-fn load(path: &Path) -> Parsed<Loaded> {
+fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
     let unreadable = |source| LoadFault::Unreadable {
         what: "the file".into(),
         source,
@@ -139,7 +152,8 @@ fn load(path: &Path) -> Parsed<Loaded> {
         file.read_to_end(&mut bytes).map_err(unreadable)?;
         hasher.update(&bytes);
         let format = detect::decide(&bytes, named)?;
-        (parse(&bytes, format, path.parent(), &mut hasher)?, format)
+        let soup = parse(&bytes, format, path.parent(), &mut hasher, texturing)?;
+        (soup, format)
     };
     soup.notes.extend(detect::misnamed(path, named, format));
     Ok(Loaded {

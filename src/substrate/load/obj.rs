@@ -13,7 +13,7 @@
 //! weights and vertex colours after the position, missing materials.
 //! Free-form curves and surfaces are not evaluated.
 
-use crate::substrate::Soup;
+use crate::substrate::{Soup, Texturing};
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
@@ -33,12 +33,16 @@ const OTHER_GEOMETRY: [(&[u8], &str, &str); 7] = [
 ];
 
 /// Reads an OBJ file's bytes.
-pub(super) fn parse(bytes: &[u8]) -> Parsed<Soup> {
+pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<Soup> {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let positions = read_positions(text)?;
     let mut reader = FaceReader::new(text, positions);
+    reader.texcoords = texturing.is_some().then(|| Texcoords::read(text));
     for statement in Statements::new(text) {
         reader.statement(&statement)?;
+    }
+    if let (Some(out), Some(read)) = (texturing, reader.texcoords.take()) {
+        *out = read.texturing;
     }
     reader.finish()
 }
@@ -180,6 +184,8 @@ struct FaceReader<'a> {
     vertices_above: usize,
     corners: Vec<u32>,
     triangulator: Triangulator,
+    /// Where they are asked for.
+    texcoords: Option<Texcoords>,
     two_cornered: usize,
     others: [usize; OTHER_GEOMETRY.len()],
 }
@@ -198,6 +204,7 @@ impl<'a> FaceReader<'a> {
             vertices_above: 0,
             corners: Vec::new(),
             triangulator: Triangulator::new(),
+            texcoords: None,
             two_cornered: 0,
             others: [0; OTHER_GEOMETRY.len()],
         }
@@ -210,6 +217,9 @@ impl<'a> FaceReader<'a> {
         }
         if is_face(statement.bytes) {
             return self.face(statement);
+        }
+        if let Some(texcoords) = &mut self.texcoords {
+            texcoords.above += usize::from(is_texcoord(statement.bytes));
         }
         let word = statement.bytes.trim_ascii_start();
         if word.first().is_some_and(|first| b"lpcsb".contains(first))
@@ -231,8 +241,12 @@ impl<'a> FaceReader<'a> {
         }
         check_corners(corners.len(), Obj, || self.place(statement))?;
         self.two_cornered += usize::from(corners.len() < 3);
+        let before = self.soup.triangles.len();
         self.triangulator
             .polygon(&self.soup.positions, &corners, &mut self.soup.triangles);
+        if let Some(texcoords) = &mut self.texcoords {
+            texcoords.face(statement, &corners, &self.soup.triangles[before..]);
+        }
         self.corners = corners;
         Ok(())
     }
@@ -294,6 +308,58 @@ impl<'a> FaceReader<'a> {
         soup.notes.extend(self.triangulator.notes());
         Ok(soup)
     }
+}
+
+/// Texture coordinates of faces.
+struct Texcoords {
+    places: Vec<Option<[f64; 2]>>,
+    /// Those defined above the current line, for negative indices.
+    above: usize,
+    texturing: Texturing,
+}
+
+impl Texcoords {
+    fn read(text: &[u8]) -> Self {
+        let place = |statement: Statement| {
+            let mut numbers = statement.tokens().skip(1).map(number);
+            let (u, v) = (numbers.next()??, numbers.next()??);
+            // Rows of OBJ's images are counted from below.
+            Some([u, 1.0 - v])
+        };
+        let statements = Statements::new(text).filter(|s| is_texcoord(s.bytes));
+        Self {
+            places: statements.map(place).collect(),
+            above: 0,
+            texturing: Texturing::default(),
+        }
+    }
+
+    /// Those of the triangles that a face was cut into. A face that comes to a vertex twice has the
+    /// first's there.
+    fn face(&mut self, statement: &Statement, corners: &[u32], triangles: &[[u32; 3]]) {
+        let places = statement.tokens().skip(1).map(|token| self.place(token));
+        let places: Vec<_> = places.collect();
+        let of = |vertex: u32| places[corners.iter().position(|&c| c == vertex)?];
+        for triangle in triangles {
+            self.texturing.push(triangle.map(of), None);
+        }
+    }
+
+    /// The place that a corner (`7/1`, `7/1/2`, `-1/-1`) names, if it does.
+    fn place(&self, token: &[u8]) -> Option<[f64; 2]> {
+        let index = integer(token.split(|&b| b == b'/').nth(1)?)?;
+        let back = usize::try_from(index.unsigned_abs()).ok()?;
+        let at = match index {
+            ..0 => self.above.checked_sub(back)?,
+            _ => back.checked_sub(1)?,
+        };
+        *self.places.get(at)?
+    }
+}
+
+/// Whether this is a `vt` line.
+fn is_texcoord(statement: &[u8]) -> bool {
+    matches!(statement.trim_ascii_start(), [b'v', b't', space, ..] if space.is_ascii_whitespace() || *space == b'\\')
 }
 
 fn is_face(statement: &[u8]) -> bool {

@@ -5,7 +5,7 @@
 //! and properties are passed over, in any order; faces may stand before their vertices. Positions
 //! declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
-use crate::substrate::Soup;
+use crate::substrate::{Soup, Texturing};
 
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
@@ -15,33 +15,54 @@ use super::text::{finite, integer, line_of, number, quoted, single};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Reads a PLY file's bytes.
-pub(super) fn parse(bytes: &[u8]) -> Parsed<Soup> {
+pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<Soup> {
     let header = ply_header::read(bytes)?;
+    let at = header.body;
     match header.encoding {
-        Encoding::Ascii => Reader::new(
-            &header,
-            Ascii {
-                bytes,
-                at: header.body,
-            },
-        )
-        .read(),
-        Encoding::LittleEndian => Reader::new(
-            &header,
-            Binary::<false> {
-                bytes,
-                at: header.body,
-            },
-        )
-        .read(),
-        Encoding::BigEndian => Reader::new(
-            &header,
-            Binary::<true> {
-                bytes,
-                at: header.body,
-            },
-        )
-        .read(),
+        Encoding::Ascii => read(&header, Ascii { bytes, at }, texturing),
+        Encoding::LittleEndian => read(&header, Binary::<false> { bytes, at }, texturing),
+        Encoding::BigEndian => read(&header, Binary::<true> { bytes, at }, texturing),
+    }
+}
+
+fn read<B: Body>(header: &Header, body: B, texturing: Option<&mut Texturing>) -> Parsed<Soup> {
+    let mut reader = Reader::new(header, body);
+    reader.texcoords = texturing.is_some().then(Texcoords::default);
+    let (soup, texcoords) = reader.read()?;
+    if let (Some(out), Some(read)) = (texturing, texcoords) {
+        *out = read.texturing;
+    }
+    Ok(soup)
+}
+
+/// Texture coordinates, of vertices (`s t`, `u v`, `texture_u texture_v`) or of the corners of faces
+/// (a list `texcoord`).
+#[derive(Default)]
+struct Texcoords {
+    of_vertices: Vec<[f64; 2]>,
+    /// Of the current face's corners, one after the other.
+    of_corners: Vec<f64>,
+    texturing: Texturing,
+}
+
+/// Names of a vertex's texture coordinates.
+const TEXCOORDS: [[&[u8]; 2]; 3] = [[b"s", b"t"], [b"u", b"v"], [b"texture_u", b"texture_v"]];
+
+impl Texcoords {
+    /// Adds those of the triangles that a face was cut into.
+    fn face(&mut self, corners: &[u32], triangles: &[[u32; 3]]) {
+        let of_corners = &self.of_corners;
+        let place = |vertex: u32| {
+            let corner = corners.iter().position(|&c| c == vertex);
+            let of_corner = corner.and_then(|at| of_corners.get(2 * at..2 * at + 2));
+            let of_vertex = || self.of_vertices.get(vertex as usize).copied();
+            let [u, v] = of_corner.map(|uv| [uv[0], uv[1]]).or_else(of_vertex)?;
+            // Rows of images are counted from below.
+            Some([u, 1.0 - v])
+        };
+        for triangle in triangles {
+            self.texturing.push(triangle.map(place), None);
+        }
     }
 }
 
@@ -187,6 +208,8 @@ struct Reader<'a, B> {
     body: B,
     soup: Soup,
     triangulator: Triangulator,
+    /// Where they are asked for.
+    texcoords: Option<Texcoords>,
     /// Lists of fewer than three corners.
     too_short: usize,
     /// Elements that hold points or edges, for the message when there is nothing else.
@@ -205,12 +228,13 @@ impl<'a, B: Body> Reader<'a, B> {
             body,
             soup,
             triangulator,
+            texcoords: None,
             too_short: 0,
             others: Vec::new(),
         }
     }
 
-    fn read(mut self) -> Parsed<Soup> {
+    fn read(mut self) -> Parsed<(Soup, Option<Texcoords>)> {
         let mut before_vertices = Vec::new();
         let mut have_vertices = false;
         for element in &self.header.elements {
@@ -236,7 +260,8 @@ impl<'a, B: Body> Reader<'a, B> {
             self.body = body;
             self.faces(element)?;
         }
-        self.finish(end.left())
+        let texcoords = self.texcoords.take();
+        Ok((self.finish(end.left())?, texcoords))
     }
 
     /// Holds the header's count against the bytes that are there.
@@ -267,22 +292,37 @@ impl<'a, B: Body> Reader<'a, B> {
                 self.fault(format!("the vertices have no property {}", quoted(name)))
             })?;
         }
+        let mut texture_axes = None;
+        if self.texcoords.is_some() {
+            let named = |[s, t]: [&[u8]; 2]| Some([element.position(s)?, element.position(t)?]);
+            texture_axes = TEXCOORDS.into_iter().find_map(named);
+        }
         self.soup.positions.reserve_exact(element.count);
         for vertex in 0..element.count {
             let mut position = [0.0; 3];
+            let mut texture = [0.0; 2];
+            let of_texture = |at: usize| texture_axes?.iter().position(|&axis| axis == at);
             for (at, property) in element.properties.iter().enumerate() {
                 let value = match property.kind {
-                    Kind::One(scalar) if axes.contains(&at) => self.body.real(scalar),
+                    Kind::One(scalar) if axes.contains(&at) || of_texture(at).is_some() => {
+                        self.body.real(scalar)
+                    }
                     kind => self.skip(kind).map(|()| 0.0),
                 };
                 let value = value.ok_or_else(|| self.broken("vertex", vertex))?;
                 if let Some(axis) = axes.iter().position(|&axis| axis == at) {
                     position[axis] = value;
                 }
+                if let Some(axis) = of_texture(at) {
+                    texture[axis] = value;
+                }
             }
             let body = &self.body;
             let place = || format!("vertex {vertex} ({})", body.place());
             self.soup.positions.push(finite(position, Ply, place)?);
+            if let Some(texcoords) = self.texcoords.as_mut().filter(|_| texture_axes.is_some()) {
+                texcoords.of_vertices.push(texture);
+            }
         }
         Ok(())
     }
@@ -292,6 +332,9 @@ impl<'a, B: Body> Reader<'a, B> {
             let name = quoted(&element.name);
             self.fault(format!("element {name} has no list vertex_indices"))
         })?;
+        let texture_list = element
+            .position(b"texcoord")
+            .filter(|_| self.texcoords.is_some());
         let strips = element.name == b"tristrips";
         if !strips {
             self.soup.triangles.reserve_exact(element.count);
@@ -303,6 +346,9 @@ impl<'a, B: Body> Reader<'a, B> {
                 let read = match property.kind {
                     Kind::List { count, item } if at == list => {
                         self.index_list(count, item, &mut raw)
+                    }
+                    Kind::List { count, item } if Some(at) == texture_list => {
+                        self.texture_list(count, item)
                     }
                     kind => self.skip(kind),
                 };
@@ -329,6 +375,21 @@ impl<'a, B: Body> Reader<'a, B> {
         Some(())
     }
 
+    fn texture_list(&mut self, count: Scalar, item: Scalar) -> Option<()> {
+        let length = usize::try_from(self.body.integer(count)?).ok()?;
+        if length > self.body.most(item) {
+            return None;
+        }
+        let mut read = Vec::with_capacity(length);
+        for _ in 0..length {
+            read.push(self.body.real(item)?);
+        }
+        if let Some(texcoords) = &mut self.texcoords {
+            texcoords.of_corners = read;
+        }
+        Some(())
+    }
+
     fn polygon(&mut self, raw: &Corners, row: usize, corners: &mut Vec<u32>) -> Parsed<()> {
         corners.clear();
         for &index in raw {
@@ -339,8 +400,12 @@ impl<'a, B: Body> Reader<'a, B> {
             format!("face {row} ({})", body.place())
         })?;
         self.too_short += usize::from(corners.len() < 3);
+        let before = self.soup.triangles.len();
         self.triangulator
             .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
+        if let Some(texcoords) = &mut self.texcoords {
+            texcoords.face(corners, &self.soup.triangles[before..]);
+        }
         Ok(())
     }
 
@@ -354,9 +419,12 @@ impl<'a, B: Body> Reader<'a, B> {
             for (i, window) in corners.windows(3).enumerate() {
                 let [a, b, c] = [window[0], window[1], window[2]];
                 if a != b && b != c && c != a {
-                    self.soup
-                        .triangles
-                        .push(if i % 2 == 0 { [a, b, c] } else { [a, c, b] });
+                    let triangle = if i % 2 == 0 { [a, b, c] } else { [a, c, b] };
+                    self.soup.triangles.push(triangle);
+                    if let Some(texcoords) = &mut self.texcoords {
+                        texcoords.of_corners.clear();
+                        texcoords.face(&[], &[triangle]);
+                    }
                 }
             }
         }

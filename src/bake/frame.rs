@@ -1,0 +1,150 @@
+//! Tangent frames at the corners of triangles, by MikkTSpace (M. S. Mikkelsen, *Simulation of
+//! Wrinkled Surfaces Revisited*, 2008), in which glTF, Blender, Unreal and Unity read normal maps.
+
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
+use glam::{Mat3, Vec3, Vec4};
+
+use crate::morphometry::smooth_normals;
+use crate::skin::Relief;
+use crate::substrate::{Substrate, SurfacePoint, Texturing};
+
+/// Frames of one triangle's corners, in the order of the substrate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    /// Unit vectors, outwards.
+    pub(super) normals: [Vec3; 3],
+    /// A unit vector towards the image's right, and the sign of the one towards its top.
+    pub(super) tangents: [Vec4; 3],
+}
+
+impl Frame {
+    /// A direction in the axes of the normal map, as MikkTSpace prescribes: frames are interpolated
+    /// by weight and not normalized.
+    pub(super) fn to_tangent_space(self, weights: [f64; 3], direction: Vec3) -> Vec3 {
+        let axes = self.axes(weights);
+        let invertible = axes.determinant().abs() > 1e-6;
+        let local = invertible.then(|| axes.inverse() * direction);
+        let local = local.and_then(Vec3::try_normalize);
+        // A normal map has no directions from beneath.
+        local.map_or(Vec3::Z, |n| n.with_z(n.z.max(0.0)).normalize_or(Vec3::Z))
+    }
+
+    /// Tangent, bitangent and normal by weight.
+    pub(super) fn axes(self, weights: [f64; 3]) -> Mat3 {
+        let [a, b, c] = weights.map(|w| w as f32);
+        let [n0, n1, n2] = self.normals;
+        let [t0, t1, t2] = self.tangents.map(|t| t.truncate());
+        let (normal, tangent) = (n0 * a + n1 * b + n2 * c, t0 * a + t1 * b + t2 * c);
+        let bitangent = normal.cross(tangent) * self.tangents[0].w;
+        Mat3::from_cols(tangent, bitangent, normal)
+    }
+}
+
+/// The order of a triangle's corners that is counter-clockwise from outside, by whether its file has
+/// it the other way.
+pub(super) fn order(turned: bool) -> [usize; 3] {
+    match turned {
+        true => [0, 2, 1],
+        false => [0, 1, 2],
+    }
+}
+
+/// Those of every triangle.
+pub(super) fn frames(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Vec<Frame> {
+    let mut faces = Faces {
+        substrate,
+        texturing,
+        relief,
+        frames: unturned(substrate, relief),
+    };
+    // It fails only for faces of other than three or four corners.
+    let _ = generate_tangents(&mut faces);
+    faces.frames
+}
+
+/// With some tangent for each normal.
+fn unturned(substrate: &Substrate, relief: &Relief) -> Vec<Frame> {
+    const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let all = 0..substrate.triangles().len() as u32;
+    let corners = |t: u32| CORNERS.map(|w| SurfacePoint::from_weights(t, w));
+    let places: Vec<SurfacePoint> = all.clone().flat_map(corners).collect();
+    let normals = smooth_normals(substrate, &places);
+    let frame = |(t, n): (u32, &[glam::DVec3; 3])| {
+        let normals = n.map(|n| (n * relief.side(t)).as_vec3().normalize_or(Vec3::Y));
+        Frame {
+            normals,
+            tangents: normals.map(|n| n.any_orthonormal_vector().extend(1.0)),
+        }
+    };
+    all.zip(normals.as_chunks().0).map(frame).collect()
+}
+
+struct Faces<'a> {
+    substrate: &'a Substrate,
+    texturing: &'a Texturing,
+    relief: &'a Relief<'a>,
+    frames: Vec<Frame>,
+}
+
+impl Faces<'_> {
+    fn corner(&self, face: usize, vertex: usize) -> usize {
+        order(self.relief.side(face as u32) < 0.0)[vertex]
+    }
+
+    fn uvs(&self, face: usize) -> Option<[[f64; 2]; 3]> {
+        let source = self.substrate.source_triangle(face as u32);
+        self.texturing.uvs.get(source as usize).copied().flatten()
+    }
+}
+
+/// The same on every machine.
+struct Portable;
+
+impl Ops for Portable {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+
+    fn acos(x: f32) -> f32 {
+        libm::acos(f64::from(x)) as f32
+    }
+}
+
+impl Geometry<Portable> for Faces<'_> {
+    fn num_faces(&self) -> usize {
+        self.frames.len()
+    }
+
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, vertex: usize) -> [f32; 3] {
+        let corner = self.corner(face, vertex);
+        let place = self.substrate.corners(face as u32)[corner];
+        place.as_vec3().to_array()
+    }
+
+    fn normal(&self, face: usize, vertex: usize) -> [f32; 3] {
+        self.frames[face].normals[self.corner(face, vertex)].to_array()
+    }
+
+    /// With rows counted from below, so that the second axis points to the image's top, as glTF and
+    /// OpenGL have it.
+    fn tex_coord(&self, face: usize, vertex: usize) -> [f32; 2] {
+        let corner = self.corner(face, vertex);
+        let [u, v] = self.uvs(face).map_or([0.0; 2], |uvs| uvs[corner]);
+        [u as f32, (1.0 - v) as f32]
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, vertex: usize) {
+        let corner = self.corner(face, vertex);
+        let Some(space) = space.filter(|_| self.uvs(face).is_some()) else {
+            return;
+        };
+        let [x, y, z, sign] = space.tangent_encoded();
+        if let Some(tangent) = Vec3::new(x, y, z).try_normalize() {
+            self.frames[face].tangents[corner] = tangent.extend(sign);
+        }
+    }
+}

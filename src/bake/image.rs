@@ -1,0 +1,108 @@
+//! Images of the substrate's material: PNG and JPEG to texels.
+
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+use glam::Vec3;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use crate::color::to_linear;
+
+/// Linear light of every sRGB byte.
+static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| to_linear(byte as u8)));
+
+/// Texels of 8 bits a channel, rows from the top.
+pub(super) struct Image {
+    width: usize,
+    height: usize,
+    rgb: Vec<[u8; 3]>,
+}
+
+/// Texels of the largest image that is read.
+const MOST_TEXELS: usize = 1 << 28;
+
+impl Image {
+    pub(super) fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let image = match bytes {
+            [0x89, b'P', b'N', b'G', ..] => png(bytes)?,
+            [0xff, 0xd8, ..] => jpeg(bytes)?,
+            _ => return Err("it is neither PNG nor JPEG".into()),
+        };
+        match image.rgb.len() == image.width * image.height && !image.rgb.is_empty() {
+            true => Ok(image),
+            false => Err("it has no texels".into()),
+        }
+    }
+
+    /// Linear light at a place from (0, 0), the upper left corner, to (1, 1), and repeated beyond.
+    pub(super) fn color(&self, uv: [f64; 2]) -> Vec3 {
+        self.bilinear(uv, |rgb| {
+            Vec3::from_array(rgb.map(|byte| LINEAR[byte as usize]))
+        })
+    }
+
+    /// The same as numbers from 0 to 1.
+    pub(super) fn values(&self, uv: [f64; 2]) -> Vec3 {
+        self.bilinear(uv, |rgb| {
+            Vec3::from_array(rgb.map(|byte| f32::from(byte) / 255.0))
+        })
+    }
+
+    fn bilinear(&self, [u, v]: [f64; 2], of: impl Fn([u8; 3]) -> Vec3) -> Vec3 {
+        let (x, y) = (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let at = |dx: i64, dy: i64| {
+            let column = (left as i64)
+                .saturating_add(dx)
+                .rem_euclid(self.width as i64);
+            let row = (top as i64)
+                .saturating_add(dy)
+                .rem_euclid(self.height as i64);
+            of(self.rgb[row as usize * self.width + column as usize])
+        };
+        let (across, down) = ((x - left) as f32, (y - top) as f32);
+        let upper = at(0, 0).lerp(at(1, 0), across);
+        upper.lerp(at(0, 1).lerp(at(1, 1), across), down)
+    }
+}
+
+fn png(bytes: &[u8]) -> Result<Image, String> {
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
+    let length = reader.output_buffer_size();
+    let length = length.filter(|&length| length <= 4 * MOST_TEXELS);
+    let mut raw = vec![0; length.ok_or("it is too large")?];
+    let info = reader.next_frame(&mut raw).map_err(|e| e.to_string())?;
+    let channels = info.color_type.samples();
+    let texel = |texel: &[u8]| match *texel {
+        [r, g, b, ..] => [r, g, b],
+        [grey, ..] => [grey; 3],
+        [] => [0; 3],
+    };
+    Ok(Image {
+        width: info.width as usize,
+        height: info.height as usize,
+        rgb: raw[..info.buffer_size()]
+            .chunks_exact(channels)
+            .map(texel)
+            .collect(),
+    })
+}
+
+fn jpeg(bytes: &[u8]) -> Result<Image, String> {
+    // Without the processor's own instructions, whose rounding may differ.
+    let options = DecoderOptions::new_safe().jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    let raw = decoder.decode().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions().ok_or("it has no size")?;
+    Ok(Image {
+        width,
+        height,
+        rgb: raw.as_chunks().0.to_vec(),
+    })
+}

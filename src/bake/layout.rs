@@ -1,0 +1,350 @@
+//! Which triangle each texel of an image shows.
+//!
+//! Places of the image are counted in texels: the middle of texel (i, j), column and row, is at
+//! (i, j). The image repeats, as textures do: coordinates beyond it come in again at the other side.
+
+use glam::DVec2;
+
+use super::BakeError;
+use crate::substrate::{Substrate, Texturing};
+
+/// No triangle.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A triangle's corners in texels.
+pub(super) type Corners = [DVec2; 3];
+
+/// The substrate's triangles in an image.
+pub(super) struct Layout {
+    /// Texels in a row, and rows.
+    pub(super) size: usize,
+    /// For each triangle; none where it has no area in the image.
+    pub(super) corners: Vec<Option<Corners>>,
+    /// For each texel, row by row, the triangle under its middle, or in the gutter the nearest one;
+    /// [`NONE`] beyond.
+    pub(super) owners: Vec<u32>,
+    /// Texels that a triangle covers with their middles.
+    pub(super) covered: usize,
+    pub(super) overlaps: Overlaps,
+}
+
+/// Parts of the surface that share texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Overlaps {
+    /// Texels under more than one triangle.
+    pub texels: usize,
+    /// Triangles that share a texel with another.
+    pub triangles: usize,
+}
+
+/// Twice the area in texels below which a triangle shows nothing.
+const FLAT: f64 = 1e-9;
+
+/// How far inside two triangles a texel's middle must be to count as shared, in texels: neighbours
+/// share their edge.
+const SHARED: f64 = 0.01;
+
+/// How far beyond its edge a triangle that has no texel's middle can still be the nearest one that
+/// bilinear sampling comes to.
+pub(super) const FOOTPRINT: f64 = 1.5;
+
+impl Layout {
+    /// With a gutter so many texels wide around what is covered.
+    pub(super) fn new(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        size: usize,
+        gutter: usize,
+    ) -> Result<Self, BakeError> {
+        let mut layout = Self {
+            size,
+            corners: corners(substrate, texturing, size)?,
+            owners: vec![NONE; size * size],
+            covered: 0,
+            overlaps: Overlaps::default(),
+        };
+        layout.cover();
+        layout.reach_out(substrate);
+        layout.dilate(gutter);
+        Ok(layout)
+    }
+
+    /// The number of the texel at a column and a row, which may lie beyond the image.
+    pub(super) fn texel(&self, x: i64, y: i64) -> usize {
+        let size = self.size as i64;
+        (y.rem_euclid(size) * size + x.rem_euclid(size)) as usize
+    }
+
+    /// The middle of the texel of this number.
+    pub(super) fn middle(&self, texel: usize) -> DVec2 {
+        DVec2::new((texel % self.size) as f64, (texel / self.size) as f64)
+    }
+
+    /// A place, moved by whole images to where its owner is.
+    pub(super) fn near(&self, corners: &Corners, p: DVec2) -> DVec2 {
+        let [low, high] = bounds(corners);
+        let size = self.size as f64;
+        p + ((0.5 * (low + high) - p) / size).round() * size
+    }
+
+    /// Gives each triangle the texels whose middles it covers, the first one where two do.
+    fn cover(&mut self) {
+        let mut shares = vec![false; self.corners.len()];
+        let mut shared = vec![false; self.owners.len()];
+        for t in 0..self.corners.len() {
+            let Some(corners) = self.corners[t] else {
+                continue;
+            };
+            for (x, y) in under(corners) {
+                let p = DVec2::new(x as f64, y as f64);
+                let inside = inside(&corners, p);
+                if inside < -1e-9 {
+                    continue;
+                }
+                let texel = self.texel(x, y);
+                let owner = self.owners[texel];
+                if owner == NONE {
+                    self.owners[texel] = t as u32;
+                    self.covered += 1;
+                } else if inside > SHARED && self.is_well_inside(owner, p) {
+                    shared[texel] = true;
+                    shares[t] = true;
+                    shares[owner as usize] = true;
+                }
+            }
+        }
+        let count = |marks: &[bool]| marks.iter().filter(|&&m| m).count();
+        self.overlaps = Overlaps {
+            texels: count(&shared),
+            triangles: count(&shares),
+        };
+    }
+
+    fn is_well_inside(&self, triangle: u32, p: DVec2) -> bool {
+        let corners = self.corners[triangle as usize];
+        corners.is_some_and(|c| inside(&c, self.near(&c, p)) > SHARED)
+    }
+
+    /// Gives the texels along the borders of charts, as far as bilinear sampling reads them, to the
+    /// nearest triangle: a chart may be narrower than a texel.
+    fn reach_out(&mut self, substrate: &Substrate) {
+        let mut nearest = vec![f32::INFINITY; self.owners.len()];
+        let covered: Vec<bool> = self.owners.iter().map(|&o| o != NONE).collect();
+        for half_edge in self.seams(substrate) {
+            let triangle = half_edge / 3;
+            let Some(corners) = self.corners[triangle as usize] else {
+                continue;
+            };
+            let k = half_edge as usize % 3;
+            let edge = [corners[k], corners[(k + 1) % 3], corners[k]];
+            for (x, y) in around(&edge, FOOTPRINT) {
+                let p = DVec2::new(x as f64, y as f64);
+                let distance = distance_to(&corners, p) as f32;
+                let texel = self.texel(x, y);
+                let near = f64::from(distance) <= FOOTPRINT && distance < nearest[texel];
+                if near && !covered[texel] {
+                    nearest[texel] = distance;
+                    self.owners[texel] = triangle;
+                }
+            }
+        }
+    }
+
+    /// Half-edges where the image is cut: open edges of the surface, and those whose two triangles
+    /// lie apart in the image.
+    pub(super) fn seams(&self, substrate: &Substrate) -> Vec<u32> {
+        let half_edges = 0..3 * self.corners.len() as u32;
+        let seam = |&h: &u32| {
+            let twin = substrate.twin(h);
+            let other = twin.half_edge();
+            let [a, b] = match (self.edge(h), self.edge(other)) {
+                (Some(here), Some([c, d])) if twin.is_flipped() => [here, [c, d]],
+                (Some(here), Some([c, d])) => [here, [d, c]],
+                (here, _) => return here.is_some(),
+            };
+            other == h || a.iter().zip(b).any(|(p, q)| (*p - q).length() > 1e-6)
+        };
+        half_edges.filter(seam).collect()
+    }
+
+    /// The ends of a half-edge in the image.
+    pub(super) fn edge(&self, half_edge: u32) -> Option<[DVec2; 2]> {
+        let corners = self.corners[half_edge as usize / 3]?;
+        let k = half_edge as usize % 3;
+        Some([corners[k], corners[(k + 1) % 3]])
+    }
+
+    /// Gives so many rings of texels around what has an owner to the nearest of their neighbours'.
+    fn dilate(&mut self, rings: usize) {
+        let mut ring: Vec<usize> = (0..self.owners.len())
+            .filter(|&i| self.owners[i] != NONE)
+            .collect();
+        for _ in 0..rings {
+            let free = |i: &usize| self.owners[*i] == NONE;
+            let mut next: Vec<usize> = ring
+                .iter()
+                .flat_map(|&i| self.neighbours(i))
+                .filter(free)
+                .collect();
+            next.sort_unstable();
+            next.dedup();
+            let owners: Vec<u32> = next.iter().map(|&i| self.nearest_owner(i)).collect();
+            for (&i, owner) in next.iter().zip(owners) {
+                self.owners[i] = owner;
+            }
+            ring = next;
+        }
+    }
+
+    fn neighbours(&self, texel: usize) -> [usize; 8] {
+        const AROUND: [(i64, i64); 8] = [
+            (-1, -1),
+            (0, -1),
+            (1, -1),
+            (-1, 0),
+            (1, 0),
+            (-1, 1),
+            (0, 1),
+            (1, 1),
+        ];
+        let (x, y) = ((texel % self.size) as i64, (texel / self.size) as i64);
+        AROUND.map(|(dx, dy)| self.texel(x + dx, y + dy))
+    }
+
+    fn nearest_owner(&self, texel: usize) -> u32 {
+        let p = self.middle(texel);
+        let mut best = (f64::INFINITY, NONE);
+        for neighbour in self.neighbours(texel) {
+            let owner = self.owners[neighbour];
+            let corners = self.corners.get(owner as usize).copied().flatten();
+            if let Some(corners) = corners.filter(|_| owner != best.1) {
+                let distance = distance_to(&corners, self.near(&corners, p));
+                if distance < best.0 || (distance == best.0 && owner < best.1) {
+                    best = (distance, owner);
+                }
+            }
+        }
+        best.1
+    }
+}
+
+/// How many times over triangles may cover the image: more are a texture that many parts share.
+const MOST_IMAGES: f64 = 32.0;
+
+/// The triangles' corners in texels, and that none is larger than the image.
+fn corners(
+    substrate: &Substrate,
+    texturing: &Texturing,
+    size: usize,
+) -> Result<Vec<Option<Corners>>, BakeError> {
+    let scale = size as f64;
+    let mut found = Vec::with_capacity(substrate.triangles().len());
+    let (mut missing, mut images) = (0, 0.0);
+    for t in 0..substrate.triangles().len() as u32 {
+        let source = substrate.source_triangle(t);
+        let uvs = texturing.uvs.get(source as usize).copied().flatten();
+        missing += usize::from(uvs.is_none());
+        let corners = uvs.map(|uvs| uvs.map(|uv| DVec2::from(uv) * scale - 0.5));
+        if let Some(corners) = corners {
+            let [low, high] = bounds(&corners);
+            let tiles = (high - low).max_element() / scale;
+            if tiles > 1.0 + 1e-6 {
+                return Err(BakeError::Repeats {
+                    triangle: source,
+                    tiles,
+                });
+            }
+            images += 0.5 * doubled_area(&corners).abs() / (scale * scale);
+        }
+        found.push(corners.filter(|c| doubled_area(c).abs() > FLAT));
+    }
+    match missing == found.len() {
+        true => Err(BakeError::NoUvs),
+        false if images > MOST_IMAGES => Err(BakeError::Stacked { images }),
+        false => Ok(found),
+    }
+}
+
+pub(super) fn bounds(corners: &Corners) -> [DVec2; 2] {
+    let [a, b, c] = *corners;
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
+pub(super) fn doubled_area([a, b, c]: &Corners) -> f64 {
+    (*b - *a).perp_dot(*c - *a)
+}
+
+/// Columns and rows of the texels whose middles are in the box of three points, or as near to it.
+fn around(corners: &Corners, distance: f64) -> impl Iterator<Item = (i64, i64)> + use<> {
+    let [low, high] = bounds(corners);
+    let from = (low - distance).ceil();
+    let to = (high + distance).floor();
+    let columns = from.x as i64..=to.x as i64;
+    (from.y as i64..=to.y as i64).flat_map(move |y| columns.clone().map(move |x| (x, y)))
+}
+
+/// Columns and rows of the texels whose middles are under a triangle, and a few beside them: as many
+/// as its area and its height say, whatever its box.
+fn under(corners: Corners) -> impl Iterator<Item = (i64, i64)> {
+    const ROUND_OFF: f64 = 1e-6;
+    let [low, high] = bounds(&corners);
+    let rows = low.y.ceil() as i64..=high.y.floor() as i64;
+    rows.flat_map(move |y| {
+        let at = y as f64;
+        let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            if (a.y - at) * (b.y - at) > 0.0 {
+                continue;
+            }
+            let crossing = a.x + (at - a.y) / (b.y - a.y) * (b.x - a.x);
+            let ends = match a.y == b.y {
+                true => [a.x, b.x],
+                false => [crossing; 2],
+            };
+            span[0] = span[0].min(ends[0]).min(ends[1]);
+            span[1] = span[1].max(ends[0]).max(ends[1]);
+        }
+        let columns = (span[0] - ROUND_OFF).ceil() as i64..=(span[1] + ROUND_OFF).floor() as i64;
+        columns.map(move |x| (x, y))
+    })
+}
+
+/// Distance from the nearest side's line, positive inside.
+fn inside(corners: &Corners, p: DVec2) -> f64 {
+    let turn = doubled_area(corners).signum();
+    let side = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        turn * (b - a).perp_dot(p - a) / (b - a).length()
+    };
+    side(0).min(side(1)).min(side(2))
+}
+
+/// Distance to the triangle, 0 inside.
+pub(super) fn distance_to(corners: &Corners, p: DVec2) -> f64 {
+    (p - nearest_in(corners, p)).length()
+}
+
+/// The triangle's point that is nearest to a place.
+pub(super) fn nearest_in(corners: &Corners, p: DVec2) -> DVec2 {
+    if inside(corners, p) >= 0.0 {
+        return p;
+    }
+    let on_side = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        let along = (p - a).dot(b - a) / (b - a).length_squared();
+        a + (b - a) * along.clamp(0.0, 1.0)
+    };
+    let nearer = |a: DVec2, b: DVec2| match (b - p).length_squared() < (a - p).length_squared() {
+        true => b,
+        false => a,
+    };
+    nearer(nearer(on_side(0), on_side(1)), on_side(2))
+}
+
+/// Barycentric weights of a place, negative beyond the sides.
+pub(super) fn weights(corners: &Corners, p: DVec2) -> [f64; 3] {
+    let [a, b, c] = corners.map(|corner| corner - p);
+    let doubled = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    doubled.map(|w| w / (doubled[0] + doubled[1] + doubled[2]))
+}

@@ -1,0 +1,308 @@
+//! Lichen as textures in the substrate's own UV layout: for meshes that a game or a film has already.
+//!
+//! Each texel is a place of the surface, and is asked what the [skin](mod@crate::skin) is drawn from: the
+//! field of Sumner 2001, 8.1, which says the height of the lichen over that place. So maps and skin
+//! agree. Texels are sampled several times and averaged; in the gutter around charts the surface
+//! goes on beyond the seam (`place.rs`), so that filtering reads the same on both sides.
+//!
+//! Not guaranteed: that parts of the surface which share texels look right (they are
+//! [counted](Overlaps)), and that lichen finer than a texel is told apart.
+
+mod frame;
+mod ground;
+mod image;
+mod layout;
+mod map;
+mod mesh;
+mod occlusion;
+mod place;
+mod texel;
+
+use glam::{DVec2, Vec3};
+
+pub use ground::Base;
+pub use layout::Overlaps;
+pub use map::{MAPS, Map, Range};
+
+use frame::{Frame, frames, order};
+use ground::{Ground, Surface};
+use layout::{Layout, NONE};
+use occlusion::Horizons;
+use place::Placer;
+use texel::{Sampler, Texels};
+
+use crate::cluster::Cluster;
+use crate::skin::{Paint, Relief, Shape, SkinError};
+use crate::substrate::{Substrate, Texturing};
+
+/// How large and how fine maps are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Texels in a row, and rows: 16 to 8192.
+    pub size: u32,
+    /// Texels around what the layout covers that are filled too, for filtering and smaller levels of
+    /// the texture: 2 to 64.
+    pub gutter: u32,
+    /// Samples along each side of a texel, 1 to 8: the square of this in all.
+    pub samples: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            size: 2048,
+            gutter: 16,
+            samples: 2,
+        }
+    }
+}
+
+/// Why maps cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BakeError {
+    /// The mesh has no texture coordinates.
+    #[error(
+        "the mesh has no UVs to lay maps out in: unwrap it in the program that made it (in Blender: \
+         Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
+    )]
+    NoUvs,
+    /// A triangle is larger than the image.
+    #[error(
+        "triangle {triangle} is {tiles:.1} images wide in the UVs, which repeat a texture: lichen \
+         needs a layout in which each place of the surface has texels of its own; unwrap the mesh \
+         again"
+    )]
+    Repeats {
+        /// Its number in the file.
+        triangle: u32,
+        /// How many images it spans.
+        tiles: f64,
+    },
+    /// Triangles lie on one another many times over.
+    #[error(
+        "the triangles cover the image {images:.0} times over in the UVs, which share a texture: \
+         lichen needs a layout in which each place of the surface has texels of its own; unwrap the \
+         mesh again"
+    )]
+    Stacked {
+        /// How many images they would fill.
+        images: f64,
+    },
+    /// A setting that is out of its range.
+    #[error("{name} is {value}: it may be {low} to {high}")]
+    Range {
+        /// What it is called.
+        name: &'static str,
+        /// What was asked for.
+        value: u32,
+        /// The least that it may be.
+        low: u32,
+        /// The most.
+        high: u32,
+    },
+    /// The lichen's shape is not one, or there is none.
+    #[error(transparent)]
+    Skin(#[from] SkinError),
+    /// An image for the substrate's colour that cannot be read.
+    #[error("the image of the base colour cannot be read: {0}")]
+    Base(String),
+}
+
+impl Settings {
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`BakeError::Range`] for the first that is not.
+    pub fn check(&self) -> Result<(), BakeError> {
+        let ranges = [
+            ("size (in texels)", self.size, 16, 8192),
+            ("gutter (in texels)", self.gutter, 2, 64),
+            ("samples", self.samples, 1, 8),
+        ];
+        let outside = |(_, value, low, high): &(_, u32, u32, u32)| !(low..=high).contains(&value);
+        let wrong = ranges.into_iter().find(outside);
+        wrong.map_or(Ok(()), |(name, value, low, high)| {
+            Err(BakeError::Range {
+                name,
+                value,
+                low,
+                high,
+            })
+        })
+    }
+}
+
+/// A lichen and how it looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// Its elements.
+    pub cluster: &'a Cluster,
+    /// The shape of its skin; the resolution is the texel's.
+    pub shape: &'a Shape,
+    /// Its colours.
+    pub paint: &'a Paint,
+    /// What is under it.
+    pub base: &'a Base,
+}
+
+/// A lichen in the texels of its substrate: every [`Map`] is read from it.
+pub struct Baked<'a> {
+    substrate: &'a Substrate,
+    texturing: &'a Texturing,
+    layout: Layout,
+    frames: Vec<Frame>,
+    /// For each triangle, whether its file winds it inwards.
+    turned: Vec<bool>,
+    texels: Texels,
+    ground: Ground<'a>,
+    texel: f64,
+    /// Height of the highest texel, local units.
+    highest: f32,
+}
+
+/// What a layout was found to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayoutReport {
+    /// Texels of the image.
+    pub texels: usize,
+    /// Those under a triangle.
+    pub covered: usize,
+    /// Those under several.
+    pub overlaps: Overlaps,
+    /// Triangles that have no area in the layout, or no UVs: lichen on them is in no map.
+    pub not_shown: usize,
+    /// Usual side of a texel on the surface, in the mesh file's units.
+    pub texel: f64,
+}
+
+/// Bakes a lichen into the layout of its substrate; the same on any number of threads.
+///
+/// # Errors
+/// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the
+/// settings or of the shape is out of its range, when there are no elements, or when the image of the
+/// base cannot be read.
+pub fn bake<'a>(
+    substrate: &'a Substrate,
+    texturing: &'a Texturing,
+    look: &Look,
+    settings: &Settings,
+) -> Result<Baked<'a>, BakeError> {
+    settings.check()?;
+    let (size, gutter) = (settings.size as usize, settings.gutter as usize);
+    let layout = Layout::new(substrate, texturing, size, gutter)?;
+    let ground = Ground::new(substrate, texturing, look.base).map_err(BakeError::Base)?;
+    let relief = Relief::new(substrate, look.cluster, look.shape)?;
+    let frames = frames(substrate, texturing, &relief);
+    let placer = Placer::new(substrate, &layout);
+    let sampler = Sampler {
+        placer: &placer,
+        relief: &relief,
+        frames: &frames,
+        paint: look.paint,
+        last: look.cluster.len().saturating_sub(1) as f32,
+        along: settings.samples,
+    };
+    let mut texels = sampler.sample(gutter);
+    let horizons = Horizons {
+        placer: &placer,
+        frames: &frames,
+        radius: look.cluster.radius(),
+        known: gutter as f64 - 1.0,
+    };
+    texels.occlude(|texels, number, texel| horizons.light(texels, number, texel));
+    let all = 0..substrate.triangles().len() as u32;
+    Ok(Baked {
+        substrate,
+        texturing,
+        turned: all.map(|t| relief.side(t) < 0.0).collect(),
+        highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
+        texel: placer.texel,
+        layout,
+        frames,
+        texels,
+        ground,
+    })
+}
+
+impl Baked<'_> {
+    /// Texels in a row, and rows.
+    pub fn size(&self) -> usize {
+        self.layout.size
+    }
+
+    /// What the layout was found to be.
+    pub fn report(&self) -> LayoutReport {
+        let hidden = self.layout.corners.iter().filter(|c| c.is_none());
+        LayoutReport {
+            texels: self.layout.owners.len(),
+            covered: self.layout.covered,
+            overlaps: self.layout.overlaps,
+            not_shown: hidden.count(),
+            texel: self.substrate.units().length_to_file(self.texel),
+        }
+    }
+
+    /// What of the mesh's material could not be used, in words for the user.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        let notes = self.texturing.notes.iter().chain(&self.ground.notes);
+        notes.map(String::as_str)
+    }
+
+    /// Half-edges where the layout is cut, each with its ends as UVs: those of the substrate's
+    /// triangle h / 3, from its corner h % 3 to the next.
+    pub fn seams(&self) -> Vec<(u32, [[f64; 2]; 2])> {
+        let size = self.size() as f64;
+        let uv = |p: DVec2| ((p + 0.5) / size).to_array();
+        let ends = |h: u32| Some((h, self.layout.edge(h)?.map(uv)));
+        let seams = self.layout.seams(self.substrate);
+        seams.into_iter().filter_map(ends).collect()
+    }
+
+    /// The axes of the normal map at a place of a triangle: tangent, bitangent and normal, as
+    /// interpolated by weight from its corners.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn tangent_frame(&self, triangle: u32, weights: [f64; 3]) -> [[f32; 3]; 3] {
+        self.frames[triangle as usize]
+            .axes(weights)
+            .to_cols_array_2d()
+    }
+
+    /// The owner of a texel, if it has one, and the place of its middle as UV.
+    fn owner(&self, texel: usize) -> (Option<u32>, [f64; 2]) {
+        let owner = Some(self.layout.owners[texel]).filter(|&o| o != NONE);
+        let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
+        (owner, uv.to_array())
+    }
+
+    /// What the substrate is like at a texel, without its colour.
+    fn surface(&self, texel: usize) -> Surface {
+        let (owner, uv) = self.owner(texel);
+        self.ground.surface(owner, uv)
+    }
+
+    /// Its colour.
+    fn bare_color(&self, texel: usize) -> Vec3 {
+        let (owner, uv) = self.owner(texel);
+        self.ground.base_color(owner, uv, || {
+            let placer = Placer {
+                substrate: self.substrate,
+                layout: &self.layout,
+                texel: self.texel,
+            };
+            let corners = self.layout.corners[owner? as usize]?;
+            let place = placer.place(owner?, &corners, self.layout.middle(texel));
+            Some(self.substrate.position(&place.at))
+        })
+    }
+
+    /// The lichen over the substrate's own normal map.
+    fn normal(&self, texel: usize) -> Vec3 {
+        let under = self.surface(texel).normal;
+        let Some(lichen) = self.texels.get(texel) else {
+            return under;
+        };
+        under.lerp(lichen.normal, lichen.mask).normalize_or(Vec3::Z)
+    }
+}

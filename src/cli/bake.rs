@@ -1,0 +1,429 @@
+//! `thallus bake`: the lichen as textures of its mesh.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use rayon::prelude::*;
+use serde::Serialize;
+use thallus::bake::{self, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
+use thallus::cluster::Cluster;
+use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
+use thallus::run::Length;
+use thallus::skin::{Paint, Shape, parse_color};
+use thallus::substrate::{Substrate, Texturing, load_textured};
+
+use super::axes::Convention;
+use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
+use super::check;
+use super::failure::Failure;
+use super::grown::Grown;
+use super::number::{count, duration};
+use super::skin::{relief, spinner, threads};
+use super::skin_paint::paint;
+use super::terminal::{self, Voice};
+
+const GLB: &str = "lichened.glb";
+const SIDECAR: &str = "maps.json";
+
+pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
+    let settings = Settings {
+        size: args.maps.size,
+        gutter: args.maps.gutter,
+        samples: args.maps.samples,
+    };
+    settings.check().map_err(|e| Failure::Usage(e.into()))?;
+    threads(args.threads)?;
+    let voice = Voice { quiet: args.quiet };
+    let started = Instant::now();
+    let lichen = Lichen::read(args)?;
+    let (shape, paint) = lichen.look(args)?;
+    let base = base(args)?;
+    let placement = placement(args, &lichen.substrate)?;
+    let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
+    let mut seconds = Seconds {
+        load: started.elapsed().as_secs_f64(),
+        ..Seconds::default()
+    };
+    let look = Look {
+        cluster: &lichen.cluster,
+        shape: &shape,
+        paint: &paint,
+        base: &base,
+    };
+    let baked = lichen.bake(&look, &settings, voice, &mut seconds)?;
+    warn(&lichen, &baked, voice);
+    let writer = Writer {
+        baked: &baked,
+        placement: &placement,
+        format: args.maps.format,
+        normal: args.maps.normal,
+    };
+    writer.write_all(folder, voice, &mut seconds)?;
+    seconds.total = started.elapsed().as_secs_f64();
+    let report = Report::new(args, &lichen, &baked, &writer, seconds);
+    conclude(args, &report)
+}
+
+/// A lichen on its mesh, and what the mesh file says about textures.
+struct Lichen {
+    mesh: PathBuf,
+    substrate: Substrate,
+    texturing: Texturing,
+    cluster: Cluster,
+}
+
+impl Lichen {
+    fn read(args: &BakeArgs) -> Result<Self, Failure> {
+        let grown = Grown::read(&args.from)?;
+        let mesh = match &args.mesh {
+            Some(mesh) => mesh.clone(),
+            None => grown.mesh_file()?,
+        };
+        let (loaded, texturing) = load_textured(&mesh).map_err(anyhow::Error::new)?;
+        let failed = |e| anyhow::Error::msg(check::load_error(&mesh, &e));
+        let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
+        let cluster = grown.elements.to_cluster(&substrate);
+        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+        Ok(Self {
+            mesh,
+            substrate,
+            texturing,
+            cluster,
+        })
+    }
+
+    fn look(&self, args: &BakeArgs) -> Result<(Shape, Paint), Failure> {
+        let units = self.substrate.units();
+        let radius = units.length_to_file(self.cluster.radius());
+        let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
+        let shape = relief(&args.relief, &in_radii);
+        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        Ok((shape, paint(&args.color, &in_radii)?))
+    }
+
+    fn bake(
+        &self,
+        look: &Look,
+        settings: &Settings,
+        voice: Voice,
+        seconds: &mut Seconds,
+    ) -> Result<Baked<'_>, Failure> {
+        let started = Instant::now();
+        let elements = count(self.cluster.len() as u64);
+        let spinner = spinner(voice, &format!("baking {elements} elements"));
+        let baked = bake::bake(&self.substrate, &self.texturing, look, settings);
+        spinner.finish_and_clear();
+        seconds.bake = started.elapsed().as_secs_f64();
+        let mesh = || self.mesh.display().to_string();
+        Ok(baked.with_context(mesh)?)
+    }
+}
+
+/// What the mesh looks like where there is no lichen.
+fn base(args: &BakeArgs) -> Result<Base, Failure> {
+    match args.maps.base.as_deref() {
+        None => Ok(Base::Mesh),
+        Some(color) if color.starts_with('#') => {
+            let color = parse_color(color).map_err(anyhow::Error::new);
+            let color = color.map_err(|e| Failure::Usage(e.context("--base")))?;
+            Ok(Base::Color(color))
+        }
+        Some(file) => {
+            let bytes = fs::read(file)
+                .with_context(|| format!("{file}: reading the image of the base colour failed"))?;
+            Ok(Base::Image(bytes))
+        }
+    }
+}
+
+/// To the axes and units of glTF.
+fn placement(args: &BakeArgs, substrate: &Substrate) -> Result<Placement, Failure> {
+    let convention = Convention {
+        extension: "glb",
+        axes: Axes::Fixed(UpAxis::Y),
+        metres: true,
+    };
+    let up = UpAxis::of(substrate);
+    args.axes.placement(&convention, Some(up))
+}
+
+/// What another run wrote is not told apart from what stands there otherwise.
+fn taken(error: OutputError) -> Failure {
+    match error {
+        OutputError::FolderExists(folder) => Failure::Failed(anyhow::anyhow!(
+            "{} exists already and is not empty: add --force to overwrite maps there (other files \
+             are left alone), or choose another folder",
+            folder.display()
+        )),
+        other => other.into(),
+    }
+}
+
+fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
+    let mesh = lichen.mesh.display();
+    let report = baked.report();
+    let shared = report.overlaps;
+    if shared.texels > 0 {
+        let share = 100.0 * shared.texels as f64 / report.covered.max(1) as f64;
+        let triangles = count(shared.triangles as u64);
+        voice.warn(&format!(
+            "{mesh}: {triangles} triangles overlap in the UVs: {share:.1} % of the texels in use show \
+             one place of the surface and stand for several; unwrap the mesh without overlaps"
+        ));
+    }
+    if report.not_shown > 0 {
+        let [hidden, all] = [report.not_shown, lichen.substrate.triangles().len()];
+        let [hidden, all] = [hidden, all].map(|n| count(n as u64));
+        voice.warn(&format!(
+            "{mesh}: {hidden} of {all} triangles have no UVs, or no area in them: lichen there is in no \
+             map"
+        ));
+    }
+    for note in baked.notes() {
+        voice.warn(&format!("{mesh}: {note}"));
+    }
+    let radius = lichen
+        .substrate
+        .units()
+        .length_to_file(lichen.cluster.radius());
+    if report.texel > COARSE * radius {
+        let radii = report.texel / radius;
+        voice.warn(&format!(
+            "a texel is {radii:.1} element radii wide: single elements do not show; a larger --size \
+             shows more"
+        ));
+    }
+}
+
+/// Texels wider than this, in element radii, show no elements.
+const COARSE: f64 = 2.0;
+
+/// Writes maps.
+struct Writer<'a> {
+    baked: &'a Baked<'a>,
+    placement: &'a Placement,
+    format: FileFormat,
+    normal: NormalFormat,
+}
+
+impl Writer<'_> {
+    fn write_all(
+        &self,
+        mut folder: OutputDir,
+        voice: Voice,
+        seconds: &mut Seconds,
+    ) -> Result<(), Failure> {
+        let started = Instant::now();
+        let spinner = spinner(voice, &format!("writing to {}", folder.path().display()));
+        let written = self.write_into(&mut folder).and_then(|()| folder.commit());
+        spinner.finish_and_clear();
+        written?;
+        seconds.write = started.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn write_into(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+        let files: Vec<std::io::Result<Vec<u8>>> =
+            MAPS.par_iter().map(|m| self.encoded(m)).collect();
+        let mut worn = HashMap::new();
+        for (map, file) in MAPS.iter().zip(files) {
+            folder.write(&self.file_name(map), |out| {
+                let file = file?;
+                out.write_all(&file)?;
+                worn.insert(map.name, file);
+                Ok(())
+            })?;
+        }
+        folder.write(GLB, |out| self.write_glb(&worn, out))?;
+        let sidecar = self.sidecar();
+        folder.write(SIDECAR, |out| {
+            serde_json::to_writer_pretty(&mut *out, &sidecar)?;
+            out.write_all(b"\n")
+        })
+    }
+
+    fn file_name(&self, map: &Map) -> String {
+        let extension = match self.format {
+            FileFormat::Png => "png",
+            FileFormat::Exr => "exr",
+        };
+        format!("{}.{extension}", map.name)
+    }
+
+    /// A map's file.
+    fn encoded(&self, map: &Map) -> std::io::Result<Vec<u8>> {
+        let down = map.name == "normal" && self.normal == NormalFormat::Directx;
+        let factor = self.exr_factor(map);
+        let value = |x: usize, y: usize| {
+            let [r, g, b] = self.baked.value(map, x, y).map(|v| v * factor);
+            [r, if down { 1.0 - g } else { g }, b]
+        };
+        let texture = self.baked.texture(map, &value);
+        let mut file = Vec::new();
+        match self.format {
+            FileFormat::Png => texture.write_png(map.png_bits, &mut file)?,
+            FileFormat::Exr => texture.write_exr(map.is_exact, &mut file)?,
+        }
+        Ok(file)
+    }
+
+    /// Heights are in metres in EXR, which has numbers beyond 1.
+    fn exr_factor(&self, map: &Map) -> f32 {
+        match (self.format, map.name) {
+            (FileFormat::Exr, "height") => map.range(self.baked, self.placement.scale).one as f32,
+            _ => 1.0,
+        }
+    }
+
+    /// The mesh with its material; `files` are the maps as they were written.
+    fn write_glb(
+        &self,
+        files: &HashMap<&str, Vec<u8>>,
+        out: &mut dyn Write,
+    ) -> std::io::Result<()> {
+        let worn = ["base_color", "normal", "orm"];
+        let images: std::io::Result<Vec<Cow<[u8]>>> =
+            worn.par_iter().map(|name| self.worn(name, files)).collect();
+        let images = images?;
+        let mut mesh = self.baked.mesh();
+        mesh.place(self.placement);
+        let images = MapImages {
+            base_color: &images[0],
+            normal: &images[1],
+            orm: &images[2],
+        };
+        mesh.write_glb(&images, out)
+    }
+
+    /// A map as glTF wants it: PNG of 8 bits, green up.
+    fn worn<'f>(
+        &self,
+        name: &str,
+        files: &'f HashMap<&str, Vec<u8>>,
+    ) -> std::io::Result<Cow<'f, [u8]>> {
+        let written = files.get(name).filter(|_| self.format == FileFormat::Png);
+        match (written, Map::named(name)) {
+            (Some(file), Some(map)) if map.png_bits == 8 => Ok(Cow::Borrowed(file)),
+            (_, Some(map)) => {
+                let value = |x: usize, y: usize| self.baked.value(map, x, y);
+                let mut file = Vec::new();
+                self.baked.texture(map, &value).write_png(8, &mut file)?;
+                Ok(Cow::Owned(file))
+            }
+            (_, None) => Err(std::io::Error::other("there is no such map")),
+        }
+    }
+
+    fn sidecar(&self) -> serde_json::Value {
+        let map = |map: &Map| {
+            let range = map.range(self.baked, self.placement.scale);
+            let factor = f64::from(self.exr_factor(map)).max(f64::MIN_POSITIVE);
+            let space = match (map.is_color, self.format) {
+                (true, FileFormat::Png) => "sRGB",
+                (true, FileFormat::Exr) => "linear sRGB",
+                (false, _) => "data",
+            };
+            serde_json::json!({
+                "file": self.file_name(map),
+                "what": map.what,
+                "color_space": space,
+                "zero": range.zero,
+                "one": if factor == 1.0 { range.one } else { 1.0 },
+                "unit": range.unit,
+            })
+        };
+        let report = self.baked.report();
+        let green = match self.normal {
+            NormalFormat::Opengl => "up (OpenGL)",
+            NormalFormat::Directx => "down (DirectX)",
+        };
+        serde_json::json!({
+            "thallus": env!("CARGO_PKG_VERSION"),
+            "mesh": GLB,
+            "size": self.baked.size(),
+            "texel_meters": report.texel * self.placement.scale,
+            "highest_meters": self.baked.highest() * self.placement.scale,
+            "normal_green": green,
+            "maps": MAPS.iter().map(map).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The JSON answer, keys in this order.
+#[derive(Debug, Serialize)]
+struct Report {
+    elements: usize,
+    folder: String,
+    size: usize,
+    texel: f64,
+    highest: f64,
+    covered: f64,
+    overlapping_texels: usize,
+    overlapping_triangles: usize,
+    triangles_not_shown: usize,
+    files: Vec<String>,
+    seconds: Seconds,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Seconds {
+    load: f64,
+    bake: f64,
+    write: f64,
+    total: f64,
+}
+
+impl Report {
+    fn new(
+        args: &BakeArgs,
+        lichen: &Lichen,
+        baked: &Baked,
+        writer: &Writer,
+        seconds: Seconds,
+    ) -> Self {
+        let LayoutReport {
+            texels,
+            covered,
+            overlaps,
+            not_shown,
+            texel,
+        } = baked.report();
+        let maps = MAPS.iter().map(|map| writer.file_name(map));
+        let others = [GLB, SIDECAR].map(str::to_owned);
+        Self {
+            elements: lichen.cluster.len(),
+            folder: args.output.display().to_string(),
+            size: baked.size(),
+            texel,
+            highest: baked.highest(),
+            covered: covered as f64 / texels as f64,
+            overlapping_texels: overlaps.texels,
+            overlapping_triangles: overlaps.triangles,
+            triangles_not_shown: not_shown,
+            files: maps.chain(others).collect(),
+            seconds,
+        }
+    }
+}
+
+fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> {
+    if args.json {
+        let json = serde_json::to_string_pretty(report).context("writing JSON")?;
+        terminal::say(&json)?;
+    } else if !args.quiet {
+        let (elements, size) = (count(report.elements as u64), report.size);
+        let seconds = duration(report.seconds.total);
+        let glb = Path::new(&report.folder).join(GLB);
+        terminal::say(&format!(
+            "{}: {elements} elements in {} maps of {size} x {size}, in {seconds}",
+            glb.display(),
+            MAPS.len()
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! The arguments of `thallus bake` as they are typed.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use thallus::bake::{MAPS, Map};
+
+use super::axes::AxesArgs;
+use super::skin_args::{ColorArgs, ReliefArgs};
+
+#[derive(Debug, Args)]
+pub(crate) struct BakeArgs {
+    /// The folder of a run, or its elements.ply
+    #[arg(value_name = "DIR|elements.ply")]
+    pub(crate) from: PathBuf,
+    /// The mesh that the lichen grew on, with its UVs [default: the one that recipe.toml beside the
+    /// elements names]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    #[arg(short, long, value_name = "OUT", help = output_help())]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) maps: MapArgs,
+    #[command(flatten)]
+    pub(crate) relief: ReliefArgs,
+    #[command(flatten)]
+    pub(crate) color: ColorArgs,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
+    /// Say what was made as JSON
+    #[arg(long, help_heading = RUN)]
+    pub(crate) json: bool,
+    /// Overwrite files that are there
+    #[arg(long, help_heading = RUN)]
+    pub(crate) force: bool,
+    /// No progress, notes or warnings: only errors
+    #[arg(long, help_heading = RUN)]
+    pub(crate) quiet: bool,
+    /// Threads to use; the result is the same for any number [default: all cores]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+const RUN: &str = "Run";
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Maps")]
+pub(crate) struct MapArgs {
+    /// Texels in a row, and rows, 16 to 8192
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        default_value_t = 2048,
+        allow_negative_numbers = true
+    )]
+    pub(crate) size: u32,
+    #[arg(
+        long,
+        value_enum,
+        value_name = "png|exr",
+        default_value = "png",
+        hide_possible_values = true,
+        hide_default_value = true,
+        help = "File format of the maps [default: png]\npng: 8 bits, and 16 for height, normal and birth\nexr: 16-bit floats, and 32 for height and birth; colours in linear light, height in metres"
+    )]
+    pub(crate) format: FileFormat,
+    /// Green of the normal map: opengl points up (glTF, Blender, Unity, Godot), directx down (Unreal)
+    #[arg(
+        long,
+        value_enum,
+        value_name = "opengl|directx",
+        default_value = "opengl",
+        hide_possible_values = true
+    )]
+    pub(crate) normal: NormalFormat,
+    /// Texels around the parts of the layout that are filled too, so that filtering shows no seam, 2
+    /// to 64
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        default_value_t = 16,
+        allow_negative_numbers = true
+    )]
+    pub(crate) gutter: u32,
+    /// Samples along each side of a texel, 1 to 8: 4 gives smoother margins in four times the time
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2,
+        allow_negative_numbers = true
+    )]
+    pub(crate) samples: u32,
+    /// Colour of the mesh under the lichen: #8a8478, or a PNG or JPEG image in its layout [default:
+    /// the material of a glTF file, else grey stone]
+    #[arg(long, value_name = "COLOR|IMAGE")]
+    pub(crate) base: Option<String>,
+}
+
+/// A file format of maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum FileFormat {
+    Png,
+    Exr,
+}
+
+/// Which way green points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum NormalFormat {
+    Opengl,
+    Directx,
+}
+
+fn output_help() -> String {
+    let line = |map: &Map| format!("\n{}: {}", map.name, map.what);
+    let maps: String = MAPS.iter().map(line).collect();
+    format!(
+        "The folder to write to: lichened.glb, the mesh with the maps as its material; maps.json, what \
+         their numbers mean; and the maps:{maps}"
+    )
+}

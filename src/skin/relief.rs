@@ -1,0 +1,94 @@
+//! The lichen's surface as heights over places of the substrate: what the skin is drawn from, for
+//! others to draw from too.
+
+use glam::DVec3;
+
+use super::base::Winding;
+use super::field::{Field, Sample, cutoff};
+use super::grid::{Grid, Nearness};
+use super::lichen::Lichen;
+use super::sheet::Sheet;
+use super::{Shape, SkinError, may_carry};
+use crate::cluster::Cluster;
+use crate::substrate::{Substrate, SurfacePoint};
+
+/// A lichen, ready to be asked for its height anywhere on its substrate.
+pub(crate) struct Relief<'a> {
+    substrate: &'a Substrate,
+    shape: Shape,
+    winding: Winding,
+    lichen: Lichen,
+    grid: Grid,
+    nearness: Nearness,
+}
+
+impl<'a> Relief<'a> {
+    /// # Errors
+    /// When a number of `shape` is out of its range, or when there are no elements.
+    pub(crate) fn new(
+        substrate: &'a Substrate,
+        cluster: &Cluster,
+        shape: &Shape,
+    ) -> Result<Self, SkinError> {
+        shape.check()?;
+        if cluster.is_empty() {
+            return Err(SkinError::Empty);
+        }
+        let winding = Winding::of(substrate);
+        let mut lichen = Lichen::new(substrate, &winding, cluster);
+        let grid = lichen.sort(cutoff(shape) * cluster.radius());
+        let places = lichen.granules.iter().map(|g| g.position);
+        Ok(Self {
+            substrate,
+            shape: *shape,
+            nearness: Nearness::new(places.collect()),
+            winding,
+            lichen,
+            grid,
+        })
+    }
+
+    /// 1 where a triangle is wound as its file has it, −1 where outside is the other side.
+    pub(crate) fn side(&self, triangle: u32) -> f64 {
+        self.winding.side(triangle)
+    }
+
+    /// Whether lichen may be felt within `margin` (local units) of a triangle.
+    pub(crate) fn may_carry(&self, triangle: u32, margin: f64) -> bool {
+        let felt = cutoff(&self.shape) * self.lichen.radius + margin;
+        may_carry(self.substrate, &self.nearness, triangle, felt)
+    }
+
+    /// Whether lichen is felt within `margin` of a place, local units.
+    pub(crate) fn is_near(&self, place: DVec3, margin: f64) -> bool {
+        let felt = cutoff(&self.shape) * self.lichen.radius + margin;
+        self.nearness.within(place, felt)
+    }
+
+    /// What asks, with scratch space for the answers: one for each thread.
+    pub(crate) fn probe(&self) -> Probe<'_> {
+        Probe {
+            field: Field::new(self.substrate, &self.lichen, &self.grid, &self.shape),
+            winding: &self.winding,
+            sheet: Sheet::new(self.substrate, self.lichen.radius),
+        }
+    }
+}
+
+/// Asks a relief.
+pub(crate) struct Probe<'a> {
+    field: Field<'a>,
+    winding: &'a Winding,
+    sheet: Sheet<'a>,
+}
+
+impl Probe<'_> {
+    /// What the field says about a place.
+    pub(crate) fn sample(&mut self, at: &SurfacePoint) -> Sample {
+        let substrate = self.field.substrate;
+        let facing = self.winding.normal(substrate, at.triangle).as_vec3();
+        let place = substrate.position(at);
+        self.field
+            .sample(place, at.triangle, facing, &mut self.sheet)
+    }
+}

@@ -1,0 +1,253 @@
+//! The part of a glTF 2.0 document that says what its triangles look like.
+//!
+//! Read apart from the geometry, and only where textures are asked for: a fault here is a note, and
+//! never keeps lichen from growing. Read are metallic-roughness materials with `KHR_texture_transform`;
+//! textures of another coordinate set than the first, and images other than PNG and JPEG, are passed
+//! over.
+
+use serde::Deserialize;
+
+use crate::substrate::{Material, Texture, Texturing};
+
+use super::gltf_buffers::Buffers;
+use super::text::quoted;
+
+/// Materials, and which primitives have them.
+#[derive(Default, Deserialize)]
+pub(super) struct Looks {
+    #[serde(default)]
+    meshes: Vec<MeshLooks>,
+    #[serde(default)]
+    materials: Vec<JsonMaterial>,
+    #[serde(default)]
+    textures: Vec<JsonTexture>,
+    #[serde(default)]
+    images: Vec<JsonImage>,
+    /// Why nothing could be read.
+    #[serde(skip)]
+    fault: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct MeshLooks {
+    #[serde(default)]
+    primitives: Vec<PrimitiveLooks>,
+}
+
+#[derive(Deserialize)]
+struct PrimitiveLooks {
+    material: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct JsonMaterial {
+    #[serde(default)]
+    pbr_metallic_roughness: MetallicRoughness,
+    normal_texture: Option<TextureInfo>,
+    occlusion_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct MetallicRoughness {
+    base_color_factor: [f32; 4],
+    metallic_factor: f32,
+    roughness_factor: f32,
+    base_color_texture: Option<TextureInfo>,
+    metallic_roughness_texture: Option<TextureInfo>,
+}
+
+impl Default for MetallicRoughness {
+    fn default() -> Self {
+        Self {
+            base_color_factor: [1.0; 4],
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            base_color_texture: None,
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct TextureInfo {
+    index: usize,
+    #[serde(default)]
+    tex_coord: u32,
+    /// Of normals.
+    scale: Option<f32>,
+    /// Of occlusion.
+    strength: Option<f32>,
+    #[serde(default)]
+    extensions: TextureExtensions,
+}
+
+#[derive(Default, Deserialize)]
+struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    transform: Option<Transform>,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Transform {
+    offset: [f64; 2],
+    rotation: f64,
+    scale: [f64; 2],
+    tex_coord: Option<u32>,
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self {
+            offset: [0.0; 2],
+            rotation: 0.0,
+            scale: [1.0; 2],
+            tex_coord: None,
+        }
+    }
+}
+
+impl Transform {
+    /// Translation × rotation × scale, as the extension says.
+    fn rows(&self) -> [[f64; 3]; 2] {
+        let (sin, cos) = (libm::sin(self.rotation), libm::cos(self.rotation));
+        let ([x, y], [sx, sy]) = (self.offset, self.scale);
+        [[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]]
+    }
+}
+
+#[derive(Deserialize)]
+struct JsonTexture {
+    source: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct JsonImage {
+    uri: Option<String>,
+    buffer_view: Option<usize>,
+}
+
+impl Looks {
+    pub(super) fn read(json: &[u8]) -> Self {
+        serde_json::from_slice(json).unwrap_or_else(|e| Self {
+            fault: Some(e.to_string()),
+            ..Self::default()
+        })
+    }
+
+    /// The material of a mesh's primitive.
+    pub(super) fn material_of(&self, mesh: usize, primitive: usize) -> Option<u32> {
+        let material = self.meshes.get(mesh)?.primitives.get(primitive)?.material?;
+        ((material as usize) < self.materials.len()).then_some(material)
+    }
+
+    /// Adds the materials and the images that they name.
+    pub(super) fn materials_into(&self, out: &mut Texturing, buffers: &Buffers) {
+        if let Some(fault) = &self.fault {
+            out.notes
+                .push(format!("materials cannot be read ({fault})"));
+        }
+        let used: Vec<bool> = (0..self.materials.len() as u32)
+            .map(|m| out.material_of.contains(&Some(m)))
+            .collect();
+        let mut images = Images {
+            looks: self,
+            buffers,
+            places: vec![None; self.images.len()],
+            out,
+        };
+        for (material, used) in self.materials.iter().zip(used) {
+            let read = images.material(material, used);
+            images.out.materials.push(read);
+        }
+    }
+}
+
+/// Reads each image that a material names once.
+struct Images<'a> {
+    looks: &'a Looks,
+    buffers: &'a Buffers<'a>,
+    /// Where images of the document went; `Some(None)` for one that cannot be read.
+    places: Vec<Option<Option<usize>>>,
+    out: &'a mut Texturing,
+}
+
+impl Images<'_> {
+    fn material(&mut self, material: &JsonMaterial, used: bool) -> Material {
+        let pbr = &material.pbr_metallic_roughness;
+        let [r, g, b, _] = pbr.base_color_factor;
+        let mut texture = |info: &Option<TextureInfo>, what| {
+            let info = info.as_ref().filter(|_| used)?;
+            self.texture(info, what)
+        };
+        Material {
+            base_color: [r, g, b],
+            metallic: pbr.metallic_factor,
+            roughness: pbr.roughness_factor,
+            base_color_texture: texture(&pbr.base_color_texture, "base colour"),
+            metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),
+            normal_texture: texture(&material.normal_texture, "normal"),
+            occlusion_texture: texture(&material.occlusion_texture, "occlusion"),
+        }
+    }
+
+    fn texture(&mut self, info: &TextureInfo, what: &str) -> Option<Texture> {
+        let transform = info.extensions.transform.clone().unwrap_or_default();
+        if transform.tex_coord.unwrap_or(info.tex_coord) != 0 {
+            let note = format!("the {what} texture has coordinates of its own and is passed over");
+            self.out.notes.push(note);
+            return None;
+        }
+        let source = self.looks.textures.get(info.index).and_then(|t| t.source);
+        let image = source.filter(|&s| s < self.places.len());
+        let Some(image) = image.and_then(|s| self.image(s)) else {
+            let note = format!("the {what} texture is passed over: it has no PNG or JPEG image");
+            self.out.notes.push(note);
+            return None;
+        };
+        Some(Texture {
+            image,
+            strength: info.scale.or(info.strength).unwrap_or(1.0),
+            transform: transform.rows(),
+        })
+    }
+
+    fn image(&mut self, source: usize) -> Option<usize> {
+        if let Some(place) = self.places[source] {
+            return place;
+        }
+        let place = match self.bytes(source) {
+            Ok(bytes) => {
+                self.out.images.push(bytes);
+                Some(self.out.images.len() - 1)
+            }
+            Err(problem) => {
+                self.out.notes.push(format!("image {source}: {problem}"));
+                None
+            }
+        };
+        self.places[source] = Some(place);
+        place
+    }
+
+    fn bytes(&self, source: usize) -> Result<Vec<u8>, String> {
+        let image = &self.looks.images[source];
+        let bytes = match (image.buffer_view, &image.uri) {
+            (Some(view), _) => {
+                let view = self.buffers.view(view).map_err(|fault| fault.to_string())?;
+                view.bytes.to_vec()
+            }
+            (None, Some(uri)) => self.buffers.outside(uri)?,
+            (None, None) => return Err("it has no data".into()),
+        };
+        let known = bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8");
+        let start = quoted(&bytes[..bytes.len().min(12)]);
+        known
+            .then_some(bytes)
+            .ok_or_else(|| format!("it is neither PNG nor JPEG (it begins with {start})"))
+    }
+}

@@ -1,0 +1,494 @@
+//! Textures: against the skin, across seams, and against closed forms.
+
+mod common;
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use glam::{DVec2, DVec3, Mat3, Vec3};
+use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
+use thallus::cluster::Cluster;
+use thallus::export::{MapImages, Texture};
+use thallus::run::{Execution, grow};
+use thallus::skin::{Paint, Shape, skin};
+use thallus::substrate::{Soup, Substrate, Texturing, load_textured};
+
+use common::recipe;
+
+/// A sphere from a cube, each of whose faces is a chart of its own, turned in its own way, in a
+/// layout of three by two squares with gaps.
+fn cube_sphere(n: u32) -> String {
+    let mut text = String::new();
+    let faces = [
+        [DVec3::X, DVec3::Y, DVec3::Z],
+        [DVec3::Y, DVec3::Z, DVec3::X],
+        [DVec3::Z, DVec3::X, DVec3::Y],
+    ];
+    let faces = faces.into_iter().flat_map(|f| [f, [-f[0], f[2], f[1]]]);
+    for (k, [out, right, up]) in faces.enumerate() {
+        let middle = DVec2::new(
+            (k % 3) as f64 / 3.0 + 1.0 / 6.0,
+            (k / 3) as f64 / 2.0 + 0.25,
+        );
+        let turn = DVec2::from_angle(0.4 * k as f64);
+        for i in 0..=n {
+            for j in 0..=n {
+                let [s, t] = [i, j].map(|i| 2.0 * f64::from(i) / f64::from(n) - 1.0);
+                let p = (out + right * s + up * t).normalize();
+                let uv = middle + 0.1 * turn.rotate(DVec2::new(s, t));
+                writeln!(text, "v {} {} {}\nvt {} {}", p.x, p.y, p.z, uv.x, uv.y).unwrap();
+            }
+        }
+        let at = |i: u32, j: u32| k as u32 * (n + 1) * (n + 1) + i * (n + 1) + j + 1;
+        for i in 0..n {
+            for j in 0..n {
+                let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                let [a, b, c, d] = corners;
+                writeln!(text, "f {a}/{a} {b}/{b} {c}/{c} {d}/{d}").unwrap();
+            }
+        }
+    }
+    text
+}
+
+struct Made {
+    substrate: Substrate,
+    texturing: Texturing,
+    cluster: Cluster,
+}
+
+fn load(path: &Path) -> (Substrate, Texturing) {
+    let (loaded, texturing) = load_textured(path).unwrap();
+    (Substrate::from_loaded(loaded).unwrap(), texturing)
+}
+
+fn written(text: &str, name: &str) -> (Substrate, Texturing) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, text).unwrap();
+    load(&path)
+}
+
+/// A lichen on the sphere that covers the top and reaches over several seams.
+fn made() -> Made {
+    let (substrate, texturing) = written(&cube_sphere(12), "sphere.obj");
+    let growth = grow(
+        &substrate,
+        &recipe(0.05, 500),
+        &Execution::default(),
+        &mut (),
+    );
+    Made {
+        cluster: growth.unwrap().cluster,
+        substrate,
+        texturing,
+    }
+}
+
+fn baked<'a>(made: &'a Made, settings: &Settings) -> Baked<'a> {
+    let look = Look {
+        cluster: &made.cluster,
+        shape: &Shape::default(),
+        paint: &Paint::default(),
+        base: &Base::Mesh,
+    };
+    bake(&made.substrate, &made.texturing, &look, settings).unwrap()
+}
+
+fn settings(size: u32, samples: u32) -> Settings {
+    Settings {
+        size,
+        gutter: 8,
+        samples,
+    }
+}
+
+fn map(name: &str) -> &'static Map {
+    Map::named(name).unwrap()
+}
+
+/// A map at a place, by bilinear sampling as a renderer does it.
+fn bilinear(baked: &Baked, map: &Map, uv: [f64; 2]) -> Vec3 {
+    let size = baked.size() as f64;
+    let p = DVec2::from(uv) * size - 0.5;
+    let (low, share) = (p.floor(), (p - p.floor()).as_vec2());
+    let at = |dx: i64, dy: i64| {
+        let wrap = |x: f64, d: i64| (x as i64 + d).rem_euclid(size as i64) as usize;
+        Vec3::from_array(baked.value(map, wrap(low.x, dx), wrap(low.y, dy)))
+    };
+    let upper = at(0, 0).lerp(at(1, 0), share.x);
+    upper.lerp(at(0, 1).lerp(at(1, 1), share.x), share.y)
+}
+
+/// Places on seams: the half-edges and UVs of both sides, and the share of the way along the first.
+fn seam_places(made: &Made, baked: &Baked) -> Vec<[(u32, f64, [f64; 2]); 2]> {
+    let seams: HashMap<u32, [[f64; 2]; 2]> = baked.seams().into_iter().collect();
+    let mut places = Vec::new();
+    for (&h, ends) in &seams {
+        let twin = made.substrate.twin(h).half_edge();
+        assert!(twin != h && !made.substrate.twin(h).is_flipped());
+        let others = seams[&twin];
+        for share in [0.15, 0.5, 0.85] {
+            let at = |[a, b]: [[f64; 2]; 2], s: f64| [0, 1].map(|k| a[k] + s * (b[k] - a[k]));
+            let there = 1.0 - share;
+            places.push([
+                (h, share, at(*ends, share)),
+                (twin, there, at(others, there)),
+            ]);
+        }
+    }
+    places
+}
+
+/// The world's direction of the normal map at a place on a half-edge.
+fn world_normal(baked: &Baked, (h, share, uv): (u32, f64, [f64; 2])) -> Vec3 {
+    let mut weights = [0.0; 3];
+    weights[h as usize % 3] = 1.0 - share;
+    weights[(h as usize + 1) % 3] = share;
+    let axes = Mat3::from_cols_array_2d(&baked.tangent_frame(h / 3, weights));
+    (axes * (2.0 * bilinear(baked, map("normal"), uv) - 1.0)).normalize()
+}
+
+/// Mean and greatest of some differences.
+fn spread(differences: &[f32]) -> [f32; 2] {
+    let mean = differences.iter().sum::<f32>() / differences.len() as f32;
+    [mean, differences.iter().fold(0.0, |m, &d| m.max(d))]
+}
+
+#[test]
+fn both_sides_of_a_seam_show_the_same() {
+    let made = made();
+    let baked = baked(&made, &settings(1024, 2));
+    let under = |place: &(u32, f64, [f64; 2])| bilinear(&baked, map("mask"), place.2).x > 0.0;
+    let places: Vec<_> = seam_places(&made, &baked)
+        .into_iter()
+        .filter(|[a, b]| under(a) || under(b))
+        .collect();
+    assert!(places.len() > 100, "only {} places", places.len());
+    // Mean and greatest difference; a texel is a sixth of an element's radius.
+    let bounds = [
+        ("mask", 0.001, 0.1),
+        ("height", 0.001, 0.05),
+        ("birth", 0.0002, 0.001),
+        ("color", 0.001, 0.005),
+        ("occlusion", 0.001, 0.03),
+        ("base_color", 0.001, 0.03),
+        ("orm", 0.001, 0.03),
+    ];
+    for (name, mean, most) in bounds {
+        let difference = |[a, b]: &[(u32, f64, [f64; 2]); 2]| {
+            let [a, b] = [a.2, b.2].map(|uv| bilinear(&baked, map(name), uv));
+            (a - b).abs().max_element()
+        };
+        let found = spread(&places.iter().map(difference).collect::<Vec<_>>());
+        assert!(found[0] < mean && found[1] < most, "{name}: {found:?}");
+    }
+    let turned = |[a, b]: &[(u32, f64, [f64; 2]); 2]| {
+        world_normal(&baked, *a).distance(world_normal(&baked, *b))
+    };
+    let found = spread(&places.iter().map(turned).collect::<Vec<_>>());
+    assert!(found[0] < 0.005 && found[1] < 0.25, "normal: {found:?}");
+}
+
+/// Where on the surface the middle of a texel is, by trying every triangle.
+fn place_of(made: &Made, uv: DVec2) -> Option<DVec3> {
+    (0..made.substrate.triangles().len() as u32).find_map(|t| {
+        let source = made.substrate.source_triangle(t) as usize;
+        let [a, b, c] = made.texturing.uvs[source]?.map(|p| DVec2::from(p) - uv);
+        let w = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+        let sum: f64 = w.iter().sum();
+        let corners = made.substrate.corners(t);
+        let inside = w.iter().all(|w| w / sum >= 0.0);
+        inside.then(|| (0..3).map(|k| corners[k] * (w[k] / sum)).sum())
+    })
+}
+
+#[test]
+fn heights_are_those_of_the_skin() {
+    let made = made();
+    let fine = Shape {
+        resolution: 0.5,
+        ..Shape::default()
+    };
+    let mesh = skin(&made.substrate, &made.cluster, &fine, &Paint::default()).unwrap();
+    let soup = Soup {
+        positions: mesh.positions,
+        triangles: mesh.triangles,
+        notes: Vec::new(),
+    };
+    let skin = Substrate::from_soup(soup).unwrap();
+    let baked = baked(&made, &settings(512, 1));
+    let (units, radius) = (made.substrate.units(), made.cluster.radius());
+    let mut looked_at = [0, 0];
+    for (x, y) in (0..512 * 512).step_by(37).map(|i| (i % 512, i / 512)) {
+        let uv = (DVec2::new(x as f64, y as f64) + 0.5) / 512.0;
+        let Some(place) = place_of(&made, uv) else {
+            continue;
+        };
+        let height = f64::from(baked.value(map("height"), x, y)[0]) * baked.highest();
+        let covered = baked.value(map("mask"), x, y)[0] > 0.0;
+        looked_at[usize::from(covered)] += 1;
+        assert_eq!(covered, height > 0.0);
+        let in_file = units.to_file(place);
+        // The sphere is about the origin, and heights are along the elements' mean normal.
+        let top = in_file + in_file.normalize() * height;
+        let (_, distance) = skin.nearest(skin.units().to_local(top.to_array()));
+        let distance = skin.units().length_to_file(distance);
+        let radius = units.length_to_file(radius);
+        match covered {
+            true => assert!(distance < 0.1 * radius, "{} radii", distance / radius),
+            false => assert!(distance > 0.0),
+        }
+    }
+    assert!(looked_at[0] > 500 && looked_at[1] > 100, "{looked_at:?}");
+}
+
+#[test]
+fn the_frame_points_to_the_right_and_the_top_of_the_image() {
+    let made = made();
+    let baked = baked(&made, &settings(64, 1));
+    for t in 0..made.substrate.triangles().len() as u32 {
+        let source = made.substrate.source_triangle(t) as usize;
+        let [a, b, c] = made.texturing.uvs[source].unwrap().map(DVec2::from);
+        let [p, q, r] = made.substrate.corners(t);
+        // Solve for the change of place along u and v.
+        let (e, f) = (b - a, c - a);
+        let along = |w: DVec2| {
+            let [x, y] = [w.perp_dot(f), e.perp_dot(w)].map(|x| x / e.perp_dot(f));
+            ((q - p) * x + (r - p) * y).as_vec3().normalize()
+        };
+        let third = 1.0 / 3.0;
+        let [tangent, bitangent, normal] = baked.tangent_frame(t, [third; 3]).map(Vec3::from_array);
+        assert!(tangent.dot(along(DVec2::X)) > 0.9);
+        // Near the cube's corners charts are skewed by 30 degrees.
+        assert!(
+            bitangent.dot(along(-DVec2::Y)) > 0.8,
+            "up in the image is −v"
+        );
+        assert!(normal.dot(made.substrate.normal(t).as_vec3()) > 0.99);
+    }
+}
+
+/// Every map as PNG and EXR.
+fn files(baked: &Baked) -> Vec<Vec<u8>> {
+    let file = |map: &Map| {
+        let value = |x: usize, y: usize| baked.value(map, x, y);
+        let texture: Texture = baked.texture(map, &value);
+        let (mut png, mut exr) = (Vec::new(), Vec::new());
+        texture.write_png(map.png_bits, &mut png).unwrap();
+        texture.write_exr(map.is_exact, &mut exr).unwrap();
+        [png, exr]
+    };
+    MAPS.iter().flat_map(file).collect()
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let made = made();
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build()
+            .unwrap()
+            .install(|| files(&baked(&made, &settings(256, 2))))
+    };
+    let one = on(1);
+    assert_eq!(one.len(), 2 * MAPS.len());
+    for threads in [2, 5] {
+        assert!(on(threads) == one, "{threads} threads");
+    }
+}
+
+#[test]
+fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
+    let made = made();
+    let baked = baked(&made, &settings(128, 1));
+    let png = |name: &str| {
+        let value = |x: usize, y: usize| baked.value(map(name), x, y);
+        let mut file = Vec::new();
+        let texture = baked.texture(map(name), &value);
+        texture.write_png(8, &mut file).unwrap();
+        file
+    };
+    let (base_color, normal, orm) = (png("base_color"), png("normal"), png("orm"));
+    let images = MapImages {
+        base_color: &base_color,
+        normal: &normal,
+        orm: &orm,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lichened.glb");
+    let mut file = fs::File::create(&path).unwrap();
+    baked.mesh().write_glb(&images, &mut file).unwrap();
+    let (again, texturing) = load(&path);
+    assert_eq!(again.triangles().len(), made.substrate.triangles().len());
+    assert_eq!(texturing.notes, [""; 0]);
+    let material = texturing.materials[0].clone();
+    let found =
+        |texture: Option<thallus::substrate::Texture>| &texturing.images[texture.unwrap().image];
+    assert_eq!(*found(material.base_color_texture), base_color);
+    assert_eq!(*found(material.normal_texture), normal);
+    assert_eq!(*found(material.metallic_roughness_texture), orm);
+    assert_eq!(*found(material.occlusion_texture), orm);
+    for t in 0..again.triangles().len() {
+        // The mesh is written in the substrate's order.
+        let source = made.substrate.source_triangle(t as u32) as usize;
+        let (was, is) = (
+            made.texturing.uvs[source].unwrap(),
+            texturing.uvs[t].unwrap(),
+        );
+        for k in 0..3 {
+            assert!((DVec2::from(was[k]) - DVec2::from(is[k])).length() < 1e-6);
+        }
+    }
+    // Baked once more, the material shows through where there is no lichen.
+    let look = Look {
+        cluster: &made.cluster,
+        shape: &Shape::default(),
+        paint: &Paint::default(),
+        base: &Base::Mesh,
+    };
+    let growth = grow(&again, &recipe(0.05, 1), &Execution::default(), &mut ()).unwrap();
+    let look = Look {
+        cluster: &growth.cluster,
+        ..look
+    };
+    let twice = bake(&again, &texturing, &look, &settings(128, 1)).unwrap();
+    let bare = (0..128 * 128)
+        .map(|i| (i % 128, i / 128))
+        .filter(|&(x, y)| twice.value(map("mask"), x, y)[0] == 0.0);
+    for (x, y) in bare {
+        let [was, is] =
+            [&baked, &twice].map(|b| Vec3::from_array(b.value(map("base_color"), x, y)));
+        assert!(
+            (was - is).abs().max_element() < 0.006,
+            "{x} {y}: {was} {is}"
+        );
+    }
+}
+
+/// A square of two triangles for each list of UVs.
+fn squares(uvs: &[[[f64; 2]; 4]]) -> String {
+    let mut text = String::new();
+    for (i, uv) in uvs.iter().enumerate() {
+        for (k, [u, v]) in uv.iter().enumerate() {
+            let [x, z] = [[0, 0], [0, 1], [1, 1], [1, 0]][k];
+            writeln!(text, "v {} 0 {}\nvt {u} {v}", 3 * i + x, z).unwrap();
+        }
+        let [a, b, c, d] = [1, 2, 3, 4].map(|k| 4 * i + k);
+        writeln!(text, "f {a}/{a} {b}/{b} {c}/{c} {d}/{d}").unwrap();
+    }
+    text
+}
+
+fn square(low: f64, high: f64) -> [[f64; 2]; 4] {
+    [[low, low], [low, high], [high, high], [high, low]]
+}
+
+fn bake_squares(text: &str) -> Result<(usize, [usize; 3]), BakeError> {
+    let (substrate, texturing) = written(text, "squares.obj");
+    let growth = grow(&substrate, &recipe(0.1, 3), &Execution::default(), &mut ()).unwrap();
+    let look = Look {
+        cluster: &growth.cluster,
+        shape: &Shape::default(),
+        paint: &Paint::default(),
+        base: &Base::Color([9, 9, 9]),
+    };
+    let baked = bake(&substrate, &texturing, &look, &settings(64, 1))?;
+    let report = baked.report();
+    let shared = report.overlaps;
+    Ok((
+        report.covered,
+        [shared.texels, shared.triangles, report.not_shown],
+    ))
+}
+
+#[test]
+fn covered_and_shared_texels_are_counted() {
+    let one = square(0.25, 0.75);
+    assert_eq!(bake_squares(&squares(&[one])), Ok((32 * 32, [0, 0, 0])));
+    let beyond = square(1.25, 1.75);
+    assert_eq!(
+        bake_squares(&squares(&[beyond])),
+        Ok((32 * 32, [0, 0, 0])),
+        "coordinates repeat"
+    );
+    // The middles on the diagonal are inside no triangle.
+    let (_, [texels, triangles, _]) = bake_squares(&squares(&[one, one])).unwrap();
+    assert_eq!((texels, triangles), (32 * 32 - 32, 4));
+    let (covered, [texels, triangles, _]) =
+        bake_squares(&squares(&[square(0.0, 0.5), square(0.375, 0.875)])).unwrap();
+    assert_eq!(covered, 2 * 32 * 32 - 8 * 8);
+    assert!(
+        (49..=64).contains(&texels) && triangles >= 2,
+        "{texels} {triangles}"
+    );
+    let flat = [[0.5, 0.5]; 4];
+    assert_eq!(bake_squares(&squares(&[one, flat])).unwrap().1, [0, 0, 2]);
+}
+
+#[test]
+fn layouts_that_cannot_be_baked_are_refused() {
+    let without: String = squares(&[square(0.0, 1.0)]).replace("f 1/1 2/2 3/3 4/4", "f 1 2 3 4");
+    assert_eq!(bake_squares(&without), Err(BakeError::NoUvs));
+    let repeats = bake_squares(&squares(&[square(0.0, 5.0)]));
+    assert!(matches!(repeats, Err(BakeError::Repeats { tiles, .. }) if tiles == 5.0));
+    let stacked = bake_squares(&squares(&[square(0.0, 1.0); 33]));
+    assert_eq!(stacked, Err(BakeError::Stacked { images: 33.0 }));
+    for wrong in [
+        Settings {
+            size: 15,
+            ..Settings::default()
+        },
+        Settings {
+            size: 8193,
+            ..Settings::default()
+        },
+        Settings {
+            gutter: 1,
+            ..Settings::default()
+        },
+        Settings {
+            samples: 0,
+            ..Settings::default()
+        },
+    ] {
+        assert!(matches!(wrong.check(), Err(BakeError::Range { .. })));
+    }
+    assert_eq!(Settings::default().check(), Ok(()));
+}
+
+/// The same square with the same UVs in OBJ and, three ways, in PLY.
+#[test]
+fn uvs_are_read_from_every_format_that_has_them() {
+    let uvs = [[0.125, 0.25], [0.125, 0.75], [0.5, 0.75], [0.5, 0.25]];
+    let expected = |corners: [usize; 3]| Some(corners.map(|k| [uvs[k][0], 1.0 - uvs[k][1]]));
+    let expected = [expected([0, 1, 2]), expected([0, 2, 3])];
+    let obj = squares(&[uvs]);
+    assert_eq!(written(&obj, "a.obj").1.uvs, expected);
+    let negative = obj.replace("f 1/1 2/2 3/3 4/4", "f -4/-4 -3/-3 -2/-2 -1/-1");
+    assert_eq!(written(&negative, "a.obj").1.uvs, expected);
+    let half = obj.replace("f 1/1 2/2 3/3 4/4", "f 1/1 2/2 3/3\nf 1 3 4");
+    assert_eq!(written(&half, "a.obj").1.uvs, [expected[0], None]);
+    let places = ["0 0 0", "0 0 1", "1 0 1", "1 0 0"];
+    for [s, t] in [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]] {
+        let rows: String = (0..4)
+            .map(|k| format!("{} {} {}\n", places[k], uvs[k][0], uvs[k][1]))
+            .collect();
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+             property float z\nproperty float {s}\nproperty float {t}\nelement face 1\n\
+             property list uchar int vertex_indices\nend_header\n{rows}4 0 1 2 3\n"
+        );
+        assert_eq!(written(&text, "a.ply").1.uvs, expected, "{s} {t}");
+    }
+    let list: String = uvs.iter().map(|[u, v]| format!(" {u} {v}")).collect();
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+         property list uchar float texcoord\nend_header\n{}\n4 0 1 2 3 8{list}\n",
+        places.join("\n")
+    );
+    assert_eq!(written(&text, "a.ply").1.uvs, expected);
+}

@@ -1,0 +1,172 @@
+//! `thallus bake` as it is called.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::process::{Command, Output};
+
+use desk::{Desk, names, said};
+
+/// A box whose sides are charts in a row of six.
+fn cube() -> String {
+    let mut text = String::new();
+    for i in 0..8 {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for k in 0..6 {
+        let (left, right) = (f64::from(k) / 6.0 + 0.01, f64::from(k + 1) / 6.0 - 0.01);
+        text += &format!("vt {left} 0.4\nvt {right} 0.4\nvt {right} 0.55\nvt {left} 0.55\n");
+    }
+    let faces = [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ];
+    for (k, [a, b, c, d]) in faces.into_iter().enumerate() {
+        let [s, t, u, v] = [1, 2, 3, 4].map(|i| 4 * k + i);
+        text += &format!("f {a}/{s} {b}/{t} {c}/{u} {d}/{v}\n");
+    }
+    text
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    fs::write(desk.path("cube.obj"), cube()).unwrap();
+    desk.done("cube.obj --radius 2% --elements 60 -o out");
+    desk
+}
+
+fn bake(desk: &Desk, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("bake").args(words.split_whitespace());
+    command.current_dir(desk.0.path()).output().unwrap()
+}
+
+fn made(desk: &Desk, words: &str) -> String {
+    let output = bake(desk, words);
+    assert!(output.status.success(), "{words}: {}", said(&output));
+    assert_eq!(said(&output), "", "{words}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = bake(desk, words);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    assert!(
+        said.lines().count() == 1 && !said.contains("panicked"),
+        "{said}"
+    );
+}
+
+const MAPS: [&str; 8] = [
+    "base_color",
+    "birth",
+    "color",
+    "height",
+    "mask",
+    "normal",
+    "occlusion",
+    "orm",
+];
+
+#[test]
+fn every_map_and_the_mesh_are_written_and_said() {
+    let desk = desk();
+    let json = made(&desk, "out -o png --size 128 --json");
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["elements"], 60);
+    let mut expected: Vec<String> = MAPS.map(|m| format!("{m}.png")).to_vec();
+    expected.extend(["lichened.glb".to_owned(), "maps.json".to_owned()]);
+    expected.sort();
+    assert_eq!(names(&desk.path("png")), expected);
+    made(
+        &desk,
+        "out -o exr --size 128 --format exr --quiet --threads 1",
+    );
+    let sidecar = |folder: &str| -> serde_json::Value {
+        serde_json::from_slice(&desk.read(&format!("{folder}/maps.json"))).unwrap()
+    };
+    let height = |folder: &str| {
+        let sidecar = sidecar(folder);
+        let maps = sidecar["maps"].as_array().unwrap().clone();
+        let map = maps
+            .into_iter()
+            .find(|m| m["file"].as_str().unwrap().starts_with("height"));
+        map.unwrap()
+    };
+    assert_eq!(height("png")["one"], sidecar("png")["highest_meters"]);
+    assert_eq!(height("exr")["one"], 1.0);
+    assert!(sidecar("png")["highest_meters"].as_f64().unwrap() > 0.02);
+    // The mesh wears PNG whatever the maps are.
+    assert!(desk.read("png/lichened.glb") == desk.read("exr/lichened.glb"));
+    made(&desk, "out -o dx --size 128 --normal directx --quiet");
+    assert!(desk.read("png/normal.png") != desk.read("dx/normal.png"));
+    assert!(desk.read("png/lichened.glb") == desk.read("dx/lichened.glb"));
+    made(&desk, "out -o cm --size 128 --unit cm --quiet");
+    let in_cm = sidecar("cm")["highest_meters"].as_f64().unwrap();
+    let in_m = sidecar("png")["highest_meters"].as_f64().unwrap();
+    assert!((in_cm * 100.0 / in_m - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_there_is_overwritten_only_when_asked() {
+    let desk = desk();
+    made(&desk, "out -o maps --size 64 --quiet");
+    refused(&desk, "out -o maps --size 64", 1, &["maps", "--force"]);
+    made(&desk, "out -o maps --size 64 --quiet --force");
+    let before = names(&desk.path("out"));
+    refused(&desk, "out -o out --size 64", 1, &["--force"]);
+    assert_eq!(names(&desk.path("out")), before);
+}
+
+#[test]
+fn wrong_requests_are_refused() {
+    let desk = desk();
+    refused(&desk, "out -o x --size 9000", 2, &["9000", "8192"]);
+    refused(&desk, "out -o x --size -1", 2, &["--size"]);
+    refused(&desk, "out -o x --gutter 1", 2, &["gutter", "2 to 64"]);
+    refused(&desk, "out -o x --samples 9", 2, &["samples"]);
+    refused(&desk, "out -o x --format jpg", 2, &["png", "exr"]);
+    refused(&desk, "out -o x --thickness 99r", 2, &["thickness"]);
+    refused(&desk, "out -o x --base #12", 2, &["--base"]);
+    refused(&desk, "out -o x --base gone.png", 1, &["gone.png"]);
+    refused(&desk, "out -o x --base cube.obj", 1, &["PNG"]);
+    refused(&desk, "gone -o x", 1, &["gone"]);
+    assert!(!desk.path("x").exists());
+}
+
+#[test]
+fn layouts_with_faults_are_told() {
+    let desk = desk();
+    desk.done("rock.obj --radius 2% --elements 9 -o bare");
+    refused(&desk, "bare -o x", 1, &["rock.obj", "no UVs", "unwrap"]);
+    assert!(!desk.path("x").exists());
+    let folded = cube().replace("f 5/5 6/6 8/7 7/8", "f 5/1 6/2 8/3 7/4");
+    fs::write(desk.path("folded.obj"), folded).unwrap();
+    let output = bake(&desk, "out -o folded --mesh folded.obj --size 128");
+    let said = said(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("4 triangles overlap"), "{said}");
+    let torn = cube().replace("f 5/5 6/6 8/7 7/8", "f 5 6 8 7");
+    fs::write(desk.path("torn.obj"), torn).unwrap();
+    let output = bake(&desk, "out -o torn --mesh torn.obj --size 128");
+    let said = desk::said(&output);
+    assert!(said.contains("2 of 12 triangles have no UVs"), "{said}");
+    let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
+    fs::write(desk.path("repeats.obj"), repeats).unwrap();
+    refused(
+        &desk,
+        "out -o y --mesh repeats.obj",
+        1,
+        &["repeats.obj", "images wide"],
+    );
+}
