@@ -6,6 +6,9 @@
 //! along the normal. So the iso-surface lies at h = √(log₂(F₀ / iso) / s), and ends where F₀ falls
 //! to the iso value: it can be had from the surface alone.
 //!
+//! In an animation an element's fₙ is multiplied by its influence at the moment (Sumner 2001, 8.2), so
+//! that it swells from nothing.
+//!
 //! Elements near the rim are steeper along the normal (the thesis's taper), so s is their mean by
 //! weight, and the height's direction is the mean of their normals.
 
@@ -27,7 +30,7 @@ const ISO: f64 = 0.5;
 const NOTHING: f32 = -8.0;
 
 /// How wide the ring is over which the taper fades, in element radii.
-const RING: f32 = 8.0;
+pub(super) const RING: f32 = 8.0;
 
 /// The field and what it is made of.
 pub(super) struct Field<'a> {
@@ -112,7 +115,8 @@ impl<'a> Field<'a> {
             for granule in &self.lichen.granules[run] {
                 let away = p - granule.position;
                 let within = away.length_squared() < self.reach_sq;
-                if within && sheet.joins(p, facing, home, granule) {
+                let felt = granule.influence > 0.0 && within;
+                if felt && sheet.joins(p, facing, home, granule) {
                     self.add(&mut sums, away.as_vec3(), granule);
                 }
             }
@@ -121,7 +125,8 @@ impl<'a> Field<'a> {
     }
 
     fn add(&self, sums: &mut Sums, away: Vec3, granule: &Granule) {
-        let weight = libm::exp2f(-away.length_squared() * self.falloff);
+        let falloff = libm::exp2f(-away.length_squared() * self.falloff);
+        let weight = granule.influence * falloff;
         if weight > sums.most {
             sums.most = weight;
             sums.attributes.colony = granule.colony as f32;
@@ -153,16 +158,23 @@ struct Sums {
     attributes: Attributes,
 }
 
+impl Sample {
+    /// Where no lichen is felt.
+    pub(super) fn nothing(facing: Vec3) -> Self {
+        Self {
+            level: NOTHING,
+            height: 0.0,
+            up: facing,
+            normal: facing,
+            attributes: Attributes::default(),
+        }
+    }
+}
+
 impl Sums {
     fn finish(self, field: &Field, facing: Vec3) -> Sample {
         if self.total <= 0.0 {
-            return Sample {
-                level: NOTHING,
-                height: 0.0,
-                up: facing,
-                normal: facing,
-                attributes: Attributes::default(),
-            };
+            return Sample::nothing(facing);
         }
         let mean = 1.0 / self.total;
         let level = libm::log2f(self.total / ISO as f32).max(NOTHING);
