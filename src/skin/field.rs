@@ -27,7 +27,7 @@ const CUTOFF: f64 = 2.828_427_2;
 const ISO: f64 = 0.5;
 
 /// Of log₂(F₀ / iso), where F₀ is nothing: less than the cut-off of one element leaves.
-const NOTHING: f32 = -8.0;
+pub(super) const NOTHING: f32 = -8.0;
 
 /// How wide the ring is over which the taper fades, in element radii.
 pub(super) const RING: f32 = 8.0;

@@ -187,7 +187,8 @@ impl<'a> SkinFrames<'a> {
         self.sample();
         let born = presence.born(self.cluster.len());
         let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
-        let samples = Samples::all(&self.samples);
+        let leaves = self.tree.leaves(born as u32);
+        let samples = Samples::at_corners(&self.samples, &leaves);
         let changed = self.places.changed_by_vertex();
         let longest = self.shape.resolution * self.cluster.radius();
         let positions = &self.tree.positions;
@@ -207,7 +208,7 @@ impl<'a> SkinFrames<'a> {
             )
         };
         let underside = UNDERSIDE * self.cluster.radius();
-        let (marched, outline) = close(&self.tree, born as u32, &samples, underside, cross);
+        let (marched, outline) = close(&self.tree, born as u32, leaves, &samples, underside, cross);
         self.outline = outline;
         let mut mesh = finish(
             self.substrate,

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
-use super::field::{Attributes, Field, Sample};
+use super::field::{Attributes, Field, NOTHING, Sample};
 use super::refine::{ALL, Tree, side_key};
 use super::sheet::Sheet;
 
@@ -42,19 +42,19 @@ pub(super) struct Samples {
 pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
     let samples = sample_all(field, winding, tree);
     let cross = |sides| Outline::new(field, winding, tree, &samples, sides);
-    close(tree, ALL, &samples, underside, cross).0
+    close(tree, ALL, tree.leaves(ALL), &samples, underside, cross).0
 }
 
-/// The closed mesh of these samples for a lichen of so many elements, with the outline that `cross`
-/// makes of the sides that it crosses.
+/// The closed mesh of these samples for a lichen of so many elements, for which the tree has these
+/// leaves, with the outline that `cross` makes of the sides that it crosses.
 pub(super) fn close(
     tree: &Tree,
     elements: u32,
+    leaves: Vec<Face>,
     samples: &Samples,
     underside: f64,
     cross: impl FnOnce(Vec<u64>) -> Outline,
 ) -> (Marched, Outline) {
-    let leaves = tree.leaves(elements);
     let leaves: Vec<Face> = leaves
         .into_par_iter()
         .filter(|f| samples.touches(f))
@@ -110,14 +110,23 @@ impl Samples {
         }
     }
 
-    /// Of a sample for each vertex.
-    pub(super) fn all(samples: &[Sample]) -> Self {
-        let batch = |samples: &[Sample]| {
-            let levels = samples.iter().map(|s| s.level).collect();
-            let inside = samples.iter().filter(|s| s.level > 0.0).copied();
-            (levels, inside.collect())
+    /// Of a sample for each vertex; only the corners of these leaves can be inside.
+    pub(super) fn at_corners(samples: &[Sample], leaves: &[Face]) -> Self {
+        let mut corner = vec![false; samples.len()];
+        for &v in leaves.iter().flat_map(|leaf| &leaf.corners) {
+            corner[v as usize] = true;
+        }
+        let batch = |(samples, corner): (&[Sample], &[bool])| {
+            let levels = samples.iter().zip(corner);
+            let levels = levels.map(|(s, corner)| if *corner { s.level } else { NOTHING });
+            let levels: Vec<f32> = levels.collect();
+            let both = samples.iter().zip(&levels);
+            let inside = both.filter(|(_, level)| **level > 0.0).map(|(s, _)| *s);
+            let inside = inside.collect();
+            (levels, inside)
         };
-        Self::of(samples.par_chunks(BATCH).map(batch).collect())
+        let batches = samples.par_chunks(BATCH).zip(corner.par_chunks(BATCH));
+        Self::of(batches.map(batch).collect())
     }
 
     fn is_inside(&self, vertex: u32) -> bool {
