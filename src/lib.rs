@@ -25,7 +25,8 @@
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
 //! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
 //! [`morphometry`] measures it, an [`export::Scene`] holds both for another program,
-//! [`skin`](mod@skin) makes a triangle mesh of the cluster, and [`picture`] draws it.
+//! [`skin`](mod@skin) makes a triangle mesh of the cluster, [`picture`] draws it, and [`animate`] says
+//! when each element comes in an animation of its growth.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;
@@ -56,6 +57,7 @@
 //! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
 //! [`Units`](substrate::Units).
 
+pub mod animate;
 pub mod cluster;
 mod color;
 pub mod export;

@@ -35,7 +35,9 @@ pub enum CurveError {
     #[error("the curve falls at time {0}: a lichen does not shrink")]
     Falls(String),
     /// Elements and shares cannot be held against one another.
-    #[error("the curve has numbers of elements and shares: write all points as one of them, but for 0 and 100%")]
+    #[error(
+        "the curve has numbers of elements and shares: write all points as one of them, but for 0 and 100%"
+    )]
     Mixed,
     /// Too few points.
     #[error("a curve has at least two points, as 0:0,1:100%, and does not end at 0")]
@@ -58,7 +60,11 @@ impl Curve {
         let (n0, n1) = (count(n0), count(n1));
         let part = ((time - t0) / (t1 - t0)).clamp(0.0, 1.0);
         // Exact at both ends.
-        if part == 1.0 { n1 } else { n0 + part * (n1 - n0) }
+        if part == 1.0 {
+            n1
+        } else {
+            n0 + part * (n1 - n0)
+        }
     }
 
     /// The points of a CSV file: a line a point, a time and a number of elements (or a share with a
@@ -88,9 +94,8 @@ impl Curve {
                 return Err(CurveError::Order(time.to_string()));
             }
             let falls = match (low, high) {
-                (Amount::Elements(a), Amount::Elements(b)) | (Amount::Share(a), Amount::Share(b)) => {
-                    b < a
-                }
+                (Amount::Elements(a), Amount::Elements(b))
+                | (Amount::Share(a), Amount::Share(b)) => b < a,
                 (Amount::Elements(0.0), _) | (_, Amount::Share(1.0)) => false,
                 _ => return Err(CurveError::Mixed),
             };
@@ -98,9 +103,9 @@ impl Curve {
                 return Err(CurveError::Falls(time.to_string()));
             }
         }
-        let ends_at_nothing = points.last().is_none_or(|(_, amount)| {
-            matches!(amount, Amount::Elements(0.0) | Amount::Share(0.0))
-        });
+        let ends_at_nothing = points
+            .last()
+            .is_none_or(|(_, amount)| matches!(amount, Amount::Elements(0.0) | Amount::Share(0.0)));
         match points.len() < 2 || ends_at_nothing {
             true => Err(CurveError::Short),
             false => Ok(Self(points)),
@@ -147,9 +152,15 @@ mod tests {
     fn curves_are_straight_between_their_points() {
         let curve: Curve = "0:0, 2:100, 4:100,10:400".parse().unwrap();
         let at = |time: f64| curve.elements(time / 10.0, 1000);
-        assert_eq!([0.0, 1.0, 2.0, 3.0, 4.0, 7.0, 10.0].map(at), [0.0, 50.0, 100.0, 100.0, 100.0, 250.0, 400.0]);
+        assert_eq!(
+            [0.0, 1.0, 2.0, 3.0, 4.0, 7.0, 10.0].map(at),
+            [0.0, 50.0, 100.0, 100.0, 100.0, 250.0, 400.0]
+        );
         let shares: Curve = "0:0,1:25%,2:100%".parse().unwrap();
-        assert_eq!([0.0, 0.5, 1.0].map(|s| shares.elements(s, 80)), [0.0, 20.0, 80.0]);
+        assert_eq!(
+            [0.0, 0.5, 1.0].map(|s| shares.elements(s, 80)),
+            [0.0, 20.0, 80.0]
+        );
     }
 
     #[test]
@@ -168,7 +179,16 @@ mod tests {
     #[test]
     fn what_is_no_curve_is_told_apart() {
         let error = |text: &str| text.parse::<Curve>().unwrap_err();
-        for wrong in ["", "1", "0:0,1:-5", "0:0,1:101%", "0:0,nan:5", "0:0,inf:5", "0:0,1:nan", "0:0,"] {
+        for wrong in [
+            "",
+            "1",
+            "0:0,1:-5",
+            "0:0,1:101%",
+            "0:0,nan:5",
+            "0:0,inf:5",
+            "0:0,1:nan",
+            "0:0,",
+        ] {
             assert!(matches!(error(wrong), CurveError::Point { .. }), "{wrong}");
         }
         assert!(matches!(error("0:0,0:5"), CurveError::Order(_)));

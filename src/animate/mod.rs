@@ -141,7 +141,11 @@ fn reaching(radii: &[f64], share: f64) -> f64 {
         _ => radii[after - 1],
     };
     let step = radii[after] - before;
-    let part = if step > 0.0 { (wanted - before) / step } else { 1.0 };
+    let part = if step > 0.0 {
+        (wanted - before) / step
+    } else {
+        1.0
+    };
     after as f64 + part
 }
 
@@ -185,7 +189,10 @@ mod tests {
     #[test]
     fn by_birth_each_frame_has_as_many_more() {
         let cluster = spread(10);
-        assert_eq!(times(&timing(3, 0.0, Clock::Birth), &cluster), [7.0, 14.0, 21.0]);
+        assert_eq!(
+            times(&timing(3, 0.0, Clock::Birth), &cluster),
+            [7.0, 14.0, 21.0]
+        );
         // From nothing, not even fading in, to all.
         let wide = times(&timing(21, 10.5, Clock::Birth), &cluster);
         assert_eq!((wide[0], wide[20]), (1.0 - 10.0, 21.0));
@@ -201,11 +208,17 @@ mod tests {
             let wanted = (k + 1) as f64 / 30.0 * radii[120];
             let i = time.floor() as usize;
             let straight = radii[i - 1] + (time - time.floor()) * (radii[i] - radii[i - 1]);
-            assert!((straight - wanted).abs() < 1e-9 * wanted, "{straight} {wanted}");
+            assert!(
+                (straight - wanted).abs() < 1e-9 * wanted,
+                "{straight} {wanted}"
+            );
         }
         assert_eq!(times[29], 121.0);
         let alone = spread(0);
-        assert_eq!(super::tests::times(&timing(2, 0.0, Clock::Radius), &alone), [1.0, 1.0]);
+        assert_eq!(
+            super::tests::times(&timing(2, 0.0, Clock::Radius), &alone),
+            [1.0, 1.0]
+        );
     }
 
     #[test]
@@ -229,8 +242,14 @@ mod tests {
         let cluster = spread(1);
         let error = |timing: Timing| timing.moments(&cluster).unwrap_err();
         assert_eq!(error(timing(0, 0.0, Clock::Birth)), TimingError::NoFrames);
-        assert_eq!(error(timing(1, -1.0, Clock::Birth)), TimingError::Window(-1.0));
-        assert!(matches!(error(timing(1, f64::NAN, Clock::Birth)), TimingError::Window(_)));
+        assert_eq!(
+            error(timing(1, -1.0, Clock::Birth)),
+            TimingError::Window(-1.0)
+        );
+        assert!(matches!(
+            error(timing(1, f64::NAN, Clock::Birth)),
+            TimingError::Window(_)
+        ));
         let none = timing(1, 0.0, Clock::Birth).moments(&Cluster::new(1.0));
         assert_eq!(none, Err(TimingError::Empty));
     }
