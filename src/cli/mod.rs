@@ -3,6 +3,10 @@
 //! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
 //! has what it wanted, and is no failure.
 
+mod animate;
+mod animate_args;
+mod animate_out;
+mod animate_picture;
 mod args;
 mod axes;
 mod check;
@@ -44,6 +48,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Export(args) => export::export(&args),
         Command::Skin(args) => skin::skin(&args),
+        Command::Animate(args) => animate::animate(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };
