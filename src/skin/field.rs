@@ -14,10 +14,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::Shape;
 use super::grid::Grid;
 use super::lichen::{Granule, Lichen};
 use super::sheet::Sheet;
+use super::{Paint, Shape};
 use crate::substrate::Substrate;
 
 /// Where fₙ is taken for 0, in falloffs C: there it is 2^−8.
@@ -45,6 +45,8 @@ pub(super) struct Field<'a> {
     /// The steepness s inside, and the share of the thickness that the outermost elements lose.
     steepness: f32,
     taper: f32,
+    /// With what places are coloured as they are read: what colours by age changes with the lichen.
+    paint: Option<&'a Paint>,
 }
 
 /// What the field says about a place on the surface.
@@ -69,6 +71,8 @@ pub(super) struct Attributes {
     pub(super) rim: f32,
     /// Of the element with the greatest weight.
     pub(super) colony: f32,
+    /// sRGB, where it was coloured already.
+    pub(super) color: Option<[u8; 3]>,
 }
 
 /// The value of F₀ on closed lichen, densely packed: falloff C in element radii.
@@ -105,6 +109,15 @@ impl<'a> Field<'a> {
             falloff: (shape.falloff * r).powi(-2) as f32,
             steepness: (closed / (shape.thickness * r).powi(2)) as f32,
             taper: shape.taper as f32,
+            paint: None,
+        }
+    }
+
+    /// The same, colouring places as it reads them, as far as that does not depend on the moment.
+    pub(super) fn painted(self, paint: &'a Paint) -> Self {
+        Self {
+            paint: (paint.age_darken == 0.0).then_some(paint),
+            ..self
         }
     }
 
@@ -121,7 +134,13 @@ impl<'a> Field<'a> {
                 }
             }
         }
-        sums.finish(self, facing)
+        let mut sample = sums.finish(self, facing);
+        let of = &mut sample.attributes;
+        // The outline lies where the level is about 0.
+        if let Some(paint) = self.paint.filter(|_| sample.level > -1.0) {
+            of.color = Some(paint.color(of.density, 0.0, of.rim));
+        }
+        sample
     }
 
     fn add(&self, sums: &mut Sums, away: Vec3, granule: &Granule) {
@@ -190,6 +209,7 @@ impl Sums {
             density,
             rim,
             colony,
+            ..
         } = self.attributes;
         Sample {
             level,
@@ -201,6 +221,7 @@ impl Sums {
                 density: density * mean,
                 rim: rim * mean,
                 colony,
+                color: None,
             },
         }
     }

@@ -165,6 +165,7 @@ impl<'a> SkinFrames<'a> {
     /// Reads the field anew where it has changed.
     fn sample(&mut self) {
         let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
+        let field = field.painted(self.paint);
         let (tree, winding) = (&self.tree, &self.winding);
         let sheet = || Sheet::new(field.substrate, field.lichen.radius);
         let read = |sheet: &mut Sheet, vertex: u32| {
@@ -187,6 +188,7 @@ impl<'a> SkinFrames<'a> {
         self.sample();
         let born = presence.born(self.cluster.len());
         let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
+        let field = field.painted(self.paint);
         let leaves = self.tree.leaves(born as u32);
         let samples = Samples::at_corners(&self.samples, &leaves);
         let changed = self.places.changed_by_vertex();

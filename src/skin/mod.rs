@@ -247,7 +247,10 @@ fn finish(
     let of = &marched.attributes;
     let colors = of
         .par_iter()
-        .map(|a| paint.color(a.density, a.birth / last, a.rim))
+        .map(|a| {
+            a.color
+                .unwrap_or_else(|| paint.color(a.density, a.birth / last, a.rim))
+        })
         .collect();
     let column = |name, value: &(dyn Fn(&field::Attributes) -> f32 + Sync)| VertexAttribute {
         name,
