@@ -8,8 +8,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use thallus::animate::{Clock, Curve, Timing};
 use thallus::cluster::{Cluster, Presence};
 use thallus::export::{
-    Film, FilmFormat, OutputError, Scene, SceneFormat, TriMesh, UpAxis, What, mesh_format_of,
-    write_file_atomically,
+    Film, FilmFormat, OutputError, Placement, Scene, SceneFormat, TriMesh, UpAxis, What,
+    mesh_format_of, write_file_atomically,
 };
 use thallus::morphometry::measure;
 use thallus::picture::age_color;
@@ -132,7 +132,8 @@ fn skins(
             let convention = convention_of(format);
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
-            film(args, format, meters, |film| {
+            let film = new_film(args, format).about(&places(lichen, &placement));
+            write_film(args, film, meters, |film| {
                 each(frames, |mut mesh: TriMesh| {
                     mesh.place(&placement);
                     bar.inc(1);
@@ -191,12 +192,17 @@ fn scenes(
         Target::Film { format, .. } => {
             let convention = convention_of(format);
             let scene = scene(args, lichen, &convention, up)?;
-            film(args, format, scene.meters_per_unit, |film| {
-                frames_of(&scene, what, moments, |frame, color| {
-                    bar.inc(1);
-                    film.add_scene(what, frame, color).map_err(spooling)
-                })
-            })?;
+            write_film(
+                args,
+                new_film(args, format),
+                scene.meters_per_unit,
+                |film| {
+                    frames_of(&scene, what, moments, |frame, color| {
+                        bar.inc(1);
+                        film.add_scene(what, frame, color).map_err(spooling)
+                    })
+                },
+            )?;
         }
         Target::Folder { extension, .. } => {
             let name = format!("frame.{extension}");
@@ -266,14 +272,27 @@ fn frames_of(
     Ok(())
 }
 
+/// Where the elements lie in the file.
+fn places(lichen: &Growth, placement: &Placement) -> TriMesh {
+    let mut places = TriMesh {
+        positions: lichen.grown.elements.positions.clone(),
+        ..TriMesh::default()
+    };
+    places.place(placement);
+    places
+}
+
+fn new_film(args: &AnimateArgs, format: &FilmFormat) -> Film {
+    Film::new(format, args.time.fps, &nearest_folder(&args.output))
+}
+
 /// Makes a film, and writes it complete or not at all.
-fn film(
+fn write_film(
     args: &AnimateArgs,
-    format: &FilmFormat,
+    mut film: Film,
     meters: f64,
     fill: impl FnOnce(&mut Film) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut film = Film::new(format, args.time.fps, &nearest_folder(&args.output));
     fill(&mut film)?;
     write_file_atomically(&args.output, args.force, |out| film.write(meters, out))?;
     Ok(())

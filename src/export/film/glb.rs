@@ -21,7 +21,7 @@ pub(super) struct Glb {
     spools: Spools,
     body: Option<Spool>,
     parts: Parts,
-    origin: Option<[f64; 3]>,
+    pub(super) origin: Option<[f64; 3]>,
     meshes: Vec<Value>,
     /// For each frame its mesh, if there is something to see that was not there before.
     frames: Vec<Option<usize>>,

@@ -89,7 +89,19 @@ impl Film {
         Self { fps, form }
     }
 
-    /// The next frame of a film of skins.
+    /// The same of skins that come to lie where these vertices do: where 32 bits would not say these
+    /// places, the film's lie about their middle, and are moved there.
+    pub fn about(mut self, whole: &TriMesh) -> Self {
+        let origin = Some(whole.origin());
+        match &mut self.form {
+            Form::Usda(film) => film.origin = origin,
+            Form::Glb(film) => film.origin = origin,
+        }
+        self
+    }
+
+    /// The next frame of a film of skins. Without [`about`](Self::about) places are stored as the first
+    /// of them has it.
     ///
     /// # Errors
     /// `InvalidData` around a [`MeshError`](super::MeshError) when the mesh is not sound; those of

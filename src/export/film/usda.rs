@@ -16,7 +16,7 @@ pub(super) struct Usda {
     spools: Spools,
     frames: u32,
     prim: Option<Prim>,
-    origin: Option<[f64; 3]>,
+    pub(super) origin: Option<[f64; 3]>,
     tracks: Vec<Track>,
 }
 
