@@ -87,9 +87,9 @@ fn without_a_window_frames_are_the_skins_of_the_first_elements() {
         ("slab", slab(16, 1.0, 0.004), 0.007),
         ("fine rock", rock(120), 0.02),
     ];
-    let counts = [1, 2, 40, 41, 333, 334, 1200];
+    let counts = [1, 2, 40, 41, 333, 700];
     for (name, surface, radius) in &surfaces {
-        let cluster = grown(surface, *radius, 1200);
+        let cluster = grown(surface, *radius, 700);
         for map in [0, 2] {
             let paint = Paint {
                 age_darken: 0.4,
@@ -152,7 +152,7 @@ fn volume_grows_without_jumps() {
                     window,
                     ease,
                 };
-                let moments = (0..240).map(at).collect();
+                let moments = (0..96).map(at).collect();
                 let frames = frames(&surface, &cluster, &Paint::default(), moments);
                 let volumes: Vec<f64> = frames.iter().map(volume).collect();
                 volumes
@@ -161,14 +161,12 @@ fn volume_grows_without_jumps() {
                     .collect()
             };
             let range = |steps: Vec<f64>| {
-                let ends = steps
-                    .iter()
-                    .fold([f64::MAX, f64::MIN], |[l, h], &x| [l.min(x), h.max(x)]);
-                (ends, steps.iter().sum::<f64>())
+                let empty = [f64::MAX, f64::MIN];
+                let wider = |[l, h]: [f64; 2], &x: &f64| [l.min(x), h.max(x)];
+                steps.iter().fold(empty, wider)
             };
-            let ([least, most], sum) = range(steps(60.0));
-            let ([_, jump], cut) = range(steps(0.0));
-            println!("{ease:?}: {least} {most} sum {sum}; cut {jump} sum {cut}");
+            let [least, most] = range(steps(60.0));
+            let [_, jump] = range(steps(0.0));
             assert!(
                 least > -0.02 * STEP && most < 5.0 * STEP,
                 "{ease:?}: {least} {most}"

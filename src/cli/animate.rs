@@ -13,7 +13,7 @@ use thallus::export::{
 };
 use thallus::morphometry::measure;
 use thallus::picture::age_color;
-use thallus::skin::SkinFrames;
+use thallus::skin::{SkinError, SkinFrames};
 use thallus::substrate::Substrate;
 
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
@@ -23,7 +23,7 @@ use super::axes::Convention;
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
-use super::number::{count, duration, plural};
+use super::number::{duration, plural};
 use super::skin::{InUnits, start_threads};
 use super::skin_paint::paint;
 use super::terminal;
@@ -134,7 +134,7 @@ fn skins(
             let meters = args.axes.meters_per_unit(&convention);
             let film = new_film(args, format).about(&places(lichen, &placement));
             write_film(args, film, meters, |film| {
-                each(frames, |mut mesh: TriMesh| {
+                each(frames, |mut mesh| {
                     mesh.place(&placement);
                     bar.inc(1);
                     film.add_skin(&mesh).map_err(spooling)
@@ -152,7 +152,7 @@ fn skins(
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
             let mut folder = Folder::create(args, extension)?;
-            each(frames, |mut mesh: TriMesh| {
+            each(frames, |mut mesh| {
                 mesh.place(&placement);
                 bar.inc(1);
                 folder.write(|out| format.write(&mesh, meters, out))
@@ -165,18 +165,23 @@ fn skins(
     Ok(())
 }
 
-/// Takes each frame while the next is being made.
-fn each<T: Send>(
-    mut frames: impl Iterator<Item = T> + Send,
-    mut take: impl FnMut(T) -> Result<(), Failure> + Send,
+/// Takes each frame while the next is being made. The first ones may have no surface yet, but not all.
+fn each(
+    mut frames: SkinFrames<'_>,
+    mut take: impl FnMut(TriMesh) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
     let mut ready = frames.next();
+    let mut shown = false;
     while let Some(frame) = ready {
+        shown |= !frame.triangles.is_empty();
         let (taken, next) = rayon::join(|| take(frame), || frames.next());
         taken?;
         ready = next;
     }
-    Ok(())
+    match shown {
+        true => Ok(()),
+        false => Err(Failure::Usage(SkinError::TooCoarse.into())),
+    }
 }
 
 fn scenes(
@@ -310,7 +315,6 @@ pub(super) fn bar(args: &AnimateArgs) -> ProgressBar {
     let bar = ProgressBar::new(u64::from(args.time.frames));
     let style = ProgressStyle::with_template("{spinner} {bar:16} frame {pos} of {len}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_message(count(u64::from(args.time.frames)));
     bar
 }
 

@@ -130,7 +130,7 @@ pub fn rim_distance(rim: &[bool], neighbours: &Neighbours) -> Vec<Option<f64>> {
 
 /// A length, never NaN, and where it leads.
 #[derive(PartialEq)]
-struct Way(f64, u32);
+pub(crate) struct Way(pub(crate) f64, pub(crate) u32);
 
 impl Eq for Way {}
 

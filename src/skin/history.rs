@@ -5,7 +5,7 @@
 //! by one, so the distance from it is interpolated between the lichens of some numbers of elements, a
 //! window apart: with no window it is that of the elements so far.
 
-use std::cmp::{Ordering, Reverse};
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::lichen::{LOOK, Lichen};
 use crate::cluster::Presence;
-use crate::morphometry::rim_until;
+use crate::morphometry::{Way, rim_until};
 
 /// Who stands near whom, and who was on the rim until when. Elements are named by birth.
 pub(super) struct History {
@@ -136,23 +136,5 @@ impl Keys {
     pub(super) fn distance(&self, i: usize, of: [&RimDistances; 2]) -> f32 {
         let [a, b] = of.map(|distances| distances.get(i).copied().unwrap_or(0.0));
         a + self.share * (b - a)
-    }
-}
-
-/// A length, never NaN, and where it leads.
-#[derive(PartialEq)]
-struct Way(f64, u32);
-
-impl Eq for Way {}
-
-impl PartialOrd for Way {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Way {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
     }
 }
