@@ -229,8 +229,8 @@ mod tests {
                 let first = points.iter().position(|q| (*q - p).length() <= distance);
                 let near = first.is_some();
                 assert_eq!(nearness.within(p, distance), near, "{p} {distance}");
-                let told = nearness.first_within(p, distance);
-                assert_eq!(told, first.map(|i| i as u32), "{p} {distance}");
+                let found = nearness.first_within(p, distance);
+                assert_eq!(found, first.map(|i| i as u32), "{p} {distance}");
                 told[usize::from(near)] += 1;
             }
         }
