@@ -26,7 +26,8 @@
 //! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
 //! [`morphometry`] measures it, an [`export::Scene`] holds both for another program,
 //! [`skin`](mod@skin) makes a triangle mesh of the cluster, [`bake`](mod@bake) textures for the
-//! substrate, and [`picture`] draws it.
+//! substrate, [`picture`] draws it, and [`animate`] says when each element comes in an animation of
+//! its growth.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;
@@ -57,6 +58,7 @@
 //! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
 //! [`Units`](substrate::Units).
 
+pub mod animate;
 pub mod bake;
 pub mod cluster;
 mod color;

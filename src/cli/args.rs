@@ -8,6 +8,7 @@ use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
 use super::skin_args::SkinArgs;
@@ -47,6 +48,12 @@ pub(crate) enum Command {
     /// Maps in the mesh's own layout, and the mesh as one GLB file that wears them. Lengths (LEN)
     /// are as for `thallus skin`.
     Bake(Box<BakeArgs>),
+    /// Show the growth of a run's lichen, frame by frame
+    ///
+    /// Meshes, points, branches or pictures: numbered files in a folder, or all frames in one USD,
+    /// glTF, GIF or video file. The next elements fade in before they are born, so that the lichen
+    /// swells instead of jumping.
+    Animate(Box<AnimateArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),
@@ -266,7 +273,7 @@ fn boundary() -> impl TypedValueParser<Value = Boundary> {
 }
 
 /// One of some named values.
-fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
     values: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
     let names = values.map(|(name, _)| PossibleValue::new(name));

@@ -23,7 +23,7 @@ use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::number::{count, duration};
-use super::skin::{relief, spinner, threads};
+use super::skin::{relief, spinner, start_threads};
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
 
@@ -37,7 +37,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         samples: args.maps.samples,
     };
     settings.check().map_err(|e| Failure::Usage(e.into()))?;
-    threads(args.threads)?;
+    start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
     let lichen = Lichen::read(args)?;

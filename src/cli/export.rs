@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use thallus::export::{
-    Elements, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
+    Elements, NotOnMesh, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
 };
 use thallus::morphometry::{measure, smooth_normals};
 use thallus::picture::age_color;
+use thallus::substrate::Substrate;
 
 use super::args::ExportArgs;
 use super::axes::Convention;
@@ -66,10 +67,16 @@ fn smooth(grown: &mut Grown, mesh: Option<&Path>) -> Result<Option<UpAxis>, Fail
 fn place(elements: &mut Elements, mesh: &Path) -> Result<UpAxis, Failure> {
     let substrate = load(mesh)?;
     let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
-    let places = elements.places_on(&substrate).map_err(not_here)?;
-    let normals = smooth_normals(&substrate, &places);
+    smooth_on(elements, &substrate).map_err(not_here)?;
+    Ok(UpAxis::of(&substrate))
+}
+
+/// Gives elements the smooth normals of their mesh, and its own numbers of the triangles.
+pub(super) fn smooth_on(elements: &mut Elements, substrate: &Substrate) -> Result<(), NotOnMesh> {
+    let places = elements.places_on(substrate)?;
+    let normals = smooth_normals(substrate, &places);
     let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
     elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
     elements.source_triangle = Some(source.collect());
-    Ok(UpAxis::of(&substrate))
+    Ok(())
 }

@@ -3,6 +3,10 @@
 //! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
 //! has what it wanted, and is no failure.
 
+mod animate;
+mod animate_args;
+mod animate_out;
+mod animate_picture;
 mod args;
 mod axes;
 mod bake;
@@ -47,6 +51,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Export(args) => export::export(&args),
         Command::Skin(args) => skin::skin(&args),
         Command::Bake(args) => bake::bake(&args),
+        Command::Animate(args) => animate::animate(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

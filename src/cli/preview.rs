@@ -7,11 +7,7 @@ use thallus::substrate::Substrate;
 /// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
 /// in height.
 pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> Vec<u8> {
-    let vertices: Vec<_> = substrate
-        .vertices()
-        .iter()
-        .map(|v| v.as_vec3().to_array())
-        .collect();
+    let vertices = vertices(substrate);
     let discs = discs(substrate, cluster);
     let scene = Scene {
         vertices: &vertices,
@@ -28,7 +24,14 @@ pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> V
     render(&scene, &Camera::best_view(&scene, aspect), &settings).to_png()
 }
 
-fn discs(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
+/// The mesh's vertices as pictures want them.
+pub(super) fn vertices(substrate: &Substrate) -> Vec<[f32; 3]> {
+    let vertices = substrate.vertices().iter();
+    vertices.map(|v| v.as_vec3().to_array()).collect()
+}
+
+/// A disc an element, coloured by age.
+pub(super) fn discs(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
     let last = cluster.len().saturating_sub(1).max(1) as f32;
     let disc = |(birth, e): (usize, &Element)| Disc {
         center: e.position.as_vec3().to_array(),

@@ -26,7 +26,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
     check_free(&files, args.force)?;
-    threads(args.threads)?;
+    start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
     let (substrate, cluster) = placed_cluster(args)?;
@@ -39,9 +39,8 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
         .axes
         .placement(&convention, Some(UpAxis::of(&substrate)))?;
     let meters_per_unit = args.axes.meters_per_unit(&convention);
-    let units = substrate.units();
-    let radius = units.length_to_file(cluster.radius());
-    let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
+    let units = InUnits::of(&substrate, &cluster);
+    let in_radii = |length: Length| units.in_radii(length);
     let shape = shape(&args.shape, &in_radii);
     shape.check().map_err(|e| Failure::Usage(e.into()))?;
     let paint = paint(&args.color, &in_radii)?;
@@ -82,7 +81,8 @@ fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
     }
 }
 
-pub(super) fn threads(threads: Option<u16>) -> Result<(), Failure> {
+/// Starts so many threads, or one a core.
+pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build_global()
@@ -103,7 +103,27 @@ fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
     Ok((substrate, cluster))
 }
 
-fn shape(args: &ShapeArgs, in_radii: InRadii) -> Shape {
+/// What lengths are measured against, in the mesh's units.
+pub(super) struct InUnits {
+    diagonal: f64,
+    radius: f64,
+}
+
+impl InUnits {
+    pub(super) fn of(substrate: &Substrate, cluster: &Cluster) -> Self {
+        let units = substrate.units();
+        Self {
+            diagonal: units.diagonal(),
+            radius: units.length_to_file(cluster.radius()),
+        }
+    }
+
+    pub(super) fn in_radii(&self, length: Length) -> f64 {
+        length.in_units(self.diagonal, self.radius) / self.radius
+    }
+}
+
+pub(super) fn shape(args: &ShapeArgs, in_radii: InRadii) -> Shape {
     let relief = relief(&args.relief, in_radii);
     Shape {
         resolution: in_radii_or(args.resolution, in_radii, relief.resolution),

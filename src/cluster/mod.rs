@@ -3,11 +3,13 @@
 mod element;
 mod extent;
 mod index;
+mod presence;
 mod sparse;
 
 pub use element::{Element, NO_PARENT};
 pub use extent::Extent;
 pub use index::{ElementIndex, Look, Mark};
+pub use presence::{Ease, Presence};
 pub use sparse::{Notes, SparseIndex};
 
 /// The append-only list of elements, in birth order.

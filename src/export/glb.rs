@@ -35,7 +35,8 @@ pub(super) fn write_head(document: &Value, buffer: usize, out: &mut dyn Write) -
     const HEADS: usize = 12 + 8 + 8;
     let mut text = document.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
-    let total = u32::try_from(HEADS + text.len() + buffer).map_err(|_| {
+    let heads = if buffer == 0 { HEADS - 8 } else { HEADS };
+    let total = u32::try_from(heads + text.len() + buffer).map_err(|_| {
         let problem = "a .glb ends at 4 GiB and this needs more: write it to .ply or .usda";
         io::Error::new(io::ErrorKind::InvalidInput, problem)
     })?;
@@ -45,6 +46,9 @@ pub(super) fn write_head(document: &Value, buffer: usize, out: &mut dyn Write) -
     out.write_all(&(text.len() as u32).to_le_bytes())?;
     out.write_all(b"JSON")?;
     out.write_all(&text)?;
+    if buffer == 0 {
+        return Ok(());
+    }
     out.write_all(&(buffer as u32).to_le_bytes())?;
     out.write_all(b"BIN\0")
 }

@@ -6,6 +6,7 @@
 //! back. A [`Scene`] is the table with what was measured on it, placed in the axes and units of the
 //! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves. A
 //! [`TriMesh`] is written by each of [`MESH_FORMATS`].
+//! [`Film`] takes the frames of a growing lichen into one file.
 //! [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
 //!
 //! Nothing here knows of growth or of runs.
@@ -14,11 +15,13 @@ mod atomic;
 mod columns;
 mod csv;
 mod elements;
+mod film;
 mod from_cluster;
 mod glb;
 mod gltf;
 mod lobe;
 mod mesh;
+mod moment;
 mod npy;
 mod npz;
 mod obj;
@@ -40,6 +43,7 @@ use std::path::{Path, PathBuf};
 
 pub use atomic::write_file_atomically;
 pub use elements::{Attribute, Elements, TableError, Values};
+pub use film::{FILM_FORMATS, Film, FilmFormat};
 pub use mesh::{
     MESH_FORMATS, MapImages, MeshError, MeshFormat, TexturedMesh, TriMesh, VertexAttribute,
     mesh_format_of,

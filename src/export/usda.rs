@@ -90,6 +90,14 @@ pub(super) fn write_curves(
     stage.close()
 }
 
+/// Time codes from 1 on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frames {
+    pub(super) last: u32,
+    /// Time codes per second.
+    pub(super) fps: f64,
+}
+
 /// One value a point.
 pub(super) const VERTEX: &str = "vertex";
 
@@ -108,7 +116,18 @@ impl<'a> Stage<'a> {
     pub(super) fn begin(
         up: UpAxis,
         meters_per_unit: f64,
+        origin: [f64; 3],
+        out: &'a mut dyn Write,
+    ) -> io::Result<Self> {
+        Self::begin_film(up, meters_per_unit, origin, None, out)
+    }
+
+    /// The same of a layer with time samples.
+    pub(super) fn begin_film(
+        up: UpAxis,
+        meters_per_unit: f64,
         [x, y, z]: [f64; 3],
+        frames: Option<Frames>,
         out: &'a mut dyn Write,
     ) -> io::Result<Self> {
         let up = match up {
@@ -119,7 +138,13 @@ impl<'a> Stage<'a> {
         writeln!(out, "#usda 1.0\n(")?;
         writeln!(out, "    defaultPrim = \"lichen\"")?;
         writeln!(out, "    doc = \"Lichen grown by thallus {version}\"")?;
+        if let Some(Frames { last, .. }) = frames {
+            writeln!(out, "    endTimeCode = {last}")?;
+        }
         writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
+        if let Some(Frames { fps, .. }) = frames {
+            writeln!(out, "    startTimeCode = 1\n    timeCodesPerSecond = {fps}")?;
+        }
         writeln!(out, "    upAxis = \"{up}\"\n)\n")?;
         let mut stage = Self { out, depth: 0 };
         stage.line("def Xform \"lichen\" (")?;
@@ -161,15 +186,28 @@ impl<'a> Stage<'a> {
         values: impl Iterator<Item = impl Display>,
     ) -> io::Result<()> {
         self.indent()?;
-        write!(self.out, "{declared} = [")?;
-        for (i, value) in values.enumerate() {
-            let comma = if i == 0 { "" } else { ", " };
-            write!(self.out, "{comma}{value}")?;
-        }
+        write!(self.out, "{declared} = ")?;
+        write_list(self.out, values)?;
         match interpolation {
-            "" => writeln!(self.out, "]"),
-            how => writeln!(self.out, "] (interpolation = \"{how}\")"),
+            "" => writeln!(self.out),
+            how => writeln!(self.out, " (interpolation = \"{how}\")"),
         }
+    }
+
+    /// An attribute that changes, with time samples that `fill` writes.
+    pub(super) fn samples(
+        &mut self,
+        declared: &str,
+        interpolation: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> io::Result<()> {
+        if !interpolation.is_empty() {
+            let how = format!("{declared} (interpolation = \"{interpolation}\")");
+            self.line(&how)?;
+        }
+        self.line(&format!("{declared}.timeSamples = {{"))?;
+        fill(self.out)?;
+        self.line("}")
     }
 
     pub(super) fn numbers(
@@ -267,6 +305,19 @@ impl<'a> Stage<'a> {
     }
 }
 
+/// Values as they are shown, in brackets.
+pub(super) fn write_list(
+    out: &mut dyn Write,
+    values: impl Iterator<Item = impl Display>,
+) -> io::Result<()> {
+    write!(out, "[")?;
+    for (i, value) in values.enumerate() {
+        let comma = if i == 0 { "" } else { ", " };
+        write!(out, "{comma}{value}")?;
+    }
+    write!(out, "]")
+}
+
 /// Whether a column is a primvar of its own, and not part of another attribute.
 fn is_own(name: &str) -> bool {
     const PARTS: [&str; 7] = ["x", "y", "z", "nx", "ny", "nz", "radius"];
@@ -274,7 +325,7 @@ fn is_own(name: &str) -> bool {
 }
 
 /// The shortest text that reads back to the same float32.
-struct Number(f32);
+pub(super) struct Number(pub(super) f32);
 
 impl Display for Number {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -297,7 +348,8 @@ impl Display for Value {
     }
 }
 
-struct Tuple<const N: usize>([f32; N]);
+/// A vector.
+pub(super) struct Tuple<const N: usize>(pub(super) [f32; N]);
 
 impl<const N: usize> Display for Tuple<N> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

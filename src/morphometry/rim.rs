@@ -30,6 +30,47 @@ pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
     neighbours.map(of)
 }
 
+/// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
+/// that of the first n it is when it is one of them and n is at most this. [`u32::MAX`] where it
+/// still is.
+///
+/// An element that has left the rim does not come back to it, as others only close off more.
+pub fn rim_until(neighbours: &Neighbours) -> Vec<u32> {
+    let of = |i: usize| {
+        let normal = neighbours.normal(i).as_dvec3();
+        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+        let mut met = Vec::new();
+        neighbours.visit(i, |j, way, length| {
+            met.push((j, way.dot(x), way.dot(y), length))
+        });
+        met.sort_unstable_by_key(|(j, ..)| *j);
+        let mut open = vec![[0.0, TAU]];
+        for (j, x, y, length) in met {
+            close(&mut open, arc(x, y, length / neighbours.within()));
+            if open.is_empty() {
+                return j;
+            }
+        }
+        u32::MAX
+    };
+    neighbours.map(of)
+}
+
+/// Takes an arc away from the open parts of a circle.
+fn close(open: &mut Vec<[f64; 2]>, arc: Option<[f64; 2]>) {
+    let Some([start, end]) = arc else { return };
+    // As far as an arc goes on beyond a turn it starts anew.
+    for [start, end] in [[start, end], [0.0, end - TAU]] {
+        if start < end {
+            let rest = |[a, b]: &[f64; 2]| {
+                let parts = [[*a, b.min(start)], [a.max(end), *b]];
+                parts.into_iter().filter(|[a, b]| a < b)
+            };
+            *open = open.iter().flat_map(rest).collect();
+        }
+    }
+}
+
 /// The directions, as an arc, in which the centre of the disc may not lie, lest a
 /// neighbour towards (x, y) be inside; its distance is in diameters of the disc.
 fn arc(x: f64, y: f64, distance: f64) -> Option<[f64; 2]> {
@@ -89,7 +130,7 @@ pub fn rim_distance(rim: &[bool], neighbours: &Neighbours) -> Vec<Option<f64>> {
 
 /// A length, never NaN, and where it leads.
 #[derive(PartialEq)]
-struct Way(f64, u32);
+pub(crate) struct Way(pub(crate) f64, pub(crate) u32);
 
 impl Eq for Way {}
 
@@ -138,6 +179,22 @@ mod tests {
             }
         }
         assert!(both[0] > 20 && both[1] > 20, "{both:?}");
+    }
+
+    #[test]
+    fn the_rim_of_a_younger_lichen_is_told_by_the_grown_one() {
+        for lichen in [flat(400, 9), blob(400, 4)] {
+            let within = 0.25;
+            let (_, grown) = rim_of(&lichen, within);
+            let until = rim_until(&grown);
+            for n in [1, 2, 7, 50, 133, 255, 399, 400] {
+                let (positions, normals) = (&lichen.positions[..n], &lichen.normals[..n]);
+                let rim = is_rim(&Neighbours::new(positions, normals, within));
+                let told: Vec<bool> = (0..n).map(|i| n as u32 <= until[i]).collect();
+                assert_eq!(told, rim, "of {n}");
+            }
+            assert!(until.iter().any(|&n| n < 400) && until.contains(&u32::MAX));
+        }
     }
 
     /// Bellman and Ford's relaxation over all pairs.

@@ -7,6 +7,7 @@
 
 mod camera;
 mod color;
+mod gif;
 mod image;
 mod render;
 mod sample;
@@ -18,6 +19,7 @@ mod view;
 
 pub use camera::Camera;
 pub use color::age_color;
+pub use gif::GifWriter;
 pub use image::Image;
 pub use render::{Settings, render};
 pub(crate) use stone::albedo as stone_albedo;

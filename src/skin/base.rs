@@ -23,6 +23,8 @@ pub(super) struct Face {
     pub(super) parent: u32,
     /// Bit k: the side from corner k to the next is an open edge of the surface.
     pub(super) open: u8,
+    /// It is there for lichens of so many elements, and until they have so many.
+    pub(super) life: [u32; 2],
 }
 
 /// Triangles, and where their vertices are.
@@ -127,6 +129,7 @@ impl Base {
                 home: t,
                 parent: NONE,
                 open: bits(open),
+                life: [0, NONE],
             };
             if winding.kept[t as usize] {
                 face

@@ -6,15 +6,18 @@
 //! along the normal. So the iso-surface lies at h = √(log₂(F₀ / iso) / s), and ends where F₀ falls
 //! to the iso value: it can be had from the surface alone.
 //!
+//! In an animation an element's fₙ is multiplied by its influence at the moment (Sumner 2001, 8.2), so
+//! that it swells from nothing.
+//!
 //! Elements near the rim are steeper along the normal (the thesis's taper), so s is their mean by
 //! weight, and the height's direction is the mean of their normals.
 
 use glam::{DVec3, Vec3};
 
-use super::Shape;
 use super::grid::Grid;
 use super::lichen::{Granule, Lichen};
 use super::sheet::Sheet;
+use super::{Paint, Shape};
 use crate::substrate::Substrate;
 
 /// Where fₙ is taken for 0, in falloffs C: there it is 2^−8.
@@ -24,10 +27,10 @@ const CUTOFF: f64 = 2.828_427_2;
 const ISO: f64 = 0.5;
 
 /// Of log₂(F₀ / iso), where F₀ is nothing: less than the cut-off of one element leaves.
-const NOTHING: f32 = -8.0;
+pub(super) const NOTHING: f32 = -8.0;
 
 /// How wide the ring is over which the taper fades, in element radii.
-const RING: f32 = 8.0;
+pub(super) const RING: f32 = 8.0;
 
 /// The field and what it is made of.
 pub(super) struct Field<'a> {
@@ -42,6 +45,8 @@ pub(super) struct Field<'a> {
     /// The steepness s inside, and the share of the thickness that the outermost elements lose.
     steepness: f32,
     taper: f32,
+    /// With what places are coloured as they are read: what colours by age changes with the lichen.
+    paint: Option<&'a Paint>,
 }
 
 /// What the field says about a place on the surface.
@@ -73,6 +78,8 @@ pub(crate) struct Attributes {
     pub(crate) rim: f32,
     /// Of the element with the greatest weight.
     pub(crate) colony: f32,
+    /// sRGB, where it was coloured already.
+    pub(crate) color: Option<[u8; 3]>,
 }
 
 /// The value of F₀ on closed lichen, densely packed: falloff C in element radii.
@@ -109,6 +116,15 @@ impl<'a> Field<'a> {
             falloff: (shape.falloff * r).powi(-2) as f32,
             steepness: (closed / (shape.thickness * r).powi(2)) as f32,
             taper: shape.taper as f32,
+            paint: None,
+        }
+    }
+
+    /// The same, colouring places as it reads them, as far as that does not depend on the moment.
+    pub(super) fn painted(self, paint: &'a Paint) -> Self {
+        Self {
+            paint: (paint.age_darken == 0.0).then_some(paint),
+            ..self
         }
     }
 
@@ -119,16 +135,24 @@ impl<'a> Field<'a> {
             for granule in &self.lichen.granules[run] {
                 let away = p - granule.position;
                 let within = away.length_squared() < self.reach_sq;
-                if within && sheet.joins(p, facing, home, granule) {
+                let felt = granule.influence > 0.0 && within;
+                if felt && sheet.joins(p, facing, home, granule) {
                     self.add(&mut sums, away.as_vec3(), granule);
                 }
             }
         }
-        sums.finish(self, facing)
+        let mut sample = sums.finish(self, facing);
+        let of = &mut sample.attributes;
+        // The outline lies where the level is about 0.
+        if let Some(paint) = self.paint.filter(|_| sample.level > -1.0) {
+            of.color = Some(paint.color(of.density, 0.0, of.rim));
+        }
+        sample
     }
 
     fn add(&self, sums: &mut Sums, away: Vec3, granule: &Granule) {
-        let weight = libm::exp2f(-away.length_squared() * self.falloff);
+        let falloff = libm::exp2f(-away.length_squared() * self.falloff);
+        let weight = granule.influence * falloff;
         if weight > sums.most {
             sums.most = weight;
             sums.attributes.colony = granule.colony as f32;
@@ -160,16 +184,23 @@ struct Sums {
     attributes: Attributes,
 }
 
+impl Sample {
+    /// Where no lichen is felt.
+    pub(super) fn nothing(facing: Vec3) -> Self {
+        Self {
+            level: NOTHING,
+            height: 0.0,
+            up: facing,
+            normal: facing,
+            attributes: Attributes::default(),
+        }
+    }
+}
+
 impl Sums {
     fn finish(self, field: &Field, facing: Vec3) -> Sample {
         if self.total <= 0.0 {
-            return Sample {
-                level: NOTHING,
-                height: 0.0,
-                up: facing,
-                normal: facing,
-                attributes: Attributes::default(),
-            };
+            return Sample::nothing(facing);
         }
         let mean = 1.0 / self.total;
         let level = libm::log2f(self.total / ISO as f32).max(NOTHING);
@@ -185,6 +216,7 @@ impl Sums {
             density,
             rim,
             colony,
+            ..
         } = self.attributes;
         Sample {
             level,
@@ -196,6 +228,7 @@ impl Sums {
                 density: density * mean,
                 rim: rim * mean,
                 colony,
+                color: None,
             },
         }
     }

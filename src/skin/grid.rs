@@ -86,19 +86,30 @@ impl Grid {
 /// Exact, because cutting the surface ends only when a side that is not near has no long neighbour
 /// that is: an answer on the safe side here and not there could be cut about for ever.
 pub(super) struct Nearness {
-    points: Vec<DVec3>,
+    points: Vec<Numbered>,
     /// Boxes of the points, halved and halved again: the children of i are 2i + 1 and 2i + 2.
     boxes: Vec<[DVec3; 2]>,
+    /// The lowest number in each box.
+    lowest: Vec<u32>,
 }
+
+/// A point and its number.
+type Numbered = (DVec3, u32);
 
 /// Points in a box that is not halved, at most.
 const LEAF: usize = 8;
 
 impl Nearness {
-    pub(super) fn new(mut points: Vec<DVec3>) -> Self {
-        let mut boxes = Vec::new();
-        arrange(&mut points, 0, &mut boxes);
-        Self { points, boxes }
+    pub(super) fn new(points: impl IntoIterator<Item = DVec3>) -> Self {
+        let mut nearness = Self {
+            points: points.into_iter().zip(0..).collect(),
+            boxes: Vec::new(),
+            lowest: Vec::new(),
+        };
+        let mut points = std::mem::take(&mut nearness.points);
+        nearness.arrange(&mut points, 0);
+        nearness.points = points;
+        nearness
     }
 
     /// True when a point is within `distance` of `p`.
@@ -115,32 +126,69 @@ impl Nearness {
             return true;
         }
         if run.len() <= LEAF {
-            let near = |q: &DVec3| (*q - p).length_squared() <= limit;
+            let near = |(q, _): &Numbered| (*q - p).length_squared() <= limit;
             return self.points[run].iter().any(near);
         }
         let middle = run.start + run.len() / 2;
         self.any_in(2 * node + 1, run.start..middle, p, limit)
             || self.any_in(2 * node + 2, middle..run.end, p, limit)
     }
-}
 
-/// Orders points so that each half of a run has a box of its own.
-fn arrange(points: &mut [DVec3], node: usize, boxes: &mut Vec<[DVec3; 2]>) {
-    let low = points.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
-    let high = points.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
-    if boxes.len() <= node {
-        boxes.resize(node + 1, [DVec3::ZERO; 2]);
+    /// The lowest number of the points within `distance` of `p`.
+    pub(super) fn first_within(&self, p: DVec3, distance: f64) -> Option<u32> {
+        let mut first = u32::MAX;
+        self.first_in(0, 0..self.points.len(), p, distance * distance, &mut first);
+        (first < u32::MAX).then_some(first)
     }
-    boxes[node] = [low, high];
-    if points.len() <= LEAF {
-        return;
+
+    fn first_in(&self, node: usize, run: Range<usize>, p: DVec3, limit: f64, first: &mut u32) {
+        let [low, high] = self.boxes[node];
+        let far = (p - p.clamp(low, high)).length_squared() > limit;
+        if far || self.lowest[node] >= *first {
+            return;
+        }
+        if (p - low).abs().max((p - high).abs()).length_squared() <= limit {
+            *first = self.lowest[node];
+        } else if run.len() <= LEAF {
+            let near = |(q, _): &&Numbered| (*q - p).length_squared() <= limit;
+            let near = self.points[run].iter().filter(near);
+            *first = near.fold(*first, |first, (_, i)| first.min(*i));
+        } else {
+            let middle = run.start + run.len() / 2;
+            let halves = [
+                (2 * node + 1, run.start..middle),
+                (2 * node + 2, middle..run.end),
+            ];
+            let swapped = self.lowest[halves[1].0] < self.lowest[halves[0].0];
+            let [a, b] = halves;
+            let order = if swapped { [b, a] } else { [a, b] };
+            order
+                .into_iter()
+                .for_each(|(node, run)| self.first_in(node, run, p, limit, first));
+        }
     }
-    let axis = (high - low).max_position();
-    let middle = points.len() / 2;
-    points.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
-    let (lower, upper) = points.split_at_mut(middle);
-    arrange(lower, 2 * node + 1, boxes);
-    arrange(upper, 2 * node + 2, boxes);
+
+    /// Orders points so that each half of a run has a box of its own.
+    fn arrange(&mut self, points: &mut [Numbered], node: usize) {
+        let places = || points.iter().map(|(p, _)| p);
+        let low = places().fold(DVec3::INFINITY, |m, p| m.min(*p));
+        let high = places().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
+        if self.boxes.len() <= node {
+            self.boxes.resize(node + 1, [DVec3::ZERO; 2]);
+            self.lowest.resize(node + 1, u32::MAX);
+        }
+        self.boxes[node] = [low, high];
+        self.lowest[node] = points.iter().fold(u32::MAX, |m, (_, i)| m.min(*i));
+        if points.len() <= LEAF {
+            return;
+        }
+        let axis = (high - low).max_position();
+        let middle = points.len() / 2;
+        points.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]));
+        let (lower, upper) = points.split_at_mut(middle);
+        self.arrange(lower, 2 * node + 1);
+        self.arrange(upper, 2 * node + 2);
+    }
 }
 
 #[cfg(test)]
@@ -178,8 +226,11 @@ mod tests {
         let mut told = [0, 0];
         for p in scattered(2, 500) {
             for distance in [0.005, 0.02, 0.05, 0.1, 0.2, 1.0, 5.0] {
-                let near = points.iter().any(|q| (*q - p).length() <= distance);
+                let first = points.iter().position(|q| (*q - p).length() <= distance);
+                let near = first.is_some();
                 assert_eq!(nearness.within(p, distance), near, "{p} {distance}");
+                let found = nearness.first_within(p, distance);
+                assert_eq!(found, first.map(|i| i as u32), "{p} {distance}");
                 told[usize::from(near)] += 1;
             }
         }

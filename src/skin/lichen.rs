@@ -10,7 +10,7 @@ use crate::morphometry::{Neighbours, density, is_rim, rim_distance, smooth_norma
 use crate::substrate::{Substrate, SurfacePoint};
 
 /// How far density and rim are looked for, in element radii: narrower gaps are inside the lichen.
-const LOOK: f64 = 6.0;
+pub(super) const LOOK: f64 = 6.0;
 
 /// One element.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,8 @@ pub(super) struct Granule {
     pub(super) density: f32,
     /// See [`rim_distance`], in element radii; the mesh's diagonal where no rim can be reached.
     pub(super) rim: f32,
+    /// How much of it is there, 0 to 1.
+    pub(super) influence: f32,
 }
 
 /// All elements, kept in an order that follows space.
@@ -36,7 +38,15 @@ pub(super) struct Lichen {
 }
 
 impl Lichen {
+    /// Measured as it is now, all of it there.
     pub(super) fn new(substrate: &Substrate, winding: &Winding, cluster: &Cluster) -> Self {
+        let mut lichen = Self::unmeasured(substrate, winding, cluster);
+        lichen.measure(far(substrate));
+        lichen
+    }
+
+    /// Without density and distance from the rim, in birth order.
+    pub(super) fn unmeasured(substrate: &Substrate, winding: &Winding, cluster: &Cluster) -> Self {
         let elements = cluster.elements();
         let places: Vec<SurfacePoint> = elements.iter().map(|e| e.at).collect();
         let outwards = |(normal, place): (DVec3, &SurfacePoint)| {
@@ -52,18 +62,13 @@ impl Lichen {
             colony: e.colony,
             density: 0.0,
             rim: 0.0,
+            influence: 1.0,
         };
         let granules = elements.iter().zip(normals.map(outwards)).enumerate();
-        let mut lichen = Self {
+        Self {
             radius: cluster.radius(),
             granules: granules.map(granule).collect(),
-        };
-        lichen.measure(
-            substrate
-                .units()
-                .length_to_local(substrate.units().diagonal()),
-        );
-        lichen
+        }
     }
 
     /// Sorts the elements for questions of at most `reach`.
@@ -77,13 +82,7 @@ impl Lichen {
 
     /// Fills in density and distance from the rim, `far` where there is none.
     fn measure(&mut self, far: f64) {
-        let positions: Vec<_> = self
-            .granules
-            .iter()
-            .map(|g| g.position.to_array())
-            .collect();
-        let normals: Vec<_> = self.granules.iter().map(|g| g.normal.to_array()).collect();
-        let neighbours = Neighbours::new(&positions, &normals, LOOK * self.radius);
+        let neighbours = self.neighbours();
         let density = density(self.radius, &neighbours);
         let rim = rim_distance(&is_rim(&neighbours), &neighbours);
         for (granule, (density, rim)) in self.granules.iter_mut().zip(density.iter().zip(&rim)) {
@@ -91,4 +90,21 @@ impl Lichen {
             granule.rim = (rim.unwrap_or(far) / self.radius) as f32;
         }
     }
+
+    /// Who stands near whom, by place in the list.
+    pub(super) fn neighbours(&self) -> Neighbours {
+        let positions: Vec<_> = self
+            .granules
+            .iter()
+            .map(|g| g.position.to_array())
+            .collect();
+        let normals: Vec<_> = self.granules.iter().map(|g| g.normal.to_array()).collect();
+        Neighbours::new(&positions, &normals, LOOK * self.radius)
+    }
+}
+
+/// What stands for the distance from the rim where there is none: the mesh's diagonal, local units.
+pub(super) fn far(substrate: &Substrate) -> f64 {
+    let units = substrate.units();
+    units.length_to_local(units.diagonal())
 }

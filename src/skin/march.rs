@@ -10,8 +10,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
-use super::field::{Attributes, Field, Sample};
-use super::refine::{Tree, side_key};
+use super::field::{Attributes, Field, NOTHING, Sample};
+use super::refine::{ALL, Tree, side_key};
 use super::sheet::Sheet;
 
 /// How near to a corner the outline may cross a side, as a share of it: keeps vertices apart.
@@ -30,7 +30,7 @@ pub(super) struct Marched {
 }
 
 /// The level at every vertex of the tree, and what the field says where it is positive.
-struct Samples {
+pub(super) struct Samples {
     levels: Vec<f32>,
     /// In the order of the vertices.
     inside: Vec<Sample>,
@@ -41,25 +41,94 @@ struct Samples {
 /// The iso-surface of a field over a surface, on an underside so deep, in local units.
 pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
     let samples = sample_all(field, winding, tree);
-    let leaves = tree.leaves();
+    let cross = |sides| Outline::new(field, winding, tree, &samples, sides);
+    close(tree, ALL, tree.leaves(ALL), &samples, underside, cross).0
+}
+
+/// The closed mesh of these samples for a lichen of so many elements, for which the tree has these
+/// leaves, with the outline that `cross` makes of the sides that it crosses.
+pub(super) fn close(
+    tree: &Tree,
+    elements: u32,
+    leaves: Vec<Face>,
+    samples: &Samples,
+    underside: f64,
+    cross: impl FnOnce(Vec<u64>) -> Outline,
+) -> (Marched, Outline) {
     let leaves: Vec<Face> = leaves
         .into_par_iter()
         .filter(|f| samples.touches(f))
         .collect();
-    let outline = Outline::new(field, winding, tree, &samples, &leaves);
-    let below = tree.coarsened(|f| samples.touches(f) && (!samples.covers(f) || f.open != 0));
+    let outline = cross(crossed_sides(samples, &leaves));
+    let needed = |f: &Face| samples.touches(f) && (!samples.covers(f) || f.open != 0);
+    let below = tree.coarsened(elements, needed);
     let below: Vec<Face> = below
         .into_par_iter()
         .filter(|f| samples.touches(f))
         .collect();
-    let mut weaver = Weaver::new(tree, &samples, &outline, underside);
+    let mut weaver = Weaver::new(tree, samples, &outline, underside);
     weaver.number_underside(&below);
     leaves.iter().for_each(|leaf| weaver.upper(leaf));
     below.iter().for_each(|face| weaver.under(face));
-    weaver.mesh
+    let mesh = weaver.mesh;
+    (mesh, outline)
+}
+
+/// The sides between an inner and an outer vertex, ascending.
+fn crossed_sides(samples: &Samples, leaves: &[Face]) -> Vec<u64> {
+    let crossed = |face: &Face| {
+        let [a, b, c] = face.corners;
+        let sides = [(a, b), (b, c), (c, a)];
+        let mixed = |(a, b): &(u32, u32)| samples.is_inside(*a) != samples.is_inside(*b);
+        let key = |(a, b): (u32, u32)| side_key(a.min(b), a.max(b));
+        sides.into_iter().filter(mixed).map(key).collect::<Vec<_>>()
+    };
+    let mut sides: Vec<u64> = leaves.par_iter().flat_map_iter(crossed).collect();
+    sides.par_sort_unstable();
+    sides.dedup();
+    sides
 }
 
 impl Samples {
+    /// Of batches in the order of the vertices: their levels, and what is inside.
+    fn of(batches: Vec<(Vec<f32>, Vec<Sample>)>) -> Self {
+        let (mut levels, mut inside) = (Vec::new(), Vec::new());
+        for (more_levels, more_inside) in batches {
+            levels.extend(more_levels);
+            inside.extend(more_inside);
+        }
+        let mut next = 0..;
+        let rank = |level: &f32| match *level > 0.0 {
+            true => next.next().unwrap_or(NONE),
+            false => NONE,
+        };
+        let rank = levels.iter().map(rank).collect();
+        Self {
+            levels,
+            inside,
+            rank,
+        }
+    }
+
+    /// Of a sample for each vertex; only the corners of these leaves can be inside.
+    pub(super) fn at_corners(samples: &[Sample], leaves: &[Face]) -> Self {
+        let mut corner = vec![false; samples.len()];
+        for &v in leaves.iter().flat_map(|leaf| &leaf.corners) {
+            corner[v as usize] = true;
+        }
+        let batch = |(samples, corner): (&[Sample], &[bool])| {
+            let levels = samples.iter().zip(corner);
+            let levels = levels.map(|(s, corner)| if *corner { s.level } else { NOTHING });
+            let levels: Vec<f32> = levels.collect();
+            let both = samples.iter().zip(&levels);
+            let inside = both.filter(|(_, level)| **level > 0.0).map(|(s, _)| *s);
+            let inside = inside.collect();
+            (levels, inside)
+        };
+        let batches = samples.par_chunks(BATCH).zip(corner.par_chunks(BATCH));
+        Self::of(batches.map(batch).collect())
+    }
+
     fn is_inside(&self, vertex: u32) -> bool {
         self.rank[vertex as usize] != NONE
     }
@@ -93,72 +162,52 @@ fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> Samples {
         (levels, inside)
     };
     let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-    let sampled: Vec<(Vec<f32>, Vec<Sample>)> = batches.map_init(sheet, batch).collect();
-    let (mut levels, mut inside) = (Vec::with_capacity(tree.positions.len()), Vec::new());
-    for (more_levels, more_inside) in sampled {
-        levels.extend(more_levels);
-        inside.extend(more_inside);
-    }
-    let mut next = 0..;
-    let mut rank = |level: &f32| match *level > 0.0 {
-        true => next.next().unwrap_or(NONE),
-        false => NONE,
-    };
-    let rank = levels.iter().map(&mut rank).collect();
-    Samples {
-        levels,
-        inside,
-        rank,
-    }
+    Samples::of(batches.map_init(sheet, batch).collect())
 }
 
 /// Where the outline crosses sides.
-struct Outline {
+#[derive(Default)]
+pub(super) struct Outline {
     /// The sides, ascending.
     sides: Vec<u64>,
-    places: Vec<DVec3>,
-    samples: Vec<Sample>,
+    crossings: Vec<Crossing>,
 }
 
+/// A place of the outline and what the field says there.
+type Crossing = (DVec3, Sample);
+
 impl Outline {
-    fn new(
+    pub(super) fn new(
         field: &Field,
         winding: &Winding,
         tree: &Tree,
         samples: &Samples,
-        leaves: &[Face],
+        sides: Vec<u64>,
     ) -> Self {
-        let crossed = |face: &Face| {
-            let [a, b, c] = face.corners;
-            let sides = [(a, b), (b, c), (c, a)];
-            let mixed = |(a, b): &(u32, u32)| samples.is_inside(*a) != samples.is_inside(*b);
-            let sides: Vec<_> = sides.into_iter().filter(mixed).collect();
-            sides.into_iter().map(|(a, b)| side_key(a.min(b), a.max(b)))
-        };
-        let mut sides: Vec<u64> = leaves.par_iter().flat_map_iter(crossed).collect();
-        sides.par_sort_unstable();
-        sides.dedup();
+        Self::default().moved(field, winding, tree, samples, sides, &|_, _| true)
+    }
+
+    /// The outline across these sides, where this one's crossings serve as far as nothing has
+    /// `changed` between the ends.
+    pub(super) fn moved(
+        &self,
+        field: &Field,
+        winding: &Winding,
+        tree: &Tree,
+        samples: &Samples,
+        sides: Vec<u64>,
+        changed: &(dyn Fn(u32, u32) -> bool + Sync),
+    ) -> Self {
         let sheet = || Sheet::new(field.substrate, field.lichen.radius);
         let cross = |sheet: &mut Sheet, side: &u64| {
-            let [a, b] = [(*side >> 32) as usize, *side as u32 as usize];
-            let (a, b) = if samples.levels[a] > 0.0 {
-                (a, b)
-            } else {
-                (b, a)
-            };
-            let home = tree.homes[a];
-            let facing = winding.normal(field.substrate, home).as_vec3();
-            crossing([samples.levels[a], samples.levels[b]], |share| {
-                let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
-                (place, field.sample(place, home, facing, sheet))
-            })
+            let [a, b] = [(*side >> 32) as u32, *side as u32];
+            match self.sides.binary_search(side) {
+                Ok(known) if !changed(a, b) => self.crossings[known],
+                _ => cross(field, winding, tree, samples, [a, b], sheet),
+            }
         };
-        let (places, samples) = sides.par_iter().map_init(sheet, cross).unzip();
-        Self {
-            sides,
-            places,
-            samples,
-        }
+        let crossings = sides.par_iter().map_init(sheet, cross).collect();
+        Self { sides, crossings }
     }
 
     /// The number of the crossing of a side that has one.
@@ -168,6 +217,27 @@ impl Outline {
     }
 }
 
+/// Where the outline crosses the side between two vertices.
+fn cross(
+    field: &Field,
+    winding: &Winding,
+    tree: &Tree,
+    samples: &Samples,
+    ends: [u32; 2],
+    sheet: &mut Sheet,
+) -> Crossing {
+    let [mut a, mut b] = ends.map(|v| v as usize);
+    if samples.levels[a] <= 0.0 {
+        (a, b) = (b, a);
+    }
+    let home = tree.homes[a];
+    let facing = winding.normal(field.substrate, home).as_vec3();
+    crossing([samples.levels[a], samples.levels[b]], |share| {
+        let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
+        (place, field.sample(place, home, facing, sheet))
+    })
+}
+
 /// The place between an inner and an outer end of these levels where the level is about 0.
 ///
 /// The level falls as the square of the distance, so a straight line between the ends misses by
@@ -175,8 +245,8 @@ impl Outline {
 /// position mend it.
 fn crossing(
     [mut inner, mut outer]: [f32; 2],
-    mut sampled: impl FnMut(f32) -> (DVec3, Sample),
-) -> (DVec3, Sample) {
+    mut sampled: impl FnMut(f32) -> Crossing,
+) -> Crossing {
     const STEPS: usize = 2;
     let (mut low, mut high) = (0.0, 1.0);
     let mut share = inner / (inner - outer);
@@ -242,12 +312,12 @@ impl<'a> Weaver<'a> {
     }
 
     fn add_outline(&mut self) {
-        for (&place, sample) in self.outline.places.iter().zip(&self.outline.samples) {
+        for (place, sample) in &self.outline.crossings {
             // At the outline the height is 0, and the iso-surface stands upright.
             let Sample { normal, up, .. } = *sample;
             let flat = (normal - up * normal.dot(up)).try_normalize();
             self.mesh
-                .add(place, flat.unwrap_or(normal), sample.attributes);
+                .add(*place, flat.unwrap_or(normal), sample.attributes);
         }
     }
 

@@ -19,7 +19,9 @@
 mod base;
 mod decimate;
 mod field;
+mod frames;
 mod grid;
+mod history;
 mod lichen;
 mod manifold;
 mod march;
@@ -33,6 +35,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use decimate::{Decimated, decimate};
+pub use frames::SkinFrames;
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
 pub use palette::{NamedColormap, PALETTE};
@@ -43,7 +46,7 @@ use field::{Field, cutoff, overhang};
 use grid::Nearness;
 use lichen::Lichen;
 use march::{Marched, march};
-use refine::Tree;
+use refine::{NEVER, Tree};
 
 use crate::cluster::Cluster;
 use crate::export::{TriMesh, UpAxis, VertexAttribute};
@@ -176,10 +179,14 @@ pub fn skin(
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
+    let always = |nearness: &Nearness, p, distance| match nearness.within(p, distance) {
+        true => 0,
+        false => NEVER,
+    };
     // The distance from the rim is found by one thread, and needs nothing of the tree.
     let (mut lichen, tree) = rayon::join(
         || Lichen::new(substrate, &winding, cluster),
-        || refine(substrate, &winding, cluster, shape),
+        || refine(substrate, &winding, cluster, shape, always),
     );
     let grid = lichen.sort(cutoff(shape) * cluster.radius());
     let field = Field::new(substrate, &lichen, &grid, shape);
@@ -188,14 +195,21 @@ pub fn skin(
     if marched.triangles.is_empty() {
         return Err(SkinError::TooCoarse);
     }
-    Ok(finish(substrate, cluster, marched, paint))
+    let radius = cluster.radius();
+    Ok(finish(substrate, radius, cluster.len(), marched, paint))
 }
 
-/// The part of the substrate that may carry lichen, cut finer where it does.
-fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &Shape) -> Tree {
+/// The part of the substrate that may carry lichen, cut finer where it does: from as many elements
+/// on as `near` says of a place and a distance.
+fn refine(
+    substrate: &Substrate,
+    winding: &Winding,
+    cluster: &Cluster,
+    shape: &Shape,
+    near: impl Fn(&Nearness, DVec3, f64) -> u32 + Sync,
+) -> Tree {
     let radius = cluster.radius();
-    let places = cluster.elements().iter().map(|e| e.position);
-    let nearness = Nearness::new(places.collect());
+    let nearness = Nearness::new(cluster.elements().iter().map(|e| e.position));
     let felt = cutoff(shape) * radius;
     let all = 0..substrate.triangles().len() as u32;
     let carries = |&t: &u32| may_carry(substrate, &nearness, t, felt);
@@ -205,7 +219,14 @@ fn refine(substrate: &Substrate, winding: &Winding, cluster: &Cluster, shape: &S
     let reach = overhang(shape) * radius;
     Tree::grow(base, |a, b| {
         let length = (b - a).length();
-        length > longest && nearness.within(0.5 * (a + b), FARTHEST_FROM_MIDDLE * length + reach)
+        match length > longest {
+            true => near(
+                &nearness,
+                0.5 * (a + b),
+                FARTHEST_FROM_MIDDLE * length + reach,
+            ),
+            false => NEVER,
+        }
     })
 }
 
@@ -217,15 +238,24 @@ fn may_carry(substrate: &Substrate, nearness: &Nearness, triangle: u32, felt: f6
     nearness.within(middle, size.into_iter().fold(0.0, f64::max) + felt)
 }
 
-/// Into the file's units, with colours.
-fn finish(substrate: &Substrate, cluster: &Cluster, marched: Marched, paint: &Paint) -> TriMesh {
+/// The skin of so many elements of this radius into the file's units, with colours.
+fn finish(
+    substrate: &Substrate,
+    radius: f64,
+    elements: usize,
+    marched: Marched,
+    paint: &Paint,
+) -> TriMesh {
     let units = substrate.units();
-    let radius = units.length_to_file(cluster.radius()) as f32;
-    let last = cluster.len().saturating_sub(1).max(1) as f32;
+    let radius = units.length_to_file(radius) as f32;
+    let last = elements.saturating_sub(1).max(1) as f32;
     let of = &marched.attributes;
     let colors = of
         .par_iter()
-        .map(|a| paint.color(a.density, a.birth / last, a.rim))
+        .map(|a| {
+            a.color
+                .unwrap_or_else(|| paint.color(a.density, a.birth / last, a.rim))
+        })
         .collect();
     let column = |name, value: &(dyn Fn(&field::Attributes) -> f32 + Sync)| VertexAttribute {
         name,

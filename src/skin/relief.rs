@@ -37,11 +37,11 @@ impl<'a> Relief<'a> {
         let winding = Winding::of(substrate);
         let mut lichen = Lichen::new(substrate, &winding, cluster);
         let grid = lichen.sort(cutoff(shape) * cluster.radius());
-        let places = lichen.granules.iter().map(|g| g.position);
+        let nearness = Nearness::new(lichen.granules.iter().map(|g| g.position));
         Ok(Self {
             substrate,
             shape: *shape,
-            nearness: Nearness::new(places.collect()),
+            nearness,
             winding,
             lichen,
             grid,

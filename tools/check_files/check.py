@@ -17,7 +17,7 @@ import pyarrow.parquet
 import trimesh
 from pxr import Usd, UsdGeom, UsdValidation
 
-from common import SKINS, Lichen, check_frames, near
+from common import FRAMES, SKINS, Lichen, check_frames, near
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -130,7 +130,7 @@ def check_usd_curves(stem, lichen):
 
 
 def check_gltf(stem, lichen):
-    files = [f"{stem}_{what}.{e}" for what in ["points", "instances", "curves", "skin"]
+    files = [f"{stem}_{what}.{e}" for what in ["points", "instances", "curves", "skin", "skin_film", "points_film", "curves_film"]
              for e in ["glb", "gltf"] if os.path.exists(f"{stem}_{what}.{e}")]
     files += [f"{os.path.dirname(stem)}/maps_{kind}/lichened.glb" for kind in ["png", "exr"]]
     done = subprocess.run(["node", f"{HERE}/validate_gltf.js", *files], capture_output=True, text=True)
@@ -172,6 +172,45 @@ def check_skins(stem, lichen):
         assert len(read.faces) == len(corners), extension
 
 
+def check_films(stem, lichen):
+    """Time samples are those of frames by themselves, and as many elements as the frame has."""
+    stage = open_stage(f"{stem}_skin_film.usda")
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1, FRAMES)
+    assert stage.GetTimeCodesPerSecond() == 24
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/lichen/skin"))
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    triangles = []
+    for frame in range(1, FRAMES + 1):
+        points = np.array(mesh.GetPointsAttr().Get(frame), float)
+        corners, counts = (a.Get(frame) for a in (mesh.GetFaceVertexIndicesAttr(), mesh.GetFaceVertexCountsAttr()))
+        valid, why = UsdGeom.Mesh.ValidateTopology(corners, counts, len(points))
+        assert valid, why
+        alone = trimesh.load(f"{stem}_frames/frame_{frame:04}.ply", process=False)
+        assert alone.is_watertight and alone.volume > 0
+        near(points, np.stack([alone.vertices.T[0], alone.vertices.T[2], -alone.vertices.T[1]], 1), 1e-6,
+             f"skin film: frame {frame}")
+        near(np.array(corners).reshape(-1, 3), alone.faces, 0, "skin film: corners")
+        near(mesh.GetExtentAttr().Get(frame), [points.min(0), points.max(0)], 1e-6, "skin film: extent")
+        for name in ["displayColor", "birth", "density", "colony"]:
+            assert len(primvars.GetPrimvar(name).Get(frame)) == len(points), f"skin film: {name}"
+        triangles.append(len(alone.faces))
+    assert (np.diff(triangles) > 0).all()
+    stage = open_stage(f"{stem}_points_film.usda")
+    points = UsdGeom.Points(stage.GetPrimAtPath("/lichen/elements"))
+    for frame in range(1, FRAMES + 1):
+        count = lichen.count * frame // FRAMES
+        near(points.GetIdsAttr().Get(frame), lichen.birth[:count], 0, "points film: ids")
+        near(points.GetPointsAttr().Get(frame), lichen.points[:count], 1e-6, "points film")
+        near(points.GetWidthsAttr().Get(frame), np.full(count, 2 * lichen.radius), 1e-6, "points film: widths")
+    stage = open_stage(f"{stem}_curves_film.usda")
+    curves = UsdGeom.BasisCurves(stage.GetPrimAtPath("/lichen/branches"))
+    for frame in range(1, FRAMES + 1):
+        birth = np.array(UsdGeom.PrimvarsAPI(curves).GetPrimvar("birth").Get(frame))
+        assert birth.max() == lichen.count * frame // FRAMES - 1
+        assert sum(curves.GetCurveVertexCountsAttr().Get(frame)) == len(birth)
+        near(curves.GetPointsAttr().Get(frame), lichen.points[birth], 1e-6, "curves film")
+
+
 def check_obj(stem, lichen, curves):
     vertices, links = [], []
     with open(stem) as file:
@@ -197,6 +236,7 @@ def main(folder):
         check_obj(f"{stem}_points.obj", lichen, False)
     near(Lichen(f"{folder}/cube").points, [[1, 1, 1]], 1e-7, "the corner of the cube")
     check_usd_curves(f"{folder}/rock", lichen)
+    check_films(f"{folder}/rock", lichen)
     check_obj(f"{folder}/rock_curves.obj", lichen, True)
     edges = plyfile.PlyData.read(f"{folder}/rock_curves.ply")["edge"].data
     assert {tuple(edge) for edge in edges.tolist()} == lichen.links

@@ -12,7 +12,7 @@ import sys
 import bpy
 import numpy as np
 
-from common import Lichen, check_frames, near
+from common import FRAMES, Lichen, check_frames, near
 
 IMPORT = {
     "ply": lambda path: bpy.ops.wm.ply_import(filepath=path),
@@ -170,6 +170,40 @@ def check_maps(folder):
         near(exr, png * factor, factor * (0.003 if name == "mask" else 0.001), f"{name}.exr")
 
 
+def check_films(stem, lichen):
+    """Played frame by frame, USD shows the meshes of the numbered files, and glTF one at a time."""
+    counts = []
+    for frame in range(1, FRAMES + 1):
+        counts.append(len(load(f"{stem}_frames/frame_{frame:04}.ply").data.polygons))
+    thing = load(f"{stem}_skin_film.usda")
+    scene = bpy.context.scene
+    assert scene.render.fps == 24 and (scene.frame_start, scene.frame_end) == (1, FRAMES)
+    near([faces(thing, frame) for frame in range(1, FRAMES + 1)], counts, 0, "skin film: faces")
+    thing = load(f"{stem}_points_film.usda")
+    for frame in range(1, FRAMES + 1):
+        points = evaluated(thing, frame).data.points
+        assert len(points) == lichen.count * frame // FRAMES, f"points film: {len(points)}"
+        near([p.radius for p in points], np.full(len(points), lichen.radius), 1e-6, "points film")
+    load(f"{stem}_skin_film.glb")
+    scene = bpy.context.scene
+    assert scene.render.fps == 24
+    meshes = [o for o in scene.objects if o.type == "MESH"]
+    assert len(meshes) == FRAMES
+    for frame in range(FRAMES):
+        scene.frame_set(frame)
+        shown = [len(o.data.polygons) for o in meshes if o.matrix_world.determinant() > 0.5]
+        assert shown == [counts[frame]], f"skin film, glb: {shown} at frame {frame}"
+
+
+def evaluated(thing, frame):
+    bpy.context.scene.frame_set(frame)
+    return thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
+
+
+def faces(thing, frame):
+    return len(evaluated(thing, frame).data.polygons)
+
+
 def main(folder):
     for name in ["cube", "rock"]:
         lichen = Lichen(f"{folder}/{name}")
@@ -178,6 +212,7 @@ def main(folder):
         check_skins(f"{folder}/{name}", lichen)
     check_curves(f"{folder}/rock", lichen)
     check_maps(folder)
+    check_films(f"{folder}/rock", lichen)
     print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
 
 

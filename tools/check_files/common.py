@@ -25,6 +25,10 @@ WHAT = {
 
 SKINS = ["glb", "usda", "usd", "ply", "obj"]
 
+# Films of six frames at 24 a second, in which elements are there or not.
+FRAMES = 6
+FILMS = {"skin": ["usda", "glb"], "points": ["usda", "glb"], "curves": ["usda", "glb"]}
+
 PLY_TYPES = {"float": "<f4", "double": "<f8", "int": "<i4", "uchar": "u1"}
 
 
@@ -71,6 +75,13 @@ def make(program, rock, folder):
             out = f"{folder}/{lichen}_skin.{extension}"
             said = thallus(program, "skin", f"{folder}/{lichen}", "-o", out, "--quiet")
             assert said == "", said
+    for what, extensions in FILMS.items():
+        for extension in extensions:
+            out = f"{folder}/rock_{what}_film.{extension}"
+            thallus(program, "animate", f"{folder}/rock", "--what", what, "--frames", FRAMES,
+                    "--window", 0, "-o", out, "--quiet")
+    thallus(program, "animate", f"{folder}/rock", "--frames", FRAMES, "--window", 0,
+            "-o", f"{folder}/rock_frames", "--quiet")
     make_maps(program, folder)
 
 

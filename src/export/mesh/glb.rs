@@ -15,7 +15,7 @@ use crate::export::glb::{document, node, write_head};
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const UNSIGNED_SHORT: u32 = 5123;
-const VERTICES: u32 = 34962;
+pub(in crate::export) const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 /// An accessor of its own buffer view.
@@ -30,11 +30,26 @@ struct Column {
 }
 
 pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
-    let columns = columns(mesh);
-    let body = columns.iter().map(|c| c.bytes).sum();
+    if mesh.triangles.is_empty() {
+        return write_head(&nothing(), 0, out);
+    }
     let origin = mesh.origin();
-    write_head(&described(mesh, &columns, body, origin), body, out)?;
+    let mut parts = Parts::default();
+    let primitive = parts.describe(mesh, origin);
+    let shape = json!({"name": "lichen", "primitives": [primitive]});
+    let mut document = document(node(origin), shape);
+    let size = parts.describe_in(&mut document);
+    write_head(&document, size, out)?;
     write_body(mesh, origin, out)
+}
+
+/// glTF has no meshes without vertices: a scene of a node without one.
+fn nothing() -> Value {
+    let mut document = document(json!({"name": "lichen"}), Value::Null);
+    for unused in ["meshes", "materials"] {
+        document.as_object_mut().map(|object| object.remove(unused));
+    }
+    document
 }
 
 fn columns(mesh: &TriMesh) -> Vec<Column> {
@@ -75,38 +90,87 @@ fn columns(mesh: &TriMesh) -> Vec<Column> {
     columns
 }
 
-fn described(mesh: &TriMesh, columns: &[Column], body: usize, origin: [f64; 3]) -> Value {
-    let mut offset = 0;
-    let mut views = Vec::new();
-    let mut accessors: Vec<Value> = Vec::new();
-    for (i, column) in columns.iter().enumerate() {
-        views.push(json!({
-            "buffer": 0, "byteOffset": offset, "byteLength": column.bytes, "target": column.target,
-        }));
-        offset += column.bytes;
-        accessors.push(json!({
-            "bufferView": i, "componentType": column.component, "count": column.count,
-            "type": column.shape, "normalized": column.normalized,
-        }));
-    }
-    let stored = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
-    let [low, high] = mesh.bounds();
-    accessors[0]["min"] = json!(stored(low));
-    accessors[0]["max"] = json!(stored(high));
-    let (indices, attributes) = (columns.len() - 1, &columns[..columns.len() - 1]);
-    let attributes = attributes.iter().enumerate();
-    let attributes = attributes.map(|(i, c)| (c.name.clone(), json!(i)));
-    let attributes: serde_json::Map<_, _> = attributes.collect();
-    let primitive = json!({"attributes": attributes, "indices": indices, "material": 0});
-    let shape = json!({"name": "lichen", "primitives": [primitive]});
-    let mut document = document(node(origin), shape);
-    document["accessors"] = accessors.into();
-    document["bufferViews"] = views.into();
-    document["buffers"] = json!([{ "byteLength": body }]);
-    document
+/// Accessors, each of a buffer view of its own, one after the other in the buffer.
+#[derive(Debug, Default)]
+pub(in crate::export) struct Parts {
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    size: usize,
 }
 
-fn write_body(mesh: &TriMesh, origin: [f64; 3], out: &mut dyn Write) -> io::Result<()> {
+impl Parts {
+    /// The primitive of a mesh, whose [body](write_body) comes next in the buffer.
+    pub(in crate::export) fn describe(&mut self, mesh: &TriMesh, origin: [f64; 3]) -> Value {
+        let columns = columns(mesh);
+        let first = self.accessors.len();
+        for column in &columns {
+            self.add(
+                column.bytes,
+                Some(column.target),
+                json!({
+                    "componentType": column.component, "count": column.count,
+                    "type": column.shape, "normalized": column.normalized,
+                }),
+            );
+        }
+        let stored = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
+        let [low, high] = mesh.bounds();
+        self.accessors[first]["min"] = json!(stored(low));
+        self.accessors[first]["max"] = json!(stored(high));
+        let (indices, attributes) = (first + columns.len() - 1, &columns[..columns.len() - 1]);
+        let attributes = attributes.iter().zip(first..);
+        let attributes = attributes.map(|(c, i)| (c.name.clone(), json!(i)));
+        let attributes: serde_json::Map<_, _> = attributes.collect();
+        json!({"attributes": attributes, "indices": indices, "material": 0})
+    }
+
+    /// An accessor of floats, so many to a value, with their bounds; they come next in the buffer.
+    pub(in crate::export) fn floats(
+        &mut self,
+        width: usize,
+        values: &[f32],
+        target: Option<u32>,
+    ) -> usize {
+        let component = |k: usize| values.iter().skip(k).step_by(width).copied();
+        let bound = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
+            let of = |k| component(k).reduce(pick).unwrap_or_default();
+            (0..width).map(of).collect()
+        };
+        let shape = if width == 1 { "SCALAR" } else { "VEC3" };
+        let accessor = json!({
+            "componentType": FLOAT, "count": values.len() / width, "type": shape,
+            "min": bound(f32::min), "max": bound(f32::max),
+        });
+        self.add(size_of_val(values), target, accessor)
+    }
+
+    fn add(&mut self, bytes: usize, target: Option<u32>, mut accessor: Value) -> usize {
+        let mut view = json!({"buffer": 0, "byteOffset": self.size, "byteLength": bytes});
+        if let Some(target) = target {
+            view["target"] = target.into();
+        }
+        self.size += bytes;
+        accessor["bufferView"] = self.views.len().into();
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// Puts all of them into a document, and gives the size of its buffer.
+    pub(in crate::export) fn describe_in(self, document: &mut Value) -> usize {
+        document["accessors"] = self.accessors.into();
+        document["bufferViews"] = self.views.into();
+        document["buffers"] = json!([{ "byteLength": self.size }]);
+        self.size
+    }
+}
+
+/// The bytes of a mesh's columns.
+pub(in crate::export) fn write_body(
+    mesh: &TriMesh,
+    origin: [f64; 3],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let mut floats = |values: &[f32]| -> io::Result<()> {
         values
             .iter()

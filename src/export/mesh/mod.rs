@@ -1,6 +1,6 @@
 //! A triangle mesh with colours and named attributes, and the formats that it is written in.
 
-mod glb;
+pub(super) mod glb;
 mod obj;
 mod ply;
 mod textured;
@@ -200,7 +200,7 @@ impl TriMesh {
     }
 
     /// What files with float32 positions and a translation store positions relative to.
-    fn origin(&self) -> [f64; 3] {
+    pub(super) fn origin(&self) -> [f64; 3] {
         let [low, high] = self.bounds();
         match self.needs_doubles() {
             true => [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),

@@ -1,0 +1,256 @@
+//! When each element of a grown lichen comes, in an animation of so many frames (Sumner 2001, 8.2).
+//!
+//! A [`Timing`] makes a list of [`Presence`]s, a moment for each frame. [`SkinFrames`] makes the
+//! skins of these moments, and [`Scene::at`] what other files show of them.
+//!
+//! [`SkinFrames`]: crate::skin::SkinFrames
+//! [`Scene::at`]: crate::export::Scene::at
+
+mod curve;
+
+pub use curve::{Curve, CurveError};
+
+use crate::cluster::{Cluster, Ease, Presence};
+
+/// What grows evenly from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Clock {
+    /// The number of elements.
+    #[default]
+    Birth,
+    /// The effective radius R_e, as real lichens widen by about the same length a year (R. Armstrong
+    /// and T. Bradwell, *Growth of foliose lichens: a review*, 2011). Where it stands still while
+    /// gaps close, what is born meanwhile comes at once.
+    Radius,
+    /// Time on a curve of one's own.
+    Curve(Curve),
+}
+
+/// How the growth of a lichen is spread over frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timing {
+    /// How many frames, 1 or more.
+    pub frames: u32,
+    /// See [`Presence`]: elements over which influence fades, 0 or more.
+    pub window: f64,
+    /// How it fades.
+    pub ease: Ease,
+    /// What grows evenly.
+    pub clock: Clock,
+}
+
+/// Why there is no such animation.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TimingError {
+    /// There is nothing to animate.
+    #[error("there are no elements to animate")]
+    Empty,
+    /// No frames.
+    #[error("an animation has at least one frame")]
+    NoFrames,
+    /// A window that is no length of time.
+    #[error("the window is {0} elements: it may be 0 or more")]
+    Window(f64),
+    /// The curve goes on beyond the last element.
+    #[error("the curve ends at {asked} elements, and the lichen has {there}")]
+    TooMany {
+        /// Where it ends.
+        asked: f64,
+        /// How many there are.
+        there: usize,
+    },
+}
+
+impl Timing {
+    /// A window of four frames of the mean number of births, and no more than a tenth of the
+    /// elements: wide enough that the rim swells, narrow enough that it does not blur.
+    pub fn usual_window(elements: usize, frames: u32) -> f64 {
+        let all = elements as f64;
+        (4.0 * all / f64::from(frames.max(1))).min(0.1 * all)
+    }
+
+    /// The moments of the frames k = 1 … F, each later than the one before or as late.
+    ///
+    /// With n elements on the clock at the share k/F of the time, and n_F at its end, the moment is
+    /// t = n − W·(1 − n/n_F): before the first frame there is nothing, not even what fades in, and in
+    /// the last frame all n_F elements have their full influence. With W = 0, t = n.
+    ///
+    /// # Errors
+    /// When there are no elements or frames, when the window is no length, or when the curve goes
+    /// beyond the last element.
+    pub fn moments(&self, cluster: &Cluster) -> Result<Vec<Presence>, TimingError> {
+        let there = cluster.len();
+        match *self {
+            _ if there == 0 => return Err(TimingError::Empty),
+            Self { frames: 0, .. } => return Err(TimingError::NoFrames),
+            Self { window, .. } if !(window >= 0.0 && window.is_finite()) => {
+                return Err(TimingError::Window(window));
+            }
+            _ => {}
+        }
+        let counts = self.counts(cluster);
+        let last = counts.last().copied().unwrap_or_default();
+        if last > there as f64 {
+            return Err(TimingError::TooMany { asked: last, there });
+        }
+        let at = |n: f64| Presence {
+            time: n - self.window * (1.0 - n / last),
+            window: self.window,
+            ease: self.ease,
+        };
+        Ok(counts.into_iter().map(at).collect())
+    }
+
+    /// Elements on the clock at each frame.
+    fn counts(&self, cluster: &Cluster) -> Vec<f64> {
+        let shares = (1..=self.frames).map(|k| f64::from(k) / f64::from(self.frames));
+        let all = cluster.len() as f64;
+        match &self.clock {
+            Clock::Birth => shares.map(|s| s * all).collect(),
+            Clock::Curve(curve) => shares.map(|s| curve.elements(s, cluster.len())).collect(),
+            Clock::Radius => {
+                let radii = radii(cluster);
+                let mut counts: Vec<f64> = shares.map(|s| reaching(&radii, s)).collect();
+                // Elements that no longer widen it belong to the last frame.
+                counts.pop();
+                counts.push(all);
+                counts
+            }
+        }
+    }
+}
+
+/// The largest effective radius so far, after each birth.
+fn radii(cluster: &Cluster) -> Vec<f64> {
+    let mut grown = Cluster::new(cluster.radius());
+    let mut most = 0.0;
+    let radius = |element: &crate::cluster::Element| {
+        grown.push(*element);
+        most = grown.extent().effective_radius().max(most);
+        most
+    };
+    cluster.elements().iter().map(radius).collect()
+}
+
+/// How many elements have this share of the last radius, between births by straight lines.
+fn reaching(radii: &[f64], share: f64) -> f64 {
+    let wanted = share * radii.last().copied().unwrap_or_default();
+    let after = radii.partition_point(|r| *r < wanted).min(radii.len() - 1);
+    let before = match after {
+        0 => 0.0,
+        _ => radii[after - 1],
+    };
+    let step = radii[after] - before;
+    let part = if step > 0.0 {
+        (wanted - before) / step
+    } else {
+        1.0
+    };
+    after as f64 + part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::Element;
+    use crate::substrate::SurfacePoint;
+    use glam::DVec3;
+
+    /// Pairs of elements, the k-th pair k² away on both sides, and a last one in the middle.
+    fn spread(pairs: u32) -> Cluster {
+        let mut cluster = Cluster::new(0.1);
+        let places = (1..=pairs).flat_map(|k| [1.0, -1.0].map(|side| side * f64::from(k * k)));
+        for x in places.chain([0.0]) {
+            cluster.push(Element {
+                at: SurfacePoint::centroid(0),
+                position: DVec3::new(x, 0.0, 0.0),
+                parent: 0,
+                colony: 0,
+                probability: 1.0,
+            });
+        }
+        cluster
+    }
+
+    fn timing(frames: u32, window: f64, clock: Clock) -> Timing {
+        Timing {
+            frames,
+            window,
+            ease: Ease::Linear,
+            clock,
+        }
+    }
+
+    fn times(timing: &Timing, cluster: &Cluster) -> Vec<f64> {
+        let moments = timing.moments(cluster).unwrap();
+        moments.iter().map(|m| m.time).collect()
+    }
+
+    #[test]
+    fn by_birth_each_frame_has_as_many_more() {
+        let cluster = spread(10);
+        assert_eq!(
+            times(&timing(3, 0.0, Clock::Birth), &cluster),
+            [7.0, 14.0, 21.0]
+        );
+        // From nothing, not even fading in, to all.
+        let wide = times(&timing(21, 10.5, Clock::Birth), &cluster);
+        assert_eq!((wide[0], wide[20]), (1.0 - 10.0, 21.0));
+        assert!(wide.is_sorted());
+    }
+
+    #[test]
+    fn by_radius_each_frame_is_as_much_wider() {
+        let cluster = spread(60);
+        let radii = radii(&cluster);
+        let times = times(&timing(30, 0.0, Clock::Radius), &cluster);
+        for (k, time) in times[..29].iter().enumerate() {
+            let wanted = (k + 1) as f64 / 30.0 * radii[120];
+            let i = time.floor() as usize;
+            let straight = radii[i - 1] + (time - time.floor()) * (radii[i] - radii[i - 1]);
+            assert!(
+                (straight - wanted).abs() < 1e-9 * wanted,
+                "{straight} {wanted}"
+            );
+        }
+        assert_eq!(times[29], 121.0);
+        let alone = spread(0);
+        assert_eq!(
+            super::tests::times(&timing(2, 0.0, Clock::Radius), &alone),
+            [1.0, 1.0]
+        );
+    }
+
+    #[test]
+    fn a_curve_says_how_many() {
+        let cluster = spread(10);
+        let clock = |text: &str| Clock::Curve(text.parse().unwrap());
+        let paused = timing(4, 0.0, clock("0:0,1:10,3:10,4:100%"));
+        assert_eq!(times(&paused, &cluster), [10.0, 10.0, 10.0, 21.0]);
+        let partial = timing(2, 6.0, clock("10:0,20:12"));
+        assert_eq!(times(&partial, &cluster), [6.0 - 3.0, 12.0]);
+        let beyond = timing(2, 0.0, clock("0:0,1:22")).moments(&cluster);
+        let expected = TimingError::TooMany {
+            asked: 22.0,
+            there: 21,
+        };
+        assert_eq!(beyond, Err(expected));
+    }
+
+    #[test]
+    fn what_is_no_animation_is_refused() {
+        let cluster = spread(1);
+        let error = |timing: Timing| timing.moments(&cluster).unwrap_err();
+        assert_eq!(error(timing(0, 0.0, Clock::Birth)), TimingError::NoFrames);
+        assert_eq!(
+            error(timing(1, -1.0, Clock::Birth)),
+            TimingError::Window(-1.0)
+        );
+        assert!(matches!(
+            error(timing(1, f64::NAN, Clock::Birth)),
+            TimingError::Window(_)
+        ));
+        let none = timing(1, 0.0, Clock::Birth).moments(&Cluster::new(1.0));
+        assert_eq!(none, Err(TimingError::Empty));
+    }
+}

@@ -1,0 +1,327 @@
+//! `thallus animate`: the growth of a run's lichen, a frame after the other.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use thallus::animate::{Clock, Curve, Timing};
+use thallus::cluster::{Cluster, Presence};
+use thallus::export::{
+    Film, FilmFormat, OutputError, Placement, Scene, SceneFormat, TriMesh, UpAxis, What,
+    mesh_format_of, write_file_atomically,
+};
+use thallus::morphometry::measure;
+use thallus::picture::age_color;
+use thallus::skin::{SkinError, SkinFrames};
+use thallus::substrate::Substrate;
+
+use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
+use super::animate_out::{Folder, Target, nearest_folder};
+use super::animate_picture;
+use super::axes::Convention;
+use super::export::smooth_on;
+use super::failure::Failure;
+use super::grown::{Grown, load};
+use super::number::{duration, plural};
+use super::skin::{InUnits, start_threads};
+use super::skin_paint::paint;
+use super::terminal;
+
+pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
+    let target = Target::of(args)?;
+    start_threads(args.threads)?;
+    let started = Instant::now();
+    let lichen = Growth::read(args)?;
+    let moments = timing(&args.time, &lichen.cluster)?.moments(&lichen.cluster);
+    let moments = moments.map_err(|e| Failure::Usage(e.into()))?;
+    match target.subject() {
+        Subject::Skin => skins(args, &target, &lichen, moments)?,
+        Subject::Points => scenes(args, &target, lichen, &moments, What::Points)?,
+        Subject::Curves => scenes(args, &target, lichen, &moments, What::Curves)?,
+        Subject::Picture => animate_picture::pictures(args, &target, &lichen, &moments)?,
+    }
+    if !args.quiet {
+        let frames = plural(args.time.frames as usize, "frame", "frames");
+        let seconds = duration(started.elapsed().as_secs_f64());
+        terminal::say(&format!("{}: {frames} in {seconds}", args.output.display()))?;
+    }
+    Ok(())
+}
+
+/// A lichen on its mesh.
+pub(super) struct Growth {
+    grown: Grown,
+    pub(super) substrate: Substrate,
+    pub(super) cluster: Cluster,
+}
+
+impl Growth {
+    fn read(args: &AnimateArgs) -> Result<Self, Failure> {
+        let grown = Grown::read(&args.from)?;
+        let mesh = match &args.mesh {
+            Some(mesh) => mesh.clone(),
+            None => grown.mesh_file()?,
+        };
+        let substrate = load(&mesh)?;
+        let cluster = grown.elements.to_cluster(&substrate);
+        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+        Ok(Self {
+            grown,
+            substrate,
+            cluster,
+        })
+    }
+}
+
+fn timing(args: &TimeArgs, cluster: &Cluster) -> Result<Timing, Failure> {
+    Ok(Timing {
+        frames: args.frames,
+        window: Window::elements(args.window, cluster.len(), args.frames),
+        ease: args.ease,
+        clock: clock(&args.clock)?,
+    })
+}
+
+fn clock(text: &str) -> Result<Clock, Failure> {
+    let wrong = |of: &str, e| Failure::Usage(anyhow::Error::new(e).context(of.to_owned()));
+    match text {
+        "birth" => Ok(Clock::Birth),
+        "radius" => Ok(Clock::Radius),
+        curve if curve.contains(':') && !Path::new(curve).is_file() => {
+            let curve: Result<Curve, _> = curve.parse();
+            Ok(Clock::Curve(curve.map_err(|e| wrong("--clock", e))?))
+        }
+        file if Path::new(file).is_file() => {
+            let text = std::fs::read_to_string(file);
+            let text = text.with_context(|| format!("{file}: reading the curve failed"))?;
+            let curve = Curve::from_csv(&text).map_err(|e| wrong(file, e))?;
+            Ok(Clock::Curve(curve))
+        }
+        other => Err(Failure::usage(format!(
+            "--clock: '{other}' is neither birth, radius, a curve as 0:0,1:5%,4:100% nor a file"
+        ))),
+    }
+}
+
+/// How a film's frames lie in its file.
+fn convention_of(format: &FilmFormat) -> Convention {
+    Convention {
+        extension: format.extension,
+        axes: format.axes,
+        metres: format.metres,
+    }
+}
+
+fn skins(
+    args: &AnimateArgs,
+    target: &Target,
+    lichen: &Growth,
+    moments: Vec<Presence>,
+) -> Result<(), Failure> {
+    let units = InUnits::of(&lichen.substrate, &lichen.cluster);
+    let in_radii = |length| units.in_radii(length);
+    let shape = super::skin::shape(&args.shape, &in_radii);
+    let paint = paint(&args.color, &in_radii)?;
+    let up = Some(UpAxis::of(&lichen.substrate));
+    let frames = SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
+    let frames = frames.map_err(|e| Failure::Usage(e.into()))?;
+    let bar = bar(args);
+    match target {
+        Target::Film { format, .. } => {
+            let convention = convention_of(format);
+            let placement = args.axes.placement(&convention, up)?;
+            let meters = args.axes.meters_per_unit(&convention);
+            let film = new_film(args, format).about(&places(lichen, &placement));
+            write_film(args, film, meters, |film| {
+                each(frames, |mut mesh| {
+                    mesh.place(&placement);
+                    bar.inc(1);
+                    film.add_skin(&mesh).map_err(spooling)
+                })
+            })?;
+        }
+        Target::Folder { extension, .. } => {
+            let format = mesh_format_of(Path::new(&format!("frame.{extension}")));
+            let format = format.map_err(|unknown| Failure::Usage(unknown.into()))?;
+            let convention = Convention {
+                extension: format.extension,
+                axes: format.axes,
+                metres: format.metres,
+            };
+            let placement = args.axes.placement(&convention, up)?;
+            let meters = args.axes.meters_per_unit(&convention);
+            let mut folder = Folder::create(args, extension)?;
+            each(frames, |mut mesh| {
+                mesh.place(&placement);
+                bar.inc(1);
+                folder.write(|out| format.write(&mesh, meters, out))
+            })?;
+            folder.finish()?;
+        }
+        Target::Movie { .. } => unreachable!("movies show pictures"),
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// Takes each frame while the next is being made. The first ones may have no surface yet, but not all.
+fn each(
+    mut frames: SkinFrames<'_>,
+    mut take: impl FnMut(TriMesh) -> Result<(), Failure> + Send,
+) -> Result<(), Failure> {
+    let mut ready = frames.next();
+    let mut shown = false;
+    while let Some(frame) = ready {
+        shown |= !frame.triangles.is_empty();
+        let (taken, next) = rayon::join(|| take(frame), || frames.next());
+        taken?;
+        ready = next;
+    }
+    match shown {
+        true => Ok(()),
+        false => Err(Failure::Usage(SkinError::TooCoarse.into())),
+    }
+}
+
+fn scenes(
+    args: &AnimateArgs,
+    target: &Target,
+    lichen: Growth,
+    moments: &[Presence],
+    what: What,
+) -> Result<(), Failure> {
+    let up = Some(UpAxis::of(&lichen.substrate));
+    let bar = bar(args);
+    match target {
+        Target::Film { format, .. } => {
+            let convention = convention_of(format);
+            let scene = scene(args, lichen, &convention, up)?;
+            write_film(
+                args,
+                new_film(args, format),
+                scene.meters_per_unit,
+                |film| {
+                    frames_of(&scene, what, moments, |frame, color| {
+                        bar.inc(1);
+                        film.add_scene(what, frame, color).map_err(spooling)
+                    })
+                },
+            )?;
+        }
+        Target::Folder { extension, .. } => {
+            let name = format!("frame.{extension}");
+            let format = SceneFormat::of(Path::new(&name), what);
+            let format = format.map_err(|wrong| Failure::Usage(wrong.into()))?;
+            let convention = Convention {
+                extension: format.extension,
+                axes: format.axes,
+                metres: format.metres,
+            };
+            let scene = scene(args, lichen, &convention, up)?;
+            let mut folder = Folder::create(args, extension)?;
+            frames_of(&scene, what, moments, |frame, color| {
+                bar.inc(1);
+                folder.write(|out| format.write(what, frame, color, out))
+            })?;
+            folder.finish()?;
+        }
+        Target::Movie { .. } => unreachable!("movies show pictures"),
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn scene(
+    args: &AnimateArgs,
+    lichen: Growth,
+    convention: &Convention,
+    up: Option<UpAxis>,
+) -> Result<Scene, Failure> {
+    let placement = args.axes.placement(convention, up)?;
+    let Growth {
+        mut grown,
+        substrate,
+        ..
+    } = lichen;
+    smooth_on(&mut grown.elements, &substrate).context("the mesh")?;
+    let measured = measure(&grown.elements.sample(), grown.curvature_radius());
+    let meters = args.axes.meters_per_unit(convention);
+    Ok(Scene::new(grown.elements, measured, &placement, meters))
+}
+
+/// Gives each moment of a scene, coloured by age as the grown lichen is.
+fn frames_of(
+    scene: &Scene,
+    what: What,
+    moments: &[Presence],
+    mut take: impl FnMut(&Scene, &dyn Fn(f32) -> [u8; 3]) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let all = scene.elements.len();
+    // Files are not empty: a seed, or the first branch.
+    let least = match what {
+        What::Curves => scene
+            .elements
+            .parent
+            .iter()
+            .position(|p| *p >= 0)
+            .map_or(all, |i| i + 1),
+        _ => 1,
+    };
+    for moment in moments {
+        let frame = scene.at(moment, least);
+        let part =
+            frame.elements.len().saturating_sub(1) as f32 / all.saturating_sub(1).max(1) as f32;
+        take(&frame, &|age| age_color(age * part))?;
+    }
+    Ok(())
+}
+
+/// Where the elements lie in the file.
+fn places(lichen: &Growth, placement: &Placement) -> TriMesh {
+    let mut places = TriMesh {
+        positions: lichen.grown.elements.positions.clone(),
+        ..TriMesh::default()
+    };
+    places.place(placement);
+    places
+}
+
+fn new_film(args: &AnimateArgs, format: &FilmFormat) -> Film {
+    Film::new(format, args.time.fps, &nearest_folder(&args.output))
+}
+
+/// Makes a film, and writes it complete or not at all.
+fn write_film(
+    args: &AnimateArgs,
+    mut film: Film,
+    meters: f64,
+    fill: impl FnOnce(&mut Film) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    fill(&mut film)?;
+    write_file_atomically(&args.output, args.force, |out| film.write(meters, out))?;
+    Ok(())
+}
+
+fn spooling(error: std::io::Error) -> Failure {
+    Failure::Failed(anyhow::Error::new(error).context("keeping the frames of the film"))
+}
+
+/// How many frames are done, on a terminal.
+pub(super) fn bar(args: &AnimateArgs) -> ProgressBar {
+    if args.quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(u64::from(args.time.frames));
+    let style = ProgressStyle::with_template("{spinner} {bar:16} frame {pos} of {len}, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+/// Refuses what would be refused when the work is done.
+pub(super) fn check_free(file: &Path, force: bool) -> Result<(), Failure> {
+    match !force && file.symlink_metadata().is_ok() {
+        true => Err(OutputError::FileExists(file.to_owned()).into()),
+        false => Ok(()),
+    }
+}

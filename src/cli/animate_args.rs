@@ -1,0 +1,177 @@
+//! The arguments of `thallus animate` as they are typed.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+use clap::builder::TypedValueParser;
+use thallus::animate::Timing;
+use thallus::cluster::Ease;
+use thallus::export::{FILM_FORMATS, FilmFormat};
+
+use super::args::choice;
+use super::axes::AxesArgs;
+use super::skin_args::{ColorArgs, ShapeArgs};
+
+#[derive(Debug, Args)]
+pub(crate) struct AnimateArgs {
+    /// The folder of a run, or its elements.ply
+    #[arg(value_name = "DIR|elements.ply")]
+    pub(crate) from: PathBuf,
+    /// The mesh that the lichen grew on [default: the one that recipe.toml beside the elements names]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    #[arg(short, long, value_name = "OUT", help = output_help())]
+    pub(crate) output: PathBuf,
+    /// What to show: a coloured mesh; a point an element; the branches; or pictures of the elements
+    /// on the mesh [default: what the output is for]
+    #[arg(long, value_parser = subject(), hide_possible_values = true, value_name = "skin|points|curves|picture")]
+    pub(crate) what: Option<Subject>,
+    /// Format of numbered files: any that 'thallus skin' or 'thallus export' write, as ply, glb, obj or
+    /// usda; png for pictures [default: ply, or png]
+    #[arg(long, value_name = "EXTENSION")]
+    pub(crate) format: Option<String>,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
+    /// Width of pictures in pixels; they are three quarters as high
+    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = "Picture")]
+    pub(crate) width: u32,
+    #[command(flatten)]
+    pub(crate) shape: ShapeArgs,
+    #[command(flatten)]
+    pub(crate) color: ColorArgs,
+    #[command(flatten)]
+    pub(crate) axes: AxesArgs,
+    /// Overwrite the file, or the frames of an earlier animation in the folder
+    #[arg(long, help_heading = RUN)]
+    pub(crate) force: bool,
+    /// No progress, notes or warnings: only errors
+    #[arg(long, help_heading = RUN)]
+    pub(crate) quiet: bool,
+    /// Threads to use; the result is the same for any number [default: all cores]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+const RUN: &str = "Run";
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Time")]
+pub(crate) struct TimeArgs {
+    /// How many frames; the last shows the whole lichen
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
+    pub(crate) frames: u32,
+    /// Frames a second, 0.1 to 1000
+    #[arg(long, value_name = "FPS", default_value = "24", value_parser = fps, allow_negative_numbers = true)]
+    pub(crate) fps: f64,
+    /// How many elements fade in at a time, or what share of all: wide for a rim that swells softly, 0
+    /// for elements that are there or not [default: four frames' worth, at most 10%]
+    #[arg(long, value_name = "ELEMENTS|PERCENT%", allow_negative_numbers = true)]
+    pub(crate) window: Option<Window>,
+    /// How they fade in: evenly, or softer at the beginning and end
+    #[arg(long, value_parser = ease(), hide_possible_values = true, value_name = "linear|smooth|smoother", default_value = "linear")]
+    pub(crate) ease: Ease,
+    /// What grows evenly: 'birth', the number of elements; 'radius', the width, as real lichens do; or a
+    /// curve, times and numbers of elements (or shares) as 0:0,1:5%,4:100%, or a file of lines
+    /// 'time,elements'
+    #[arg(
+        long,
+        value_name = "birth|radius|CURVE|FILE.csv",
+        default_value = "birth"
+    )]
+    pub(crate) clock: String,
+}
+
+/// What is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    Skin,
+    Points,
+    Curves,
+    Picture,
+}
+
+fn subject() -> impl TypedValueParser<Value = Subject> {
+    choice([
+        ("skin", Subject::Skin),
+        ("points", Subject::Points),
+        ("curves", Subject::Curves),
+        ("picture", Subject::Picture),
+    ])
+}
+
+fn ease() -> impl TypedValueParser<Value = Ease> {
+    choice([
+        ("linear", Ease::Linear),
+        ("smooth", Ease::Smooth),
+        ("smoother", Ease::Smoother),
+    ])
+}
+
+fn fps(text: &str) -> Result<f64, &'static str> {
+    let fps = text.parse().ok().filter(|fps| (0.1..=1000.0).contains(fps));
+    fps.ok_or("give a number from 0.1 to 1000")
+}
+
+/// How many elements fade in at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Window {
+    Elements(f64),
+    /// Of all, 1 for all.
+    Share(f64),
+}
+
+impl Window {
+    /// In elements, of so many; the usual one where none was asked for.
+    pub(crate) fn elements(window: Option<Self>, all: usize, frames: u32) -> f64 {
+        match window {
+            None => Timing::usual_window(all, frames),
+            Some(Self::Elements(elements)) => elements,
+            Some(Self::Share(share)) => share * all as f64,
+        }
+    }
+}
+
+impl FromStr for Window {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let number = |text: &str, most: f64| {
+            let number = text.trim().parse().ok();
+            number.filter(|n| (0.0..=most).contains(n))
+        };
+        let window = match text.strip_suffix('%') {
+            Some(percent) => number(percent, 100.0).map(|n| Self::Share(n / 100.0)),
+            None => number(text, f64::from(u32::MAX)).map(Self::Elements),
+        };
+        window.ok_or("write a number of elements from 0 (500), or a share of them up to 100% (2%)")
+    }
+}
+
+fn output_help() -> String {
+    let line = |f: &FilmFormat| format!("\n.{}: {}", f.extension, f.purpose);
+    let films: String = FILM_FORMATS.iter().map(line).collect();
+    format!(
+        "A folder for numbered files frame_0001 and so on, or one file; its extension says the \
+         format:{films}\n.gif: pictures that move\n.mp4: the same as H.264, by ffmpeg\n.webm: the \
+         same as VP9, by ffmpeg"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_elements_or_shares() {
+        assert_eq!("500".parse(), Ok(Window::Elements(500.0)));
+        assert_eq!("0".parse(), Ok(Window::Elements(0.0)));
+        assert_eq!("2.5%".parse(), Ok(Window::Share(0.025)));
+        for wrong in ["-1", "101%", "nan", "inf", "", "%", "5r"] {
+            assert!(wrong.parse::<Window>().is_err(), "{wrong}");
+        }
+        assert_eq!(Window::elements(Some(Window::Share(0.5)), 300, 10), 150.0);
+        assert_eq!(Window::elements(None, 1000, 100), 40.0);
+        assert_eq!(Window::elements(None, 1000, 10), 100.0);
+    }
+}

@@ -1,0 +1,207 @@
+//! Where the frames of `thallus animate` go.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use thallus::export::{FilmFormat, OutputDir, OutputError};
+
+use super::animate::check_free;
+use super::animate_args::{AnimateArgs, Subject};
+use super::failure::Failure;
+
+/// What is written.
+pub(super) enum Target {
+    /// A numbered file a frame.
+    Folder { subject: Subject, extension: String },
+    /// One file of geometry.
+    Film {
+        subject: Subject,
+        format: &'static FilmFormat,
+    },
+    /// One file of pictures.
+    Movie { kind: Movie },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Movie {
+    Gif,
+    Mp4,
+    Webm,
+}
+
+impl Target {
+    /// What the name of the output and the flags say.
+    pub(super) fn of(args: &AnimateArgs) -> Result<Self, Failure> {
+        let extension = args.output.extension().and_then(|e| e.to_str());
+        let extension = extension.unwrap_or_default().to_ascii_lowercase();
+        let movie = match extension.as_str() {
+            "gif" => Some(Movie::Gif),
+            "mp4" => Some(Movie::Mp4),
+            "webm" => Some(Movie::Webm),
+            _ => None,
+        };
+        if let Some(kind) = movie {
+            check_free(&args.output, args.force)?;
+            return Self::movie(args, kind);
+        }
+        match FilmFormat::of(&args.output) {
+            Ok(format) => {
+                check_free(&args.output, args.force)?;
+                Self::film(args, format)
+            }
+            Err(_) => Self::folder(args, &extension),
+        }
+    }
+
+    pub(super) fn subject(&self) -> Subject {
+        match self {
+            Self::Folder { subject, .. } | Self::Film { subject, .. } => *subject,
+            Self::Movie { .. } => Subject::Picture,
+        }
+    }
+
+    fn movie(args: &AnimateArgs, kind: Movie) -> Result<Self, Failure> {
+        refuse_format(args)?;
+        match args.what {
+            None | Some(Subject::Picture) => Ok(Self::Movie { kind }),
+            Some(_) => Err(Failure::usage(format!(
+                "{} holds pictures: leave --what away, or name a folder, a .glb or a .usda",
+                args.output.display()
+            ))),
+        }
+    }
+
+    fn film(args: &AnimateArgs, format: &'static FilmFormat) -> Result<Self, Failure> {
+        refuse_format(args)?;
+        match args.what.unwrap_or(Subject::Skin) {
+            Subject::Picture => Err(Failure::usage(format!(
+                "{} holds no pictures: name a folder, a .gif, a .mp4 or a .webm",
+                args.output.display()
+            ))),
+            subject => Ok(Self::Film { subject, format }),
+        }
+    }
+
+    fn folder(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
+        const ONE_FRAME: [&str; 8] = ["ply", "obj", "png", "gltf", "csv", "npz", "npy", "parquet"];
+        if ONE_FRAME.contains(&extension) && !args.output.is_dir() {
+            return Err(Failure::usage(format!(
+                "{}: a .{extension} file holds one frame; name a folder, and give --format \
+                 {extension}",
+                args.output.display()
+            )));
+        }
+        let format = args
+            .format
+            .as_deref()
+            .map(|f| f.trim_start_matches('.').to_ascii_lowercase());
+        let png = format.as_deref() == Some("png");
+        let subject = match (args.what, png) {
+            (None, true) => Subject::Picture,
+            (None, false) => Subject::Skin,
+            (Some(subject), _) => subject,
+        };
+        let usual = if subject == Subject::Picture {
+            "png"
+        } else {
+            "ply"
+        };
+        let extension = format.unwrap_or_else(|| usual.to_owned());
+        if (subject == Subject::Picture) != (extension == "png") {
+            return Err(Failure::usage(
+                "--format png is for pictures, and pictures are written as png: leave --format or \
+                 --what away",
+            ));
+        }
+        Ok(Self::Folder { subject, extension })
+    }
+}
+
+fn refuse_format(args: &AnimateArgs) -> Result<(), Failure> {
+    match &args.format {
+        None => Ok(()),
+        Some(_) => Err(Failure::usage(format!(
+            "--format is for numbered files in a folder, and {} says its format itself",
+            args.output.display()
+        ))),
+    }
+}
+
+/// Numbered files, which appear together.
+pub(super) struct Folder {
+    dir: OutputDir,
+    extension: String,
+    digits: usize,
+    written: u32,
+}
+
+impl Folder {
+    pub(super) fn create(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
+        let digits = args.time.frames.to_string().len().max(4);
+        Ok(Self {
+            dir: OutputDir::create(&args.output, args.force).map_err(of_frames)?,
+            extension: extension.to_owned(),
+            digits,
+            written: 0,
+        })
+    }
+
+    /// The next frame.
+    pub(super) fn write(
+        &mut self,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        self.written += 1;
+        let (number, digits, extension) = (self.written, self.digits, &self.extension);
+        let name = format!("frame_{number:0digits$}.{extension}");
+        Ok(self.dir.write(&name, fill)?)
+    }
+
+    /// Puts all of them in place, and takes away what an earlier animation left.
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        for name in self.left_over() {
+            self.dir.remove(&name)?;
+        }
+        self.dir.commit().map_err(of_frames)
+    }
+
+    /// Frames that are there and were not written now.
+    fn left_over(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.dir.path())
+            .into_iter()
+            .flatten()
+            .flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let old = |name: &String| {
+            let rest = name.strip_prefix("frame_");
+            let parts = rest.and_then(|rest| rest.split_once('.'));
+            parts.is_some_and(|(number, extension)| {
+                let digits = number.bytes().all(|b| b.is_ascii_digit());
+                let new = number.len() == self.digits
+                    && number.parse().is_ok_and(|n: u32| n <= self.written);
+                digits && extension == self.extension && !new
+            })
+        };
+        names.filter(old).collect()
+    }
+}
+
+/// A full folder, as an animation finds it.
+fn of_frames(error: OutputError) -> Failure {
+    match error {
+        OutputError::FolderExists(folder) => Failure::Failed(anyhow::anyhow!(
+            "{} exists already and is not empty: add --force to replace the frames of an earlier \
+             animation there (other files are left alone), or choose another folder",
+            folder.display()
+        )),
+        other => other.into(),
+    }
+}
+
+/// The folder that will hold a file, as far as it is there.
+pub(super) fn nearest_folder(file: &Path) -> PathBuf {
+    let named = |folder: &&Path| !folder.as_os_str().is_empty() && folder.is_dir();
+    let there = file.ancestors().skip(1).find(named);
+    there.unwrap_or(Path::new(".")).to_owned()
+}

@@ -1,0 +1,179 @@
+//! A growing lichen in one file: USD with time samples, or glTF with a node a frame.
+//!
+//! Frames come one after the other and files want them by attribute, or their size first, so a film
+//! keeps them in temporary files, which the system removes however the process ends.
+
+mod glb;
+mod usda;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use super::{AgeColor, Axes, Extension, Scene, TriMesh, UnknownFormat, UpAxis, What, by_extension};
+
+/// A file format for films.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmFormat {
+    /// Extension of its files, lower case, without the dot.
+    pub extension: &'static str,
+    /// What it is for, in words for the user.
+    pub purpose: &'static str,
+    /// Which way is up.
+    pub axes: Axes,
+    /// Whether its unit is the metre by specification.
+    pub metres: bool,
+}
+
+/// Every format that films are written in.
+pub const FILM_FORMATS: &[FilmFormat] = &[
+    FilmFormat {
+        extension: "glb",
+        purpose: "one glTF with an animation that viewers play",
+        axes: Axes::Fixed(UpAxis::Y),
+        metres: true,
+    },
+    USDA,
+    FilmFormat {
+        extension: "usd",
+        purpose: "the same under its other name",
+        ..USDA
+    },
+];
+
+const USDA: FilmFormat = FilmFormat {
+    extension: "usda",
+    purpose: "one USD with time samples: Houdini, Blender, usdview",
+    axes: Axes::Declared,
+    metres: false,
+};
+
+impl Extension for FilmFormat {
+    fn extension(&self) -> &'static str {
+        self.extension
+    }
+}
+
+impl FilmFormat {
+    /// The format that a file's extension says, upper or lower case.
+    ///
+    /// # Errors
+    /// When there is no extension or no such format; the message names those that there are.
+    pub fn of(path: &Path) -> Result<&'static Self, UnknownFormat> {
+        by_extension(FILM_FORMATS, "films", path)
+    }
+}
+
+/// A film that is being made: of skins, of points or of curves, one of them in all frames. The same
+/// frames give the same bytes.
+#[derive(Debug)]
+pub struct Film {
+    fps: f64,
+    form: Form,
+}
+
+#[derive(Debug)]
+enum Form {
+    Usda(usda::Usda),
+    Glb(glb::Glb),
+}
+
+impl Film {
+    /// Without frames as yet, at so many a second; temporary files lie in a folder that is there.
+    pub fn new(format: &FilmFormat, fps: f64, folder: &Path) -> Self {
+        let spools = Spools(folder.to_owned());
+        let form = match format.extension {
+            "glb" => Form::Glb(glb::Glb::new(spools)),
+            _ => Form::Usda(usda::Usda::new(spools)),
+        };
+        Self { fps, form }
+    }
+
+    /// The same of skins that come to lie where these vertices do: where 32 bits would not say these
+    /// places, the film's lie about their middle, and are moved there.
+    pub fn about(mut self, whole: &TriMesh) -> Self {
+        let origin = Some(whole.origin());
+        match &mut self.form {
+            Form::Usda(film) => film.origin = origin,
+            Form::Glb(film) => film.origin = origin,
+        }
+        self
+    }
+
+    /// The next frame of a film of skins. Without [`about`](Self::about) places are stored as the first
+    /// of them has it.
+    ///
+    /// # Errors
+    /// `InvalidData` around a [`MeshError`](super::MeshError) when the mesh is not sound; those of
+    /// temporary files.
+    pub fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
+        mesh.check()
+            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        match &mut self.form {
+            Form::Usda(film) => film.add_skin(mesh),
+            Form::Glb(film) => film.add_skin(mesh),
+        }
+    }
+
+    /// The next frame of a film of points or curves: a [moment](Scene::at) of a scene, the same one
+    /// for all frames.
+    ///
+    /// # Errors
+    /// `InvalidInput` for instances; those of temporary files.
+    pub fn add_scene(&mut self, what: What, scene: &Scene, color: AgeColor<'_>) -> io::Result<()> {
+        if what == What::Instances {
+            let problem = "films hold skins, points or curves";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
+        match &mut self.form {
+            Form::Usda(film) => film.add_scene(what, scene, color),
+            Form::Glb(film) => film.add_scene(what, scene, color),
+        }
+    }
+
+    /// Writes the film, whose unit is so many metres where the file says it.
+    ///
+    /// # Errors
+    /// Those of `out` and of the temporary files; `InvalidInput` when the format cannot hold as much.
+    pub fn write(self, meters_per_unit: f64, out: &mut dyn Write) -> io::Result<()> {
+        let mut out = BufWriter::with_capacity(1 << 16, out);
+        match self.form {
+            Form::Usda(film) => film.write(self.fps, meters_per_unit, &mut out)?,
+            Form::Glb(film) => film.write(self.fps, &mut out)?,
+        }
+        out.flush()
+    }
+}
+
+/// Where temporary files lie.
+#[derive(Debug)]
+struct Spools(PathBuf);
+
+/// A temporary file without a name.
+#[derive(Debug)]
+struct Spool(BufWriter<File>);
+
+impl Spools {
+    fn make(&self) -> io::Result<Spool> {
+        let file = tempfile::tempfile_in(&self.0)?;
+        Ok(Spool(BufWriter::with_capacity(1 << 16, file)))
+    }
+}
+
+impl Spool {
+    /// Copies all that was written.
+    fn pour(self, out: &mut dyn Write) -> io::Result<()> {
+        let mut file = self
+            .0
+            .into_inner()
+            .map_err(io::IntoInnerError::into_error)?;
+        file.rewind()?;
+        let mut buffer = vec![0; 1 << 20];
+        loop {
+            match file.read(&mut buffer)? {
+                0 => return Ok(()),
+                n => out.write_all(&buffer[..n])?,
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! A scene as it was at a moment of its growth.
+
+use super::elements::{Attribute, Elements, Values};
+use super::scene::Scene;
+use crate::cluster::Presence;
+use crate::morphometry::Tree;
+
+impl Scene {
+    /// The elements that have any influence at a moment, `least` at least. An attribute `influence`
+    /// says how much each has.
+    ///
+    /// Branches, their order and their widths are those of the elements so far, widths times the
+    /// influence. `nage`, `density`, `rim_distance` and `orient` are those of the grown lichen, so
+    /// that an element keeps them.
+    pub fn at(&self, presence: &Presence, least: usize) -> Self {
+        let all = self.elements.len();
+        let born = presence.born(all).max(least.min(all));
+        let influences: Vec<f32> = (0..born).map(|i| presence.influence(i)).collect();
+        let tree = Tree::new(&self.elements.parent[..born]);
+        let widths = tree.taper().into_iter().zip(&influences);
+        let radius = self.elements.radius;
+        let widths: Vec<f32> = widths
+            .map(|(taper, &share)| (taper * radius) as f32 * share)
+            .collect();
+        let whole = |column: Vec<u32>| Values::I32(column.into_iter().map(|x| x as i32).collect());
+        let mut elements = self.elements.first(born);
+        for attribute in &mut elements.attributes {
+            attribute.values = match attribute.name {
+                "strahler" => whole(tree.strahler()),
+                "depth" => whole(tree.depth()),
+                "branch_radius" => Values::F32(widths.clone()),
+                _ => continue,
+            };
+        }
+        elements.attributes.push(Attribute {
+            name: "influence",
+            values: Values::F32(influences),
+        });
+        Self {
+            elements,
+            orientations: self.orientations[..born].to_vec(),
+            streams: tree.streams(),
+            branch_radii: widths,
+            ..*self
+        }
+    }
+}
+
+impl Elements {
+    fn first(&self, count: usize) -> Self {
+        let values = |values: &Values| match values {
+            Values::I32(column) => Values::I32(column[..count].to_vec()),
+            Values::F32(column) => Values::F32(column[..count].to_vec()),
+            Values::Quaternion(column) => Values::Quaternion(column[..count].to_vec()),
+        };
+        let attribute = |a: &Attribute| Attribute {
+            name: a.name,
+            values: values(&a.values),
+        };
+        Self {
+            radius: self.radius,
+            positions: self.positions[..count].to_vec(),
+            normals: self.normals[..count].to_vec(),
+            parent: self.parent[..count].to_vec(),
+            colony: self.colony[..count].to_vec(),
+            triangle: self.triangle[..count].to_vec(),
+            uv: self.uv[..count].to_vec(),
+            probability: self.probability[..count].to_vec(),
+            source_triangle: self.source_triangle.as_ref().map(|c| c[..count].to_vec()),
+            attributes: self.attributes.iter().map(attribute).collect(),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Pictures one after the other as an animated GIF, which repeats for ever.
+
+use std::io::{self, Write};
+
+use gif::{Encoder, EncodingError, Frame, Repeat};
+
+use super::Image;
+
+/// An animated GIF that is being written. Each picture has a palette of its own.
+pub struct GifWriter<W: Write> {
+    encoder: Encoder<W>,
+    size: [u16; 2],
+    fps: f64,
+    frames: u32,
+}
+
+/// How thoroughly colours are chosen: 1 takes every pixel, 30 one in thirty.
+const SPEED: i32 = 10;
+
+impl<W: Write> GifWriter<W> {
+    /// Of pictures of this width and height, at so many a second, as near as hundredths of a second
+    /// come to it.
+    ///
+    /// # Errors
+    /// `InvalidInput` when a side is 0 or beyond 65,535; those of `out`.
+    pub fn new(out: W, width: u32, height: u32, fps: f64) -> io::Result<Self> {
+        let side = |n: u32| u16::try_from(n).ok().filter(|n| *n > 0);
+        let (Some(w), Some(h)) = (side(width), side(height)) else {
+            let problem = "a GIF is 1 to 65535 pixels wide and high";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        };
+        let mut encoder = Encoder::new(out, w, h, &[]).map_err(from_encoding)?;
+        encoder
+            .set_repeat(Repeat::Infinite)
+            .map_err(from_encoding)?;
+        Ok(Self {
+            encoder,
+            size: [w, h],
+            fps,
+            frames: 0,
+        })
+    }
+
+    /// The next picture.
+    ///
+    /// # Errors
+    /// Those of the output.
+    ///
+    /// # Panics
+    /// When it has another size.
+    pub fn add(&mut self, image: &Image) -> io::Result<()> {
+        let [w, h] = self.size;
+        assert_eq!(
+            [image.width, image.height],
+            [w, h].map(u32::from),
+            "one size"
+        );
+        let mut frame = Frame::from_rgb_speed(w, h, &image.rgb, SPEED);
+        // Hundredths that are lost to one frame go to the next.
+        let at = |frame: u32| (100.0 * f64::from(frame) / self.fps).round();
+        frame.delay = (at(self.frames + 1) - at(self.frames)) as u16;
+        self.frames += 1;
+        self.encoder.write_frame(&frame).map_err(from_encoding)
+    }
+}
+
+fn from_encoding(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}

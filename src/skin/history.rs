@@ -1,0 +1,140 @@
+//! Density and distance from the rim of a lichen at every moment of its growth.
+//!
+//! Both are those that a skin of the elements so far has, so that a margin moves with the rim. They
+//! change smoothly too. Density counts each neighbour by its influence. Elements come off the rim one
+//! by one, so the distance from it is interpolated between the lichens of some numbers of elements, a
+//! window apart: with no window it is that of the elements so far.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::lichen::{LOOK, Lichen};
+use crate::cluster::Presence;
+use crate::morphometry::{Way, rim_until};
+
+/// Who stands near whom, and who was on the rim until when. Elements are named by birth.
+pub(super) struct History {
+    radius: f64,
+    positions: Vec<DVec3>,
+    /// The neighbours of each element, ascending, and where they start.
+    near: Vec<u32>,
+    starts: Vec<usize>,
+    rim_until: Vec<u32>,
+    /// Distances from the rim are not told apart beyond this, in element radii.
+    farthest: f32,
+}
+
+/// Distances from the rim, in element radii, of the first so many elements.
+pub(super) type RimDistances = Vec<f32>;
+
+/// Numbers of elements whose distances from the rim are interpolated, and how far to the second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) counts: [usize; 2],
+    share: f32,
+}
+
+impl History {
+    /// Of a lichen in birth order.
+    pub(super) fn new(lichen: &Lichen, farthest: f32) -> Self {
+        let neighbours = lichen.neighbours();
+        let all = lichen.granules.len();
+        let near = |i: usize| {
+            let mut near = Vec::new();
+            neighbours.visit(i, |j, _, _| near.push(j));
+            near.sort_unstable();
+            near
+        };
+        let lists: Vec<Vec<u32>> = (0..all).into_par_iter().map(near).collect();
+        let mut starts = vec![0; all + 1];
+        for (i, list) in lists.iter().enumerate() {
+            starts[i + 1] = starts[i] + list.len();
+        }
+        Self {
+            radius: lichen.radius,
+            positions: lichen.granules.iter().map(|g| g.position).collect(),
+            near: lists.concat(),
+            starts,
+            rim_until: rim_until(&neighbours),
+            farthest,
+        }
+    }
+
+    fn near(&self, i: usize) -> &[u32] {
+        &self.near[self.starts[i]..self.starts[i + 1]]
+    }
+
+    /// See [`density`](crate::morphometry::density()), each neighbour by its influence.
+    pub(super) fn density(&self, i: usize, presence: &Presence) -> f32 {
+        let near = self.near(i);
+        let all = self.positions.len();
+        let below = |count: usize| near.partition_point(|&j| (j as usize) < count);
+        let (settled, born) = (below(presence.settled(all)), below(presence.born(all)));
+        let coming = near[settled..born].iter();
+        let coming: f64 = coming
+            .map(|&j| f64::from(presence.influence(j as usize)))
+            .sum();
+        let within = LOOK * self.radius;
+        let share = (self.radius / within) * (self.radius / within);
+        (((1 + settled) as f64 + coming) * share) as f32
+    }
+
+    /// Where the distance from the rim comes from at a moment: halfway through the window elements
+    /// count for it.
+    pub(super) fn keys(&self, presence: &Presence) -> Keys {
+        let all = self.positions.len();
+        if presence.window <= 0.0 {
+            return Keys {
+                counts: [presence.born(all); 2],
+                share: 0.0,
+            };
+        }
+        let step = presence.window.max(1.0);
+        let count = (presence.time + 0.5 * presence.window).clamp(0.0, all as f64);
+        // Counted from the grown lichen back, so that it is one of them.
+        let back = (all as f64 - count) / step;
+        let key = |steps: f64| (all as f64 - steps * step).max(0.0) as usize;
+        Keys {
+            counts: [key(back.ceil()), key(back.floor())],
+            share: (back.ceil() - back) as f32,
+        }
+    }
+
+    /// See [`rim_distance`](crate::morphometry::rim_distance), of the first elements by themselves.
+    pub(super) fn rim_distances(&self, elements: usize) -> RimDistances {
+        let limit = f64::from(self.farthest) * self.radius;
+        let mut distance = vec![f64::INFINITY; elements];
+        let mut queue = BinaryHeap::new();
+        for i in (0..elements).filter(|&i| elements as u32 <= self.rim_until[i]) {
+            distance[i] = 0.0;
+            queue.push(Reverse(Way(0.0, i as u32)));
+        }
+        while let Some(Reverse(Way(length, at))) = queue.pop() {
+            if length > distance[at as usize] {
+                continue;
+            }
+            let place = self.positions[at as usize];
+            let born = |j: &&u32| (**j as usize) < elements;
+            for &next in self.near(at as usize).iter().take_while(born) {
+                let way = length + (self.positions[next as usize] - place).length();
+                if way < distance[next as usize] && way <= limit {
+                    distance[next as usize] = way;
+                    queue.push(Reverse(Way(way, next)));
+                }
+            }
+        }
+        let in_radii = |d: f64| ((d / self.radius) as f32).min(self.farthest);
+        distance.into_iter().map(in_radii).collect()
+    }
+}
+
+impl Keys {
+    /// The distance from the rim of an element; one that is not among them yet is on the rim.
+    pub(super) fn distance(&self, i: usize, of: [&RimDistances; 2]) -> f32 {
+        let [a, b] = of.map(|distances| distances.get(i).copied().unwrap_or(0.0));
+        a + self.share * (b - a)
+    }
+}

@@ -1,0 +1,302 @@
+//! `thallus animate` as it is called.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::process::{Command, Output};
+
+use desk::{Desk, names, said};
+use gltf::animation::{Interpolation, util::ReadOutputs};
+use thallus::export::read_elements;
+use thallus::substrate::Substrate;
+
+const GROWN: &str = "rock.obj --radius 0.4% --elements 400 -o out";
+
+fn animate(desk: &Desk, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("animate").args(words.split_whitespace());
+    command.current_dir(desk.0.path()).output().unwrap()
+}
+
+fn made(desk: &Desk, words: &str) {
+    let output = animate(desk, words);
+    assert!(output.status.success(), "{words}: {}", said(&output));
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = animate(desk, words);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    assert!(
+        said.lines().count() == 1 && !said.contains("panicked"),
+        "{said}"
+    );
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.done(GROWN);
+    desk
+}
+
+#[test]
+fn frames_are_closed_meshes_in_numbered_files() {
+    let desk = desk();
+    for format in ["ply", "glb", "obj"] {
+        made(
+            &desk,
+            &format!("out -o f{format} --frames 6 --format {format}"),
+        );
+        let found = names(&desk.path(&format!("f{format}")));
+        let expected: Vec<_> = (1..=6).map(|k| format!("frame_000{k}.{format}")).collect();
+        assert_eq!(found, expected);
+        let mut triangles = Vec::new();
+        for name in &found[1..] {
+            let path = desk.path(&format!("f{format}/{name}"));
+            let report = Substrate::load(&path).unwrap().report().clone();
+            assert_eq!(
+                (report.boundary_edges, report.non_manifold_edges),
+                (0, 0),
+                "{name}"
+            );
+            triangles.push(report.triangles);
+        }
+        assert!(triangles.is_sorted_by(|a, b| a < b), "{triangles:?}");
+    }
+}
+
+#[test]
+fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
+    let desk = desk();
+    made(&desk, "out -o f --frames 5 --window 0");
+    fs::write(desk.path("f/notes.txt"), "mine").unwrap();
+    fs::write(desk.path("f/frame_9.txt"), "mine").unwrap();
+    let before = desk.read("f/frame_0002.ply");
+    refused(
+        &desk,
+        "out -o f --frames 3",
+        1,
+        &["f exists already", "--force", "animation"],
+    );
+    assert_eq!(desk.read("f/frame_0002.ply"), before);
+    made(&desk, "out -o f --frames 3 --force");
+    let expected = [
+        "frame_0001.ply",
+        "frame_0002.ply",
+        "frame_0003.ply",
+        "frame_9.txt",
+        "notes.txt",
+    ];
+    assert_eq!(names(&desk.path("f")), expected);
+    assert_ne!(desk.read("f/frame_0002.ply"), before);
+    made(&desk, "out -o a.usda --frames 2");
+    refused(
+        &desk,
+        "out -o a.usda --frames 2",
+        1,
+        &["a.usda exists already", "--force"],
+    );
+    made(&desk, "out -o a.usda --frames 2 --force");
+}
+
+#[test]
+fn the_bytes_are_the_same_on_any_number_of_threads() {
+    let desk = desk();
+    for (what, extension) in [
+        ("skin", "usda"),
+        ("skin", "glb"),
+        ("points", "usda"),
+        ("curves", "glb"),
+    ] {
+        let [one, three] = [1, 3].map(|threads| {
+            let file = format!("a{threads}.{extension}");
+            let flags = "--frames 5 --ease smooth --clock radius --force --quiet";
+            made(
+                &desk,
+                &format!("out -o {file} --what {what} {flags} --threads {threads}"),
+            );
+            desk.read(&file)
+        });
+        assert!(one == three, "{what} {extension}");
+    }
+    let [one, three] = [1, 3].map(|threads| {
+        made(
+            &desk,
+            &format!("out -o f{threads} --frames 4 --threads {threads}"),
+        );
+        desk.read(&format!("f{threads}/frame_0003.ply"))
+    });
+    assert!(one == three);
+}
+
+#[test]
+fn points_are_those_that_have_any_influence() {
+    let desk = desk();
+    made(&desk, "out -o f --what points --frames 4 --window 0");
+    let grown = read_elements(&desk.path("out/elements.ply")).unwrap();
+    for (k, count) in [(1, 100), (2, 200), (4, 400)] {
+        let frame = read_elements(&desk.path(&format!("f/frame_000{k}.ply"))).unwrap();
+        assert_eq!(frame.len(), count);
+        assert_eq!(frame.parent, grown.parent[..count]);
+    }
+    let curve = "--clock 0:0,1:40,3:40,4:100%";
+    made(
+        &desk,
+        &format!("out -o g --what points --frames 4 --window 10 {curve}"),
+    );
+    let counts = [40, 40, 40, 400];
+    for (k, count) in counts.into_iter().enumerate() {
+        let frame = read_elements(&desk.path(&format!("g/frame_000{}.ply", k + 1))).unwrap();
+        // Of the ten that fade in, one has come: 40 is a tenth of the way.
+        let born = (count + count / 40 - 1).min(400);
+        assert_eq!(frame.len(), born, "frame {}", k + 1);
+    }
+}
+
+#[test]
+fn usd_has_time_samples() {
+    let desk = desk();
+    made(
+        &desk,
+        "out -o a.usda --frames 3 --fps 30 --what points --window 0",
+    );
+    let text = String::from_utf8(desk.read("a.usda")).unwrap();
+    for line in [
+        "startTimeCode = 1",
+        "endTimeCode = 3",
+        "timeCodesPerSecond = 30",
+    ] {
+        assert!(text.contains(line), "{line}");
+    }
+    let ids = text.split("int64[] ids.timeSamples = {").nth(1).unwrap();
+    let ids = ids.split('}').next().unwrap();
+    let counts: Vec<usize> = ids
+        .lines()
+        .filter(|l| l.contains('['))
+        .map(|l| l.split(',').count() - 1)
+        .collect();
+    assert_eq!(counts, [133, 266, 400]);
+}
+
+/// Seconds at which nodes are switched, and their scales from then on.
+fn switches(desk: &Desk, file: &str) -> Vec<Vec<(f32, f32)>> {
+    let file = gltf::Gltf::from_slice_without_validation(&desk.read(file)).unwrap();
+    let blob = file.blob.clone().unwrap();
+    let animation = file.animations().next().unwrap();
+    let switches = animation.channels().map(|channel| {
+        assert_eq!(channel.sampler().interpolation(), Interpolation::Step);
+        let reader = channel.reader(|_| Some(&blob));
+        let times = reader.read_inputs().unwrap();
+        let Some(ReadOutputs::Scales(scales)) = reader.read_outputs() else {
+            panic!("scales")
+        };
+        times.zip(scales.map(|[x, _, _]| x)).collect()
+    });
+    switches.collect()
+}
+
+#[test]
+fn one_glb_shows_a_frame_at_a_time() {
+    let desk = desk();
+    made(&desk, "out -o a.glb --frames 4 --fps 2 --window 0");
+    let expected = [
+        vec![(0.0, 1.0), (0.5, 0.0)],
+        vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)],
+        vec![(0.0, 0.0), (1.0, 1.0), (1.5, 0.0)],
+        vec![(0.0, 0.0), (1.5, 1.0)],
+    ];
+    assert_eq!(switches(&desk, "a.glb"), expected);
+    let file = gltf::Gltf::from_slice_without_validation(&desk.read("a.glb")).unwrap();
+    let nodes: Vec<_> = file.nodes().filter(|n| n.mesh().is_some()).collect();
+    let scales: Vec<f32> = nodes
+        .iter()
+        .map(|n| n.transform().decomposed().2[0])
+        .collect();
+    assert_eq!(scales, [0.0, 0.0, 0.0, 1.0]);
+    made(
+        &desk,
+        "out -o b.glb --frames 4 --fps 2 --window 0 --what points",
+    );
+    let expected = [0.5, 1.0, 1.5].map(|t| vec![(0.0, 0.0), (t, 1.0)]);
+    assert_eq!(switches(&desk, "b.glb"), expected);
+    let file = gltf::Gltf::from_slice_without_validation(&desk.read("b.glb")).unwrap();
+    let count = |m: gltf::Mesh| {
+        let primitive = m.primitives().next().unwrap();
+        primitive.get(&gltf::Semantic::Positions).unwrap().count()
+    };
+    assert_eq!(file.meshes().map(count).collect::<Vec<_>>(), [100; 4]);
+}
+
+#[test]
+fn pictures_move() {
+    let desk = desk();
+    made(&desk, "out -o p --what picture --frames 2 --width 64");
+    let [first, last] = ["p/frame_0001.png", "p/frame_0002.png"].map(|name| desk.read(name));
+    assert!(first.starts_with(b"\x89PNG") && last.starts_with(b"\x89PNG") && first != last);
+    made(&desk, "out -o p.gif --frames 3 --width 64 --fps 30");
+    let bytes = desk.read("p.gif");
+    let mut gif = gif::DecodeOptions::new()
+        .read_info(bytes.as_slice())
+        .unwrap();
+    assert_eq!((gif.width(), gif.height()), (64, 48));
+    let mut delays = Vec::new();
+    while let Some(frame) = gif.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+    }
+    // Thirtieths of a second in hundredths.
+    assert_eq!(delays, [3, 4, 3]);
+}
+
+#[test]
+fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
+    let desk = desk();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    let words = "animate out -o a.mp4 --frames 2 --width 32";
+    command.args(words.split_whitespace()).env("PATH", "");
+    let output = command.current_dir(desk.0.path()).output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("no ffmpeg") && said.contains(".gif"),
+        "{said}"
+    );
+    assert_eq!(names(desk.0.path()), ["out", "rock.obj"]);
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_one_line() {
+    let desk = desk();
+    let cases: &[(&str, i32, &[&str])] = &[
+        ("out -o a.ply", 2, &["a.ply", "one frame", "folder"]),
+        ("out -o a.gif --what skin", 2, &["pictures", "--what"]),
+        ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
+        ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
+        ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),
+        ("out -o f --what points --format png", 2, &["--format png"]),
+        ("out -o f --what curves --format csv", 2, &["csv", "curves"]),
+        ("out -o f --frames 0", 2, &["--frames"]),
+        ("out -o f --fps 0", 2, &["--fps"]),
+        ("out -o f --window -1", 2, &["--window"]),
+        ("out -o f --clock noon", 2, &["noon", "birth", "radius"]),
+        ("out -o f --clock 0:0,1:401", 2, &["401", "400"]),
+        ("out -o f --clock 0:9,1:3", 2, &["does not shrink"]),
+        ("out -o f --ease bouncy", 2, &["--ease"]),
+        ("out -o f --thickness 99r", 2, &["thickness"]),
+        ("nothing -o f", 1, &["nothing"]),
+    ];
+    for (words, code, parts) in cases {
+        refused(&desk, words, *code, parts);
+    }
+    fs::write(desk.path("c.csv"), "time,elements\n0,0\n1,many\n").unwrap();
+    refused(
+        &desk,
+        "out -o f --clock c.csv",
+        2,
+        &["c.csv", "line 3", "1,many"],
+    );
+    assert_eq!(names(desk.0.path()), ["c.csv", "out", "rock.obj"]);
+}
