@@ -9,6 +9,7 @@ use thallus::growth::{Boundary, Join, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
 use super::axes::AxesArgs;
+use super::render_args::RenderArgs;
 use super::skin_args::SkinArgs;
 
 /// Grows lichen on triangle meshes.
@@ -41,6 +42,11 @@ pub(crate) enum Command {
     /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
     /// bounding box's diagonal (0.5%).
     Skin(Box<SkinArgs>),
+    /// Take a picture of a lichen on its mesh
+    ///
+    /// A PNG, by ray tracing on the processor. Lengths (LEN) are a number in mesh units (0.02), in
+    /// element radii (2r), or in percent of the bounding box's diagonal (0.5%).
+    Render(Box<RenderArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),
@@ -250,7 +256,7 @@ fn boundary() -> impl TypedValueParser<Value = Boundary> {
 }
 
 /// One of some named values.
-fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
     values: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
     let names = values.map(|(name, _)| PossibleValue::new(name));

@@ -17,6 +17,10 @@ mod output;
 mod preset;
 mod preview;
 mod progress;
+mod render;
+mod render_args;
+mod render_by;
+mod render_camera;
 mod resume;
 mod skin;
 mod skin_args;
@@ -44,6 +48,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Export(args) => export::export(&args),
         Command::Skin(args) => skin::skin(&args),
+        Command::Render(args) => render::render(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

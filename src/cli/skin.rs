@@ -16,7 +16,7 @@ use thallus::substrate::Substrate;
 
 use super::axes::Convention;
 use super::failure::Failure;
-use super::grown::{Grown, load};
+use super::grown::Grown;
 use super::number::{count, duration};
 use super::skin_args::{Goal, ShapeArgs, SkinArgs};
 use super::skin_paint::paint;
@@ -26,10 +26,10 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
     check_free(&files, args.force)?;
-    threads(args)?;
+    threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
-    let (substrate, cluster) = placed_cluster(args)?;
+    let (substrate, cluster) = Grown::read(&args.from)?.on_mesh(args.mesh.as_deref())?;
     let convention = Convention {
         extension: format.extension,
         axes: format.axes,
@@ -74,7 +74,7 @@ fn files(args: &SkinArgs) -> Vec<PathBuf> {
 }
 
 /// Refuses what would be refused when the work is done.
-fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
+pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
     let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
     match files.iter().find(taken) {
         Some(file) => Err(OutputError::FileExists(file.clone()).into()),
@@ -82,28 +82,17 @@ fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
     }
 }
 
-fn threads(args: &SkinArgs) -> Result<(), Failure> {
+/// Starts this many threads, one a core if it is not said.
+pub(super) fn threads(number: Option<u16>) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
+        .num_threads(number.map_or(0, usize::from))
         .build_global()
         .context("starting threads")?;
     Ok(())
 }
 
-/// The lichen on its mesh.
-fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
-    let grown = Grown::read(&args.from)?;
-    let mesh = match &args.mesh {
-        Some(mesh) => mesh.clone(),
-        None => grown.mesh_file()?,
-    };
-    let substrate = load(&mesh)?;
-    let cluster = grown.elements.to_cluster(&substrate);
-    let cluster = cluster.with_context(|| mesh.display().to_string())?;
-    Ok((substrate, cluster))
-}
-
-fn shape(args: &ShapeArgs, in_radii: &dyn Fn(Length) -> f64) -> Shape {
+/// What the flags say, lengths in radii.
+pub(super) fn shape(args: &ShapeArgs, in_radii: &dyn Fn(Length) -> f64) -> Shape {
     let default = Shape::default();
     let radii = |length: Option<Length>, default: f64| match length {
         None | Some(Length::Auto) => default,
@@ -135,7 +124,7 @@ fn grow_skin(
 }
 
 /// Turns on a terminal while something takes its time.
-fn spinner(voice: Voice, doing: &str) -> ProgressBar {
+pub(super) fn spinner(voice: Voice, doing: &str) -> ProgressBar {
     if voice.quiet {
         return ProgressBar::hidden();
     }

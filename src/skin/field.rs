@@ -64,8 +64,8 @@ pub(super) struct Attributes {
     pub(super) birth: f32,
     pub(super) density: f32,
     pub(super) rim: f32,
-    /// Of the element with the greatest weight.
-    pub(super) colony: f32,
+    /// Birth index of the element with the greatest weight.
+    pub(super) strongest: u32,
 }
 
 /// The value of F₀ on closed lichen, densely packed: falloff C in element radii.
@@ -124,7 +124,7 @@ impl<'a> Field<'a> {
         let weight = libm::exp2f(-away.length_squared() * self.falloff);
         if weight > sums.most {
             sums.most = weight;
-            sums.attributes.colony = granule.colony as f32;
+            sums.attributes.strongest = granule.birth;
         }
         sums.total += weight;
         sums.towards -= away * weight;
@@ -177,7 +177,7 @@ impl Sums {
             birth,
             density,
             rim,
-            colony,
+            strongest,
         } = self.attributes;
         Sample {
             level,
@@ -188,7 +188,7 @@ impl Sums {
                 birth: birth * mean,
                 density: density * mean,
                 rim: rim * mean,
-                colony,
+                strongest,
             },
         }
     }

@@ -2,7 +2,9 @@
 //! distance from the rim.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
+use super::Paint;
 use super::base::Winding;
 use super::grid::Grid;
 use crate::cluster::{Cluster, Element};
@@ -21,7 +23,6 @@ pub(super) struct Granule {
     /// The substrate's triangle that it is on.
     pub(super) home: u32,
     pub(super) birth: u32,
-    pub(super) colony: u32,
     /// See [`density`].
     pub(super) density: f32,
     /// See [`rim_distance`], in element radii; the mesh's diagonal where no rim can be reached.
@@ -49,7 +50,6 @@ impl Lichen {
             normal,
             home: e.at.triangle,
             birth: birth as u32,
-            colony: e.colony,
             density: 0.0,
             rim: 0.0,
         };
@@ -64,6 +64,13 @@ impl Lichen {
                 .length_to_local(substrate.units().diagonal()),
         );
         lichen
+    }
+
+    /// The colour of each element, in birth order, before it is sorted.
+    pub(super) fn colors(&self, paint: &Paint) -> Vec<[u8; 3]> {
+        let last = self.granules.len().saturating_sub(1).max(1) as f32;
+        let color = |g: &Granule| paint.color(g.density, g.birth as f32 / last, g.rim);
+        self.granules.par_iter().map(color).collect()
     }
 
     /// Sorts the elements for questions of at most `reach`.

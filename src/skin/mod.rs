@@ -153,6 +153,12 @@ impl Shape {
     }
 }
 
+/// The colours that [`skin`] would give where each element is alone, in birth order: for pictures of
+/// the elements themselves.
+pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -> Vec<[u8; 3]> {
+    Lichen::new(substrate, &Winding::of(substrate), cluster).colors(paint)
+}
+
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
 ///
 /// Its vertices have the attributes `birth` (mean birth index of the elements about them, by
@@ -171,6 +177,20 @@ pub fn skin(
     shape: &Shape,
     paint: &Paint,
 ) -> Result<TriMesh, SkinError> {
+    skin_and_elements(substrate, cluster, shape, paint).map(|(mesh, _)| mesh)
+}
+
+/// The same as [`skin`], with the birth index of the strongest element at each vertex, to look up
+/// what else is known about it.
+///
+/// # Errors
+/// Those of [`skin`].
+pub fn skin_and_elements(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+    paint: &Paint,
+) -> Result<(TriMesh, Vec<u32>), SkinError> {
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
@@ -186,7 +206,8 @@ pub fn skin(
     if marched.triangles.is_empty() {
         return Err(SkinError::TooCoarse);
     }
-    Ok(finish(substrate, cluster, marched, paint))
+    let strongest = marched.attributes.par_iter().map(|a| a.strongest).collect();
+    Ok((finish(substrate, cluster, marched, paint), strongest))
 }
 
 /// The part of the substrate that may carry lichen, cut finer where it does.
@@ -227,6 +248,7 @@ fn finish(substrate: &Substrate, cluster: &Cluster, marched: Marched, paint: &Pa
         values: of.par_iter().map(value).collect(),
         is_length: false,
     };
+    let colony = |a: &field::Attributes| cluster.elements()[a.strongest as usize].colony as f32;
     let attributes = vec![
         column("birth", &|a| a.birth),
         column("density", &|a| a.density),
@@ -234,7 +256,7 @@ fn finish(substrate: &Substrate, cluster: &Cluster, marched: Marched, paint: &Pa
             is_length: true,
             ..column("rim_distance", &|a| a.rim * radius)
         },
-        column("colony", &|a| a.colony),
+        column("colony", &colony),
     ];
     let to_file = |p: &DVec3| units.to_file(*p).to_array();
     TriMesh {
