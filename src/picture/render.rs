@@ -139,10 +139,9 @@ struct Sums {
     /// How many met something.
     met: u32,
     on_sheet: bool,
+    /// Nothing being black.
     light: Vec3A,
-    /// Of the mean over the channels, nothing being black.
-    grey: f32,
-    grey_sq: f32,
+    light_sq: Vec3A,
 }
 
 impl Sums {
@@ -151,9 +150,7 @@ impl Sums {
         self.met += u32::from(met != Met::Nothing);
         self.on_sheet |= met == Met::Sheet;
         self.light += light;
-        let grey = light.element_sum() / 3.0;
-        self.grey += grey;
-        self.grey_sq += grey * grey;
+        self.light_sq += light * light;
     }
 
     fn is_enough(&self, error: f32) -> bool {
@@ -162,8 +159,8 @@ impl Sums {
             return false;
         }
         let n = self.taken as f32;
-        let scatter = (self.grey_sq - self.grey * self.grey / n).max(0.0) / (n - 1.0);
-        (scatter / n).sqrt() <= error * self.grey / n
+        let scatter = (self.light_sq - self.light * self.light / n).max_element() / (n - 1.0);
+        (scatter.max(0.0) / n).sqrt() <= error * self.light.max_element() / n
     }
 
     fn pixel(&self, dither: f32) -> Pixel {
