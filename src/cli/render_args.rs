@@ -80,7 +80,7 @@ pub(crate) struct ViewArgs {
     )]
     pub(crate) size: Size,
     /// Rays through a pixel, at most: more take out grain, and time
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
     pub(crate) samples: u32,
     /// Behind everything: a pale sheet with a shadow on it; nothing; or one colour
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
