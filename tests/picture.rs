@@ -1,6 +1,6 @@
 //! The picture of a run, on scenes whose look is known beforehand.
 
-use thallus::picture::{Camera, Disc, Image, Scene, Settings, age_color, render};
+use thallus::picture::{Background, Camera, Disc, Image, Scene, Settings, age_color, render};
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
@@ -8,6 +8,7 @@ const SMALL: Settings = Settings {
     width: 64,
     height: 48,
     samples: 4,
+    background: Background::Studio,
 };
 
 const RED: [u8; 3] = [210, 30, 20];
@@ -35,6 +36,7 @@ fn scene<'a>(vertices: &'a [[f32; 3]], triangles: &'a [[u32; 3]], discs: &'a [Di
         vertices,
         triangles,
         discs,
+        skins: &[],
         up: UP,
     }
 }

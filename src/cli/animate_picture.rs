@@ -13,7 +13,7 @@ use super::animate::{Growth, bar};
 use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
-use super::preview::{discs, vertices};
+use super::preview::{bare, by_age, local_vertices};
 
 pub(super) fn pictures(
     args: &AnimateArgs,
@@ -58,8 +58,8 @@ impl<'a> Shots<'a> {
             height: args.width * 3 / 4,
             ..Settings::default()
         };
-        let vertices = vertices(&lichen.substrate);
-        let discs = discs(&lichen.substrate, &lichen.cluster);
+        let vertices = local_vertices(&lichen.substrate);
+        let discs = by_age(&lichen.substrate, &lichen.cluster);
         let aspect = settings.width as f32 / settings.height as f32;
         let camera = Camera::best_view(&scene(lichen, &vertices, &discs), aspect);
         Self {
@@ -86,10 +86,8 @@ impl<'a> Shots<'a> {
 
 fn scene<'a>(lichen: &'a Growth, vertices: &'a [[f32; 3]], discs: &'a [Disc]) -> Scene<'a> {
     Scene {
-        vertices,
-        triangles: lichen.substrate.triangles(),
         discs,
-        up: lichen.substrate.up().as_vec3().to_array(),
+        ..bare(&lichen.substrate, vertices)
     }
 }
 

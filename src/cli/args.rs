@@ -11,6 +11,7 @@ use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting
 use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
+use super::render_args::RenderArgs;
 use super::skin_args::SkinArgs;
 
 /// Grows lichen on triangle meshes.
@@ -54,6 +55,11 @@ pub(crate) enum Command {
     /// glTF, GIF or video file. The next elements fade in before they are born, so that the lichen
     /// swells instead of jumping.
     Animate(Box<AnimateArgs>),
+    /// Take a picture of a lichen on its mesh
+    ///
+    /// A PNG, by ray tracing on the processor. Lengths (LEN) are a number in mesh units (0.02), in
+    /// element radii (2r), or in percent of the bounding box's diagonal (0.5%).
+    Render(Box<RenderArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),

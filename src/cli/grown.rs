@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
+use thallus::cluster::Cluster;
 use thallus::export::{Elements, UpAxis, read_elements};
 use thallus::run::{Length, Settings};
 use thallus::substrate::{Substrate, SubstrateError};
@@ -61,6 +63,18 @@ impl Grown {
             recipe: recipe.transpose()?,
             recipe_file,
         })
+    }
+
+    /// The lichen on its mesh: this one, or the one that the recipe names.
+    pub(crate) fn on_mesh(&self, mesh: Option<&Path>) -> Result<(Substrate, Cluster), Failure> {
+        let mesh = match mesh {
+            Some(mesh) => mesh.to_owned(),
+            None => self.mesh_file()?,
+        };
+        let substrate = load(&mesh)?;
+        let cluster = self.elements.to_cluster(&substrate);
+        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+        Ok((substrate, cluster))
     }
 
     /// The mesh that the recipe names: seen from here, else from the recipe's folder.

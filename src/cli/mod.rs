@@ -23,6 +23,10 @@ mod output;
 mod preset;
 mod preview;
 mod progress;
+mod render;
+mod render_args;
+mod render_by;
+mod render_camera;
 mod resume;
 mod skin;
 mod skin_args;
@@ -52,6 +56,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Skin(args) => skin::skin(&args),
         Command::Bake(args) => bake::bake(&args),
         Command::Animate(args) => animate::animate(&args),
+        Command::Render(args) => render::render(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

@@ -1,19 +1,20 @@
-//! The picture of a run.
+//! The picture of a run, and what it shares with other pictures.
+
+use std::iter::zip;
 
 use thallus::cluster::{Cluster, Element};
+use thallus::morphometry::smooth_normals;
 use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, SurfacePoint};
 
 /// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
 /// in height.
 pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> Vec<u8> {
-    let vertices = vertices(substrate);
-    let discs = discs(substrate, cluster);
+    let vertices = local_vertices(substrate);
+    let discs = by_age(substrate, cluster);
     let scene = Scene {
-        vertices: &vertices,
-        triangles: substrate.triangles(),
         discs: &discs,
-        up: substrate.up().as_vec3().to_array(),
+        ..bare(substrate, &vertices)
     };
     let settings = Settings {
         width,
@@ -24,20 +25,47 @@ pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> V
     render(&scene, &Camera::best_view(&scene, aspect), &settings).to_png()
 }
 
-/// The mesh's vertices as pictures want them.
-pub(super) fn vertices(substrate: &Substrate) -> Vec<[f32; 3]> {
+/// The substrate's vertices as pictures take them.
+pub(super) fn local_vertices(substrate: &Substrate) -> Vec<[f32; 3]> {
     let vertices = substrate.vertices().iter();
     vertices.map(|v| v.as_vec3().to_array()).collect()
 }
 
-/// A disc an element, coloured by age.
-pub(super) fn discs(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
+/// The substrate without lichen.
+pub(super) fn bare<'a>(substrate: &'a Substrate, vertices: &'a [[f32; 3]]) -> Scene<'a> {
+    Scene {
+        vertices,
+        triangles: substrate.triangles(),
+        up: substrate.up().as_vec3().to_array(),
+        ..Scene::default()
+    }
+}
+
+/// The elements, coloured by age.
+pub(super) fn by_age(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
     let last = cluster.len().saturating_sub(1).max(1) as f32;
-    let disc = |(birth, e): (usize, &Element)| Disc {
+    let ages = (0..cluster.len()).map(|birth| age_color(birth as f32 / last));
+    granules(substrate, cluster, ages)
+}
+
+/// How much larger than elements granules are drawn, so that neighbours close.
+const OVERLAP: f32 = 1.15;
+
+/// The elements, in their colours.
+pub(super) fn granules(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    colors: impl IntoIterator<Item = [u8; 3]>,
+) -> Vec<Disc> {
+    let places: Vec<SurfacePoint> = cluster.elements().iter().map(|e| e.at).collect();
+    let normals = smooth_normals(substrate, &places);
+    let disc = |((e, normal), color): ((&Element, glam::DVec3), [u8; 3])| Disc {
         center: e.position.as_vec3().to_array(),
-        normal: substrate.normal(e.at.triangle).as_vec3().to_array(),
-        radius: cluster.radius() as f32,
-        color: age_color(birth as f32 / last),
+        normal: normal.as_vec3().to_array(),
+        radius: OVERLAP * cluster.radius() as f32,
+        color,
     };
-    cluster.elements().iter().enumerate().map(disc).collect()
+    zip(zip(cluster.elements(), normals), colors)
+        .map(disc)
+        .collect()
 }

@@ -16,7 +16,7 @@ use thallus::substrate::Substrate;
 
 use super::axes::Convention;
 use super::failure::Failure;
-use super::grown::{Grown, load};
+use super::grown::Grown;
 use super::number::{count, duration};
 use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
 use super::skin_paint::{InRadii, paint};
@@ -29,7 +29,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let started = Instant::now();
-    let (substrate, cluster) = placed_cluster(args)?;
+    let (substrate, cluster) = Grown::read(&args.from)?.on_mesh(args.mesh.as_deref())?;
     let convention = Convention {
         extension: format.extension,
         axes: format.axes,
@@ -73,7 +73,7 @@ fn files(args: &SkinArgs) -> Vec<PathBuf> {
 }
 
 /// Refuses what would be refused when the work is done.
-fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
+pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
     let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
     match files.iter().find(taken) {
         Some(file) => Err(OutputError::FileExists(file.clone()).into()),
@@ -88,19 +88,6 @@ pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
         .build_global()
         .context("starting threads")?;
     Ok(())
-}
-
-/// The lichen on its mesh.
-fn placed_cluster(args: &SkinArgs) -> Result<(Substrate, Cluster), Failure> {
-    let grown = Grown::read(&args.from)?;
-    let mesh = match &args.mesh {
-        Some(mesh) => mesh.clone(),
-        None => grown.mesh_file()?,
-    };
-    let substrate = load(&mesh)?;
-    let cluster = grown.elements.to_cluster(&substrate);
-    let cluster = cluster.with_context(|| mesh.display().to_string())?;
-    Ok((substrate, cluster))
 }
 
 /// What lengths are measured against, in the mesh's units.

@@ -49,6 +49,34 @@ impl Camera {
         self.forward.to_array()
     }
 
+    /// The unit direction that is upwards in the picture.
+    pub fn above(&self) -> [f32; 3] {
+        self.above.to_array()
+    }
+
+    /// The angle from the bottom to the top of the picture, degrees.
+    pub fn opening(&self) -> f32 {
+        2.0 * libm::atanf(self.half_height).to_degrees()
+    }
+
+    /// How far a point is in front of the eye, along [`Camera::forward`].
+    pub fn depth(&self, point: [f32; 3]) -> f32 {
+        (Vec3A::from_array(point) - self.eye).dot(self.forward)
+    }
+
+    /// The same, brought nearer: what is at this depth in the middle is `factor` times as large.
+    pub fn zoomed(&self, depth: f32, factor: f32) -> Self {
+        Self {
+            eye: self.eye + self.forward * (depth * (1.0 - 1.0 / factor)),
+            ..*self
+        }
+    }
+
+    /// How wide the picture is at this depth, for pictures of this width over height.
+    pub fn width_at(&self, depth: f32, aspect: f32) -> f32 {
+        2.0 * depth * self.half_height * aspect
+    }
+
     /// Where a point falls in a picture of this width over height: x from the left and y from the
     /// top, both 0 to 1 inside the picture. None for what is behind the eye.
     pub fn project(&self, point: [f32; 3], aspect: f32) -> Option<[f32; 2]> {

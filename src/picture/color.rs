@@ -1,6 +1,8 @@
 //! Colours by age, and the tone curve.
 
-use glam::Vec3A;
+use std::sync::LazyLock;
+
+use glam::{Mat3A, Vec3A};
 
 use crate::color::{encode, from_oklab, to_byte, to_linear};
 
@@ -17,27 +19,71 @@ pub fn age_color(t: f32) -> [u8; 3] {
     from_oklab([l, a, b]).map(to_byte)
 }
 
-/// Linear light of an sRGB colour.
-pub(super) fn linear(rgb: [u8; 3]) -> Vec3A {
-    Vec3A::from_array(rgb.map(to_linear))
+/// sRGB of an Oklab colour by lightness 0 to 1, chroma and hue in radians, clipped to what sRGB holds.
+pub fn hue_color(lightness: f32, chroma: f32, hue: f32) -> [u8; 3] {
+    let (sin, cos) = libm::sincosf(hue);
+    from_oklab([lightness, chroma * cos, chroma * sin]).map(to_byte)
 }
 
-/// Where the shoulder of the tone curve begins.
-const SHOULDER: f32 = 0.6;
+/// Linear light of an sRGB colour.
+pub(super) fn linear(rgb: [u8; 3]) -> Vec3A {
+    static OF_BYTE: LazyLock<[f32; 256]> =
+        LazyLock::new(|| core::array::from_fn(|byte| to_linear(byte as u8)));
+    Vec3A::from_array(rgb.map(|byte| OF_BYTE[usize::from(byte)]))
+}
 
-/// Straight up to the shoulder, then bent to reach white only at infinity.
-fn tone(x: f32) -> f32 {
-    let room = 1.0 - SHOULDER;
-    if x <= SHOULDER {
-        x
-    } else {
-        SHOULDER + room * (1.0 - libm::expf((SHOULDER - x) / room))
-    }
+/// Into the space of the tone curve and out of it: S. Hill's fit of the Academy's reference
+/// rendering transform (ACES), as in *BakingLab* (Pettineo & Hill 2016).
+const INTO_FILM: Mat3A = Mat3A::from_cols_array(&[
+    0.59719, 0.07600, 0.02840, //
+    0.35458, 0.90834, 0.13383, //
+    0.04823, 0.01566, 0.83777,
+]);
+const OUT_OF_FILM: Mat3A = Mat3A::from_cols_array(&[
+    1.60475, -0.10208, -0.00327, //
+    -0.53108, 1.10813, -0.07276, //
+    -0.07367, -0.00605, 1.07602,
+]);
+
+/// Film deepens colours along with the contrast; this share of that is taken back.
+const PALER: f32 = 0.13;
+
+/// A film's response: a toe, a straight part and a shoulder. Linear light in and out, out 0 to 1.
+fn film(light: Vec3A) -> Vec3A {
+    let v = INTO_FILM * light;
+    let a = v * (v + 0.024_578_6) - 0.000_090_537;
+    let b = v * (0.983_729 * v + 0.432_951) + 0.238_081;
+    let v = OUT_OF_FILM * (a / b);
+    let grey = v.dot(Vec3A::new(0.2126, 0.7152, 0.0722));
+    (v + (grey - v) * PALER).clamp(Vec3A::ZERO, Vec3A::ONE)
+}
+
+/// sRGB of light, 0 to 255, before it is made whole.
+pub(super) fn exposed(light: Vec3A) -> Vec3A {
+    Vec3A::from_array(film(light).to_array().map(encode)) * 255.0
 }
 
 /// The bytes of a pixel; `dither`, 0 to 1, breaks up the bands of slow gradients.
 pub(super) fn to_pixel(light: Vec3A, dither: f32) -> [u8; 3] {
-    light
+    exposed(light)
         .to_array()
-        .map(|x| (encode(tone(x)) * 255.0 + dither).min(255.0) as u8)
+        .map(|x| (x + dither).min(255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn film_keeps_greys_grey_and_the_order_of_lights() {
+        let grey = |x: f32| film(Vec3A::splat(x));
+        let mut before = -1.0;
+        for i in 0..60 {
+            let v = grey(libm::exp2f(i as f32 / 4.0 - 10.0));
+            assert!(v.max_element() - v.min_element() < 2e-3, "{v}");
+            assert!(v.y >= before && v.y <= 1.0, "{v}");
+            before = v.y;
+        }
+        assert!(grey(0.0).max_element() < 1e-3 && before > 0.99);
+    }
 }

@@ -1,28 +1,33 @@
 //! A picture of a substrate with lichen on it: pure functions from finished values to pixels.
 //!
-//! Rays are cast through a BVH of the triangles and another of the discs, drawn as matte domes.
-//! The light is a studio's: a soft key light, the glow of a pale room, and a shadow on the floor.
-//! Every random number is a hash of the pixel, so the bytes do not depend on the number of
-//! threads. The picture is for looking at: no measurement should be taken from it.
+//! Rays are cast through BVHs of the triangles and the discs, which are drawn as matte domes. The
+//! light is a studio's: a soft key light, the glow of a pale room that reaches into hollows as far
+//! as it can (ambient occlusion, with one bounce of the hollow's own colour), and a shadow on the
+//! floor; a film's response turns light into bytes. Every random number is a hash of the pixel, so
+//! the bytes do not depend on the number of threads. The picture is for looking at: no measurement
+//! should be taken from it.
 
 mod camera;
 mod color;
 mod gif;
 mod image;
+mod legend;
+mod material;
 mod render;
 mod sample;
 mod shade;
 mod smooth;
-mod stone;
+mod text;
 mod trace;
 mod view;
 
 pub use camera::Camera;
-pub use color::age_color;
+pub use color::{age_color, hue_color};
 pub use gif::GifWriter;
 pub use image::Image;
-pub use render::{Settings, render};
-pub(crate) use stone::albedo as stone_albedo;
+pub use legend::{Key, draw_legend, number, round_below};
+pub(crate) use material::stone_albedo;
+pub use render::{Background, Settings, render};
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,15 +42,33 @@ pub struct Disc {
     pub color: [u8; 3],
 }
 
-/// What is to be drawn. Parts that cannot be (not finite, no area, no such vertex) are left out.
+/// A triangle mesh with colours, such as a skin.
 #[derive(Clone, Copy, Debug)]
+pub struct Painted<'a> {
+    /// Any unit.
+    pub positions: &'a [[f32; 3]],
+    /// Unit normals at the vertices, for smooth shading.
+    pub normals: &'a [[f32; 3]],
+    /// sRGB at the vertices.
+    pub colors: &'a [[u8; 3]],
+    /// Numbers of vertices; either winding.
+    pub triangles: &'a [[u32; 3]],
+    /// The size of the fine relief and of the mottles that the surface is drawn with, in the units
+    /// of `positions`: about an element's radius for lichen, 0 for a plain surface.
+    pub grain: f32,
+}
+
+/// What is to be drawn. Parts that cannot be (not finite, no area, no such vertex) are left out.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Scene<'a> {
     /// Positions, any unit.
     pub vertices: &'a [[f32; 3]],
     /// Numbers of vertices; either winding.
     pub triangles: &'a [[u32; 3]],
-    /// The lichen, in the same units.
+    /// The lichen as granules, in the same units.
     pub discs: &'a [Disc],
-    /// The direction away from the floor.
+    /// The lichen as meshes, in the same units.
+    pub skins: &'a [Painted<'a>],
+    /// The direction away from the floor; +y where it has no length.
     pub up: [f32; 3],
 }

@@ -3,14 +3,16 @@
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
-/// Cosine of the angle between faces beyond which an edge stays sharp: 35°.
-const CREASE: f32 = 0.819;
+/// Cosines of the angles between faces to which an edge is smooth and from which it is sharp: 35°
+/// and 65°. Faces in between count in part, or coarse triangles would show along a blunt edge.
+const SMOOTH: f32 = 0.819;
+const SHARP: f32 = 0.423;
 
 /// Faces looked at around a vertex, at most: bounds the work at the hub of a huge fan.
 const AROUND: usize = 64;
 
 /// For each triangle the normals at its corners: the mean, by area, of the faces that meet there
-/// within the crease angle. Vertices at the same place count as one, and faces wound the other
+/// at a blunt angle. Vertices at the same place count as one, and faces wound the other
 /// way are turned.
 pub(super) fn corner_normals(triangles: &[[Vec3A; 3]]) -> Vec<[Vec3; 3]> {
     let faces: Vec<Vec3A> = triangles
@@ -35,8 +37,10 @@ fn corner(faces: &[Vec3A], face: usize, fan: &[u32]) -> Vec3 {
     for &other in fan.iter().take(AROUND).filter(|&&o| o as usize != face) {
         let n = faces[other as usize];
         let along = own.dot(n);
-        if along.abs() > CREASE * n.length() {
-            sum += if along < 0.0 { -n } else { n };
+        let t = (along.abs() / n.length() - SHARP) / (SMOOTH - SHARP);
+        if t > 0.0 {
+            let t = t.min(1.0);
+            sum += n * (along.signum() * t * t * (3.0 - 2.0 * t));
         }
     }
     sum.try_normalize().unwrap_or(own).into()

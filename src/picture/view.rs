@@ -19,6 +19,9 @@ const FILLED: f32 = 0.84;
 /// Where lichen alone would fill less than this share of the whole view, go nearer.
 const SMALL: f32 = 0.45;
 
+/// Of a view of everything, the least height in sizes of the scene: leaves the floor its shadow.
+const WHOLE: f32 = 0.66;
+
 /// One place of the lichen, or of the substrate where there is none.
 struct Patch {
     place: Vec3A,
@@ -44,6 +47,24 @@ impl Camera {
         let (_, towards) = scored.iter().fold(first, best);
         frame(&world, &patches, towards, aspect)
     }
+
+    /// A camera that looks from this side, framed as [`Camera::best_view`] does.
+    ///
+    /// The azimuth goes round `up` counter-clockwise as seen from above, from the front: from +z
+    /// where y is up and from −y where z is up, so that 90° is from +x. The elevation is the angle
+    /// above the horizon. Both are in degrees. From straight above and below, the front is at the
+    /// picture's bottom and at its top.
+    pub fn from_side(scene: &Scene, aspect: f32, azimuth: f32, elevation: f32) -> Self {
+        let world = World::new(scene);
+        let front = front(world.up);
+        let right = world.up.cross(front);
+        let (sin, cos) = libm::sincosf(azimuth.to_radians());
+        let level = front * cos + right * sin;
+        let (rise, run) = libm::sincosf(elevation.clamp(-90.0, 90.0).to_radians());
+        let towards = world.up * rise + level * run;
+        let above = world.up * run - level * rise;
+        frame_with(&world, &patches(&world), towards, above, aspect)
+    }
 }
 
 /// Directions spread evenly about `up` (a Fibonacci sphere), from 60° above to 50° below.
@@ -58,17 +79,20 @@ fn direction(i: u32, up: Vec3A) -> Vec3A {
 
 fn patches(world: &World) -> Vec<Patch> {
     let step = world.domes.len() / LOOKED_AT + 1;
-    world
-        .domes
-        .iter()
-        .step_by(step)
-        .map(|d| Patch {
-            place: d.center,
-            normal: d.normal,
-            area: d.radius * d.radius,
-            clear: (0.3 * d.radius).max(1e-4 * world.size),
-        })
-        .collect()
+    let granules = world.domes.iter().step_by(step).map(|d| Patch {
+        place: d.center,
+        normal: d.normal,
+        area: d.radius * d.radius,
+        clear: (0.3 * d.radius).max(1e-4 * world.size),
+    });
+    let skins = world.some_skin(LOOKED_AT);
+    let triangles = skins.map(|(place, normal, area)| Patch {
+        place,
+        normal,
+        area,
+        clear: 1e-5 * world.size,
+    });
+    granules.chain(triangles).collect()
 }
 
 fn score(world: &World, patches: &[Patch], towards: Vec3A) -> f32 {
@@ -89,12 +113,31 @@ impl Patch {
     }
 }
 
+/// The side that programs call the front.
+fn front(up: Vec3A) -> Vec3A {
+    let side = match up.y.abs() < 0.9 {
+        true => Vec3A::NEG_Y,
+        false => Vec3A::Z,
+    };
+    (side - up * side.dot(up)).normalize_or_zero()
+}
+
 fn frame(world: &World, patches: &[Patch], towards: Vec3A, aspect: f32) -> Camera {
-    let camera = Camera::along(Vec3A::ZERO, -towards, world.up, PORTRAIT);
+    frame_with(world, patches, towards, world.up, aspect)
+}
+
+fn frame_with(
+    world: &World,
+    patches: &[Patch],
+    towards: Vec3A,
+    above: Vec3A,
+    aspect: f32,
+) -> Camera {
+    let camera = Camera::along(Vec3A::ZERO, -towards, above, PORTRAIT);
     let everything = world
         .some_corners(20_000)
         .chain(patches.iter().map(|p| p.place));
-    let (whole, whole_depth) = fit(&camera, everything, aspect, world.size);
+    let (whole, whole_depth) = fit(&camera, everything, aspect, WHOLE * world.size);
     let seen: Vec<&Patch> = patches
         .iter()
         .filter(|p| p.is_seen(world, towards))

@@ -78,6 +78,8 @@ pub(crate) struct Attributes {
     pub(crate) rim: f32,
     /// Of the element with the greatest weight.
     pub(crate) colony: f32,
+    /// Its birth index.
+    pub(crate) strongest: u32,
     /// sRGB, where it was coloured already.
     pub(crate) color: Option<[u8; 3]>,
 }
@@ -156,6 +158,7 @@ impl<'a> Field<'a> {
         if weight > sums.most {
             sums.most = weight;
             sums.attributes.colony = granule.colony as f32;
+            sums.attributes.strongest = granule.birth;
         }
         sums.total += weight;
         sums.towards -= away * weight;
@@ -216,6 +219,7 @@ impl Sums {
             density,
             rim,
             colony,
+            strongest,
             ..
         } = self.attributes;
         Sample {
@@ -228,6 +232,7 @@ impl Sums {
                 density: density * mean,
                 rim: rim * mean,
                 colony,
+                strongest,
                 color: None,
             },
         }

@@ -2,7 +2,9 @@
 //! distance from the rim.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
+use super::Paint;
 use super::base::Winding;
 use super::grid::Grid;
 use crate::cluster::{Cluster, Element};
@@ -69,6 +71,13 @@ impl Lichen {
             radius: cluster.radius(),
             granules: granules.map(granule).collect(),
         }
+    }
+
+    /// The colour of each element, in birth order, before it is sorted.
+    pub(super) fn colors(&self, paint: &Paint) -> Vec<[u8; 3]> {
+        let last = self.granules.len().saturating_sub(1).max(1) as f32;
+        let color = |g: &Granule| paint.color(g.density, g.birth as f32 / last, g.rim);
+        self.granules.par_iter().map(color).collect()
     }
 
     /// Sorts the elements for questions of at most `reach`.

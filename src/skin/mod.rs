@@ -158,6 +158,12 @@ impl Shape {
     }
 }
 
+/// The colours that [`skin`] would give where each element is alone, in birth order: for pictures of
+/// the elements themselves.
+pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -> Vec<[u8; 3]> {
+    Lichen::new(substrate, &Winding::of(substrate), cluster).colors(paint)
+}
+
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
 ///
 /// Its vertices have the attributes `birth` (mean birth index of the elements about them, by
@@ -176,6 +182,20 @@ pub fn skin(
     shape: &Shape,
     paint: &Paint,
 ) -> Result<TriMesh, SkinError> {
+    skin_and_elements(substrate, cluster, shape, paint).map(|(mesh, _)| mesh)
+}
+
+/// The same as [`skin`], with the birth index of the strongest element at each vertex, to look up
+/// what else is known about it.
+///
+/// # Errors
+/// Those of [`skin`].
+pub fn skin_and_elements(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+    paint: &Paint,
+) -> Result<(TriMesh, Vec<u32>), SkinError> {
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
@@ -195,8 +215,9 @@ pub fn skin(
     if marched.triangles.is_empty() {
         return Err(SkinError::TooCoarse);
     }
-    let radius = cluster.radius();
-    Ok(finish(substrate, radius, cluster.len(), marched, paint))
+    let strongest = marched.attributes.par_iter().map(|a| a.strongest).collect();
+    let mesh = finish(substrate, cluster.radius(), cluster.len(), marched, paint);
+    Ok((mesh, strongest))
 }
 
 /// The part of the substrate that may carry lichen, cut finer where it does: from as many elements

@@ -1,0 +1,170 @@
+//! Where a picture is taken from, as `--camera` says it.
+
+use std::fs;
+use std::path::Path;
+use std::str::FromStr;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+use thallus::picture::{Camera, Scene};
+use thallus::substrate::Substrate;
+
+use super::failure::Failure;
+
+/// The value of the flag.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum View {
+    Auto,
+    /// Degrees.
+    Side {
+        azimuth: f32,
+        elevation: f32,
+    },
+    Given(CameraText),
+    File(String),
+}
+
+/// A camera in the mesh file's units and axes.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CameraText {
+    eye: [f64; 3],
+    target: [f64; 3],
+    /// The mesh's, if it is not said.
+    up: Option<[f64; 3]>,
+    /// Degrees from the bottom to the top of the picture.
+    #[serde(default = "portrait")]
+    opening: f32,
+}
+
+fn portrait() -> f32 {
+    30.0
+}
+
+impl FromStr for View {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        if text.starts_with('{') {
+            return camera_text(text).map(Self::Given);
+        }
+        if text.to_lowercase().ends_with(".json") {
+            return Ok(Self::File(text.to_owned()));
+        }
+        let angle = |text: &str| text.trim().parse::<f32>().ok().filter(|a| a.is_finite());
+        match text.split_once(',').map(|(a, e)| (angle(a), angle(e))) {
+            Some((Some(azimuth), Some(elevation))) if elevation.abs() <= 90.0 => {
+                Ok(Self::Side { azimuth, elevation })
+            }
+            Some((Some(_), Some(_))) => Err("the elevation may be -90 to 90".to_owned()),
+            _ => Err(
+                "write auto, two angles in degrees as 30,45, {\"eye\": [0,1,5], \"target\": \
+                      [0,0,0]}, or the name of a .json file with that"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
+fn camera_text(text: &str) -> Result<CameraText, String> {
+    let camera: CameraText = serde_json::from_str(text).map_err(|e| e.to_string())?;
+    let [eye, target] = [camera.eye, camera.target].map(glam::DVec3::from);
+    let way = target - eye;
+    let up = camera.up.map_or(glam::DVec3::ONE, glam::DVec3::from);
+    match () {
+        () if !(way.is_finite() && way.length() > 0.0) => {
+            Err("eye and target must be two different places".to_owned())
+        }
+        () if !(up.is_finite() && up.length() > 0.0) => Err("up must have a length".to_owned()),
+        () if !(0.1..=170.0).contains(&camera.opening) => {
+            Err("the opening may be 0.1 to 170 degrees".to_owned())
+        }
+        () => Ok(camera),
+    }
+}
+
+impl View {
+    /// The camera for pictures of this width over height; `scene` is what is to be seen.
+    pub(super) fn camera(
+        &self,
+        substrate: &Substrate,
+        scene: &Scene,
+        aspect: f32,
+    ) -> Result<Camera, Failure> {
+        Ok(match self {
+            Self::Auto => Camera::best_view(scene, aspect),
+            Self::Side { azimuth, elevation } => {
+                Camera::from_side(scene, aspect, *azimuth, *elevation)
+            }
+            Self::Given(camera) => camera.on(substrate),
+            Self::File(name) => read(Path::new(name))?.on(substrate),
+        })
+    }
+}
+
+fn read(file: &Path) -> Result<CameraText, Failure> {
+    let shown = file.display();
+    let text =
+        fs::read_to_string(file).with_context(|| format!("{shown}: reading the camera failed"))?;
+    camera_text(&text).map_err(|e| Failure::usage(format!("{shown}: {e}")))
+}
+
+impl CameraText {
+    fn on(&self, substrate: &Substrate) -> Camera {
+        let local = |p: [f64; 3]| substrate.units().to_local(p).as_vec3().to_array();
+        let up = self.up.map_or(substrate.up(), glam::DVec3::from);
+        let half_height = libm::tanf(0.5 * self.opening.to_radians());
+        let up = up.normalize().as_vec3().to_array();
+        Camera::look_at(local(self.eye), local(self.target), up, half_height)
+    }
+
+    /// A camera in the mesh file's units, aimed at what is this far from it.
+    pub(super) fn of(camera: &Camera, distance: f32, substrate: &Substrate) -> Self {
+        let eye = glam::Vec3::from(camera.eye());
+        let target = eye + glam::Vec3::from(camera.forward()) * distance;
+        let to_file = |p: glam::Vec3| substrate.units().to_file(p.as_dvec3()).to_array();
+        Self {
+            eye: to_file(eye),
+            target: to_file(target),
+            up: Some(camera.above().map(f64::from)),
+            opening: camera.opening(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_are_read() {
+        let side = |azimuth, elevation| Ok(View::Side { azimuth, elevation });
+        assert_eq!("auto".parse(), Ok(View::Auto));
+        assert_eq!("30,45".parse(), side(30.0, 45.0));
+        assert_eq!("-30, -90".parse(), side(-30.0, -90.0));
+        assert_eq!("a.json".parse(), Ok(View::File("a.json".to_owned())));
+        let camera: View = r#"{"eye": [0,0,5], "target": [0,0,0]}"#.parse().unwrap();
+        let View::Given(camera) = camera else {
+            panic!("{camera:?}")
+        };
+        assert_eq!((camera.up, camera.opening), (None, 30.0));
+        for wrong in [
+            "",
+            "30",
+            "30,91",
+            "nan,0",
+            "1,2,3",
+            "{}",
+            r#"{"eye": [0,0,5], "target": [0,0,5]}"#,
+            r#"{"eye": [0,0,5], "target": [0,0,0], "up": [0,0,0]}"#,
+            r#"{"eye": [0,0,5], "target": [0,0,0], "opening": 180}"#,
+            r#"{"eye": [0,0,5], "target": [0,0,0], "fov": 30}"#,
+        ] {
+            assert!(wrong.parse::<View>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What things are made of: stone with crystals and a rough face, and the fine relief of lichen.
+//! All of it is noise in space, so no mesh needs texture coordinates.
+
+use glam::{Mat3A, Vec3A};
+
+use super::sample::{hash, unit};
+
+/// The look of one place.
+pub(super) struct Look {
+    /// Share of the light that comes back, linear.
+    pub(super) albedo: Vec3A,
+    /// The shading normal.
+    pub(super) normal: Vec3A,
+}
+
+/// Linear light that the ground mass of the stone gives back, its dark and its pale crystals.
+const GROUND: Vec3A = Vec3A::new(0.262, 0.242, 0.220);
+const DARK: Vec3A = Vec3A::new(0.125, 0.119, 0.113);
+const PALE: Vec3A = Vec3A::new(0.46, 0.435, 0.40);
+
+/// Crystals along the scene's diagonal.
+const CRYSTALS: f32 = 480.0;
+
+/// A turn about no axis of the mesh's: each octave lies turned to the one before, or the lattice
+/// would show as squares and stripes where the camera is near.
+const TURN: Mat3A = Mat3A::from_cols_array(&[
+    0.0, -0.8, -0.6, //
+    0.8, 0.36, -0.48, //
+    0.6, -0.48, 0.64,
+]);
+
+/// Stone at a place in sizes of the scene.
+pub(super) fn stone(p: Vec3A, normal: Vec3A) -> Look {
+    let (weather, _) = octaves(p, &[(5.0, 0.5), (19.0, 0.32), (61.0, 0.26)]);
+    let (face, slope) = octaves(
+        p,
+        &[(31.0, 0.35), (97.0, 0.35), (290.0, 0.32), (760.0, 0.2)],
+    );
+    let (warm, _) = noise(p * 4.0 + Vec3A::splat(31.0));
+    let tint = Vec3A::new(1.0 + 0.10 * warm, 1.0, 1.0 - 0.12 * warm);
+    let albedo = crystal(p * CRYSTALS) * (1.0 + 0.55 * weather + 0.35 * face) * tint;
+    Look {
+        albedo: albedo.max(Vec3A::splat(0.02)),
+        normal: tilted(normal, slope, 0.0045),
+    }
+}
+
+/// Linear light that stone gives back at a place in sizes of the scene.
+pub(crate) fn stone_albedo(p: Vec3A) -> Vec3A {
+    stone(p, Vec3A::Z).albedo
+}
+
+/// Lichen at a place, with relief and mottles of this size; none at 0.
+pub(super) fn lichen(p: Vec3A, normal: Vec3A, color: Vec3A, grain: f32) -> Look {
+    if grain <= 0.0 {
+        return Look {
+            albedo: color,
+            normal,
+        };
+    }
+    let (mottle, slope) = octaves(p / grain, &[(0.11, 0.4), (0.37, 0.4), (1.1, 0.3)]);
+    Look {
+        albedo: (color * (1.0 + 0.4 * mottle)).max(Vec3A::ZERO),
+        normal: tilted(normal, slope, 0.55),
+    }
+}
+
+/// A normal on a face that rises by `height` times a noise of this gradient.
+fn tilted(normal: Vec3A, gradient: Vec3A, height: f32) -> Vec3A {
+    let along = gradient - normal * gradient.dot(normal);
+    (normal - along * height).normalize_or(normal)
+}
+
+/// Noise of several frequencies by their weights, about 0, and its gradient.
+fn octaves(p: Vec3A, of: &[(f32, f32)]) -> (f32, Vec3A) {
+    let (mut sum, mut gradient) = (0.0, Vec3A::ZERO);
+    let mut turn = Mat3A::IDENTITY;
+    for &(frequency, weight) in of {
+        turn = TURN * turn;
+        let (value, slope) = noise(turn * p * frequency);
+        sum += weight * value;
+        gradient += turn.transpose() * slope * (weight * frequency);
+    }
+    (sum, gradient)
+}
+
+/// Smooth noise on the lattice of whole numbers, −½ to ½, and its gradient.
+fn noise(p: Vec3A) -> (f32, Vec3A) {
+    let cell = p.floor();
+    let f = p - cell;
+    let u = f * f * (Vec3A::splat(3.0) - 2.0 * f);
+    let du = 6.0 * f * (Vec3A::ONE - f);
+    let [x, y, z] = lattice(cell);
+    let row = |j: u32, k: u32| {
+        let base = hash(y.wrapping_add(j) ^ hash(z.wrapping_add(k)));
+        let [a, b] = [0, 1].map(|i| unit(hash(base ^ x.wrapping_add(i))));
+        (a + u.x * (b - a), b - a)
+    };
+    let sheet = |k: u32| {
+        let ((a, da), (b, db)) = (row(0, k), row(1, k));
+        (a + u.y * (b - a), da + u.y * (db - da), b - a)
+    };
+    let ((a, ax, ay), (b, bx, by)) = (sheet(0), sheet(1));
+    let gradient = Vec3A::new(ax + u.z * (bx - ax), ay + u.z * (by - ay), b - a);
+    (a + u.z * (b - a) - 0.5, gradient * du)
+}
+
+fn lattice(cell: Vec3A) -> [u32; 3] {
+    cell.to_array().map(|c| c as i32 as u32)
+}
+
+/// The colour of the crystal at a place: cells about one point in each cube of the lattice
+/// (Worley 1996), most of them ground mass. Only the eight nearest cubes are looked at, which cuts
+/// a few cells short: crystals have straight sides anyway.
+fn crystal(p: Vec3A) -> Vec3A {
+    let first = (p - 0.5).floor();
+    let [x, y, z] = lattice(first);
+    let (mut nearest, mut kind) = (f32::INFINITY, 0);
+    for k in 0..2 {
+        let of_z = hash(z.wrapping_add(k));
+        for j in 0..2 {
+            let of_y = hash(y.wrapping_add(j) ^ of_z);
+            for i in 0..2 {
+                let h = hash(x.wrapping_add(i) ^ of_y);
+                let share = |byte: u32| (h >> (8 * byte) & 255) as f32 / 255.0;
+                let cube = Vec3A::new(i as f32, j as f32, k as f32);
+                let at = first + cube + Vec3A::new(share(0), share(1), share(2));
+                let d = at.distance_squared(p);
+                if d < nearest {
+                    (nearest, kind) = (d, h);
+                }
+            }
+        }
+    }
+    match unit(hash(kind)) {
+        k if k < 0.06 => DARK * (0.8 + 8.0 * k),
+        k if k < 0.24 => PALE * (0.7 + 1.7 * (k - 0.06)),
+        k => GROUND * (0.75 + 0.5 * k),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gradient_is_the_slope() {
+        let of = [(1.0, 0.4), (2.7, 0.3)];
+        for i in 0..200 {
+            let p = Vec3A::new(i as f32 * 0.37, i as f32 * -0.71, 3.0 + i as f32 * 0.113);
+            let (_, gradient) = octaves(p, &of);
+            let step = 1e-2;
+            for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
+                let [a, b] = [step, -step].map(|s| octaves(p + axis * s, &of).0);
+                let slope = (a - b) / (2.0 * step);
+                assert!((slope - gradient.dot(axis)).abs() < 0.03, "{p} {axis}");
+            }
+        }
+    }
+}

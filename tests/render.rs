@@ -1,0 +1,485 @@
+//! Pictures: laws of light on scenes that can be worked out, and `thallus render` as it is called.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::io::Cursor;
+use std::process::{Command, Output};
+
+use desk::{Desk, names, said};
+use thallus::picture::{Background, Camera, Disc, Image, Painted, Scene, Settings, render};
+
+const UP: [f32; 3] = [0.0, 1.0, 0.0];
+
+fn flat(width: u32, height: u32, samples: u32) -> Settings {
+    Settings {
+        width,
+        height,
+        samples,
+        background: Background::Color([0; 3]),
+    }
+}
+
+/// A plain white square of side 20 at the height 0, and a wall of this height along x = 0 that
+/// faces +x.
+struct Corner {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    colors: Vec<[u8; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Corner {
+    fn new(wall: f32) -> Self {
+        let floor = [
+            [-10.0, 0.0, -10.0],
+            [10.0, 0.0, -10.0],
+            [10.0, 0.0, 10.0],
+            [-10.0, 0.0, 10.0],
+        ];
+        let upright = [
+            [0.0, 0.0, -10.0],
+            [0.0, 0.0, 10.0],
+            [0.0, wall, 10.0],
+            [0.0, wall, -10.0],
+        ];
+        let mut corner = Self {
+            positions: floor.to_vec(),
+            normals: vec![UP; 4],
+            colors: vec![[160; 3]; 4],
+            triangles: vec![[0, 2, 1], [0, 3, 2]],
+        };
+        if wall > 0.0 {
+            corner.positions.extend(upright);
+            corner.normals.extend([[1.0, 0.0, 0.0]; 4]);
+            corner.colors.extend([[0; 3]; 4]);
+            corner.triangles.extend([[4, 5, 6], [4, 6, 7]]);
+        }
+        corner
+    }
+
+    fn painted(&self) -> Painted<'_> {
+        Painted {
+            positions: &self.positions,
+            normals: &self.normals,
+            colors: &self.colors,
+            triangles: &self.triangles,
+            grain: 0.0,
+        }
+    }
+}
+
+fn scene_of<'a>(skins: &'a [Painted<'a>]) -> Scene<'a> {
+    Scene {
+        skins,
+        up: UP,
+        ..Scene::default()
+    }
+}
+
+/// The mean byte of a picture.
+fn mean(image: &Image) -> f64 {
+    image.rgb.iter().map(|&b| f64::from(b)).sum::<f64>() / image.rgb.len() as f64
+}
+
+/// How bright the floor is at x, seen from straight above through a narrow lens, the key light being
+/// to the left of a camera whose right is `side` × x.
+fn floor_at(corner: &Corner, x: f32, side: f32) -> f64 {
+    let up = [0.0, 0.0, -side];
+    let camera = Camera::look_at([x, 30.0, 0.0], [x, 0.0, 0.0], up, 2e-4);
+    let skins = [corner.painted()];
+    mean(&render(&scene_of(&skins), &camera, &flat(24, 24, 64)))
+}
+
+#[test]
+fn hollows_are_darker_the_more_of_the_sky_a_wall_hides() {
+    // The key comes from +x, over the open floor, so that the wall at x = 0 hides only sky.
+    let open = floor_at(&Corner::new(0.0), 0.5, -1.0);
+    let mut before = 0.0;
+    for x in [0.02, 0.3, 1.0, 3.0, 8.0] {
+        let at = floor_at(&Corner::new(2.0), x, -1.0);
+        assert!(at > before, "at {x}: {at}, nearer {before}");
+        before = at;
+    }
+    assert!(
+        before < open + 1.0 && before > 0.97 * open,
+        "{before} {open}"
+    );
+    // A black wall without end hides half of the sky at its foot, and what is left lights no more.
+    let foot = floor_at(&Corner::new(500.0), 0.01, -1.0);
+    let tall = floor_at(&Corner::new(50.0), 0.01, -1.0);
+    assert!((foot - tall).abs() < 2.0, "{foot} {tall}");
+    assert!(foot < 0.97 * open, "{foot} {open}");
+}
+
+#[test]
+fn a_soft_light_casts_a_shadow_that_fades_in_order() {
+    // The key comes from −x, behind the wall: shadow at its foot, half shade, light.
+    let wall = Corner::new(1.0);
+    let bright: Vec<f64> = (0..14)
+        .map(|i| floor_at(&wall, 0.1 + 0.15 * i as f32, 1.0))
+        .collect();
+    let (dark, light) = (bright[0], bright[13]);
+    assert!(light > 1.25 * dark, "{bright:?}");
+    assert!(
+        bright.windows(2).all(|pair| pair[1] > pair[0] - 1.5),
+        "{bright:?}"
+    );
+    let between = |b: &&f64| **b > dark + 0.2 * (light - dark) && **b < dark + 0.8 * (light - dark);
+    assert!(bright.iter().filter(between).count() >= 1, "{bright:?}");
+}
+
+#[test]
+fn a_coarse_sphere_shows_no_shadows_of_its_own_triangles() {
+    let (vertices, triangles) = sphere(14);
+    let scene = Scene {
+        vertices: &vertices,
+        triangles: &triangles,
+        up: UP,
+        ..Scene::default()
+    };
+    let camera = Camera::look_at([0.0, 0.3, 8.0], [0.0; 3], UP, 0.15);
+    let image = render(&scene, &camera, &flat(96, 96, 64));
+    // From the lit upper left to the dark lower right, light falls without steps back; stone has
+    // grain, so runs of pixels are compared.
+    let run = |k: usize| {
+        let (x, y) = (30 + k, 30 + k);
+        let near = (0..25).map(|i| (y + i / 5 - 2) * 96 + x + i % 5 - 2);
+        near.map(|i| f64::from(image.rgb[3 * i + 1])).sum::<f64>() / 25.0
+    };
+    let along: Vec<f64> = (0..36).step_by(6).map(run).collect();
+    assert!(
+        along.windows(2).all(|pair| pair[1] < pair[0] + 14.0),
+        "{along:?}"
+    );
+    assert!(along[5] < 0.8 * along[0], "{along:?}");
+}
+
+fn sphere(n: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let turn = std::f32::consts::PI / n as f32;
+    let place = |i: u32| {
+        let (theta, phi) = (turn * (i / (2 * n)) as f32, turn * (i % (2 * n)) as f32);
+        [
+            theta.sin() * phi.cos(),
+            theta.cos(),
+            theta.sin() * phi.sin(),
+        ]
+    };
+    let vertices = (0..(n + 1) * 2 * n).map(place).collect();
+    let cells = (0..n).flat_map(|row| (0..2 * n).map(move |column| (row, column)));
+    let triangles = cells.flat_map(|(row, column)| {
+        let at = |r: u32, c: u32| r * 2 * n + c % (2 * n);
+        let [a, b] = [at(row, column), at(row, column + 1)];
+        let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+        [[a, b, c], [b, d, c]]
+    });
+    (vertices, triangles.collect())
+}
+
+#[test]
+fn backgrounds_are_what_they_say() {
+    let disc = [Disc {
+        center: [0.0; 3],
+        normal: UP,
+        radius: 0.5,
+        color: [200, 40, 30],
+    }];
+    let scene = Scene {
+        discs: &disc,
+        up: UP,
+        ..Scene::default()
+    };
+    let camera = Camera::look_at([0.0, 6.0, 0.1], [0.0; 3], UP, 0.2);
+    let take = |background| {
+        let settings = Settings {
+            background,
+            ..flat(64, 64, 16)
+        };
+        render(&scene, &camera, &settings)
+    };
+    let clear = take(Background::Transparent);
+    let alpha = clear.alpha.as_ref().expect("an alpha channel");
+    assert_eq!((alpha[0], alpha[32 * 64 + 32]), (0, 255));
+    // A disc of radius ½ in a picture 2 · 6 · 0.2 across.
+    let covered = alpha.iter().map(|&a| f64::from(a) / 255.0).sum::<f64>() / 4096.0;
+    let expected = std::f64::consts::PI * 0.25 / 5.76;
+    assert!(
+        (covered - expected).abs() < 0.1 * expected,
+        "{covered} {expected}"
+    );
+    let blue = take(Background::Color([10, 20, 240]));
+    assert_eq!(&blue.rgb[..3], [10, 20, 240]);
+    assert!(blue.alpha.is_none());
+    let middle = 3 * (32 * 64 + 32);
+    assert_eq!(blue.rgb[middle..middle + 3], clear.rgb[middle..middle + 3]);
+    let studio = take(Background::Studio);
+    assert!(studio.rgb[..3].iter().all(|&b| b > 100) && studio.alpha.is_none());
+}
+
+#[test]
+fn azimuth_and_elevation_are_those_of_the_documentation() {
+    let (vertices, triangles) = sphere(8);
+    let along = |up: [f32; 3], azimuth, elevation| {
+        let scene = Scene {
+            vertices: &vertices,
+            triangles: &triangles,
+            up,
+            ..Scene::default()
+        };
+        Camera::from_side(&scene, 1.5, azimuth, elevation)
+    };
+    let is_near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-5);
+    let z_up = [0.0, 0.0, 1.0];
+    for (up, azimuth, elevation, forward) in [
+        (UP, 0.0, 0.0, [0.0, 0.0, -1.0]),
+        (UP, 90.0, 0.0, [-1.0, 0.0, 0.0]),
+        (UP, 180.0, 0.0, [0.0, 0.0, 1.0]),
+        (UP, -90.0, 0.0, [1.0, 0.0, 0.0]),
+        (UP, 30.0, 90.0, [0.0, -1.0, 0.0]),
+        (UP, 0.0, -90.0, [0.0, 1.0, 0.0]),
+        (z_up, 0.0, 0.0, [0.0, 1.0, 0.0]),
+        (z_up, 90.0, 0.0, [-1.0, 0.0, 0.0]),
+        (z_up, 0.0, 90.0, [0.0, 0.0, -1.0]),
+    ] {
+        let camera = along(up, azimuth, elevation);
+        assert!(
+            is_near(camera.forward(), forward),
+            "{azimuth} {elevation}: {camera:?}"
+        );
+        let middle = camera.project([0.0; 3], 1.5).expect("in front");
+        assert!(
+            (middle[0] - 0.5).abs() < 0.02 && (middle[1] - 0.5).abs() < 0.02,
+            "{middle:?}"
+        );
+    }
+    // From above, the front is at the bottom of the picture.
+    let above = along(UP, 0.0, 90.0);
+    let [_, y] = above.project([0.0, 0.0, 1.0], 1.5).expect("in front");
+    assert!(y > 0.6, "{y}");
+    let half = libm::tanf(20f32.to_radians());
+    let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], UP, half);
+    assert!((camera.opening() - 40.0).abs() < 1e-3);
+    assert!((camera.zoomed(5.0, 2.0).depth([0.0; 3]) - 2.5).abs() < 1e-5);
+    assert!((camera.width_at(5.0, 2.0) - 20.0 * half).abs() < 1e-4);
+}
+
+const GROWN: &str = "rock.obj --radius 0.6% --elements 250 -o out";
+
+/// A picture small enough for tests.
+const SMALL: &str = "--size 96x72 --samples 4";
+
+fn run(desk: &Desk, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("render").args(words.split_whitespace());
+    command.current_dir(desk.0.path()).output().unwrap()
+}
+
+fn made(desk: &Desk, words: &str) -> serde_json::Value {
+    let output = run(desk, &format!("{words} --json --force"));
+    assert!(output.status.success(), "{words}: {}", said(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = run(desk, words);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    let lines = said.lines().count();
+    assert!(lines == 1 && !said.contains("panicked"), "{said}");
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.done(GROWN);
+    desk
+}
+
+/// Width, height, bytes a pixel, and the pixels.
+fn decoded(desk: &Desk, name: &str) -> (u32, u32, usize, Vec<u8>) {
+    let mut reader = png::Decoder::new(Cursor::new(desk.read(name)))
+        .read_info()
+        .unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    (info.width, info.height, info.color_type.samples(), bytes)
+}
+
+#[test]
+fn threads_change_no_byte() {
+    let desk = desk();
+    for what in ["skin", "points"] {
+        for threads in [1, 2, 5] {
+            let words = format!("out -o {threads}.png {SMALL} --what {what} --threads {threads}");
+            made(&desk, &words);
+        }
+        let one = desk.read("1.png");
+        assert!(
+            one == desk.read("2.png") && one == desk.read("5.png"),
+            "{what}"
+        );
+    }
+}
+
+#[test]
+fn the_camera_that_is_told_takes_the_same_picture() {
+    let desk = desk();
+    let report = made(
+        &desk,
+        &format!("out -o a.png {SMALL} --camera 30,50 --zoom 1.5"),
+    );
+    assert_eq!(
+        (&report["width"], &report["height"]),
+        (&96.into(), &72.into())
+    );
+    assert_eq!(report["elements"], 250);
+    fs::write(desk.path("camera.json"), report["camera"].to_string()).unwrap();
+    made(&desk, &format!("out -o b.png {SMALL} --camera camera.json"));
+    let [a, b] = ["a.png", "b.png"].map(|name| decoded(&desk, name).3);
+    let apart = a
+        .iter()
+        .zip(&b)
+        .map(|(&a, &b)| f64::from(a.abs_diff(b)))
+        .sum::<f64>();
+    assert!(apart / (a.len() as f64) < 3.0, "{}", apart / a.len() as f64);
+    made(&desk, &format!("out -o c.png {SMALL} --camera 210,50"));
+    assert!(decoded(&desk, "c.png").3 != a);
+}
+
+/// A picture straight down on an element, whose colour is then in the middle.
+fn middle_over(desk: &Desk, element: usize, flags: &str) -> [u8; 3] {
+    let elements = thallus::export::read_elements(&desk.path("out/elements.ply")).unwrap();
+    let (p, n) = (elements.positions[element], elements.normals[element]);
+    let eye = [0, 1, 2].map(|k| p[k] + 40.0 * elements.radius * f64::from(n[k]));
+    let camera = serde_json::json!({"eye": eye, "target": p, "opening": 0.2}).to_string();
+    fs::write(desk.path("camera.json"), camera).unwrap();
+    let words = "out -o z.png --size 9x9 --samples 64 --background #000000 --camera camera.json";
+    made(desk, &format!("{words} {flags}"));
+    let (_, _, _, bytes) = decoded(desk, "z.png");
+    let at = 3 * (4 * 9 + 4);
+    [bytes[at], bytes[at + 1], bytes[at + 2]]
+}
+
+/// Which of red and blue it is.
+fn is_red([r, _, b]: [u8; 3]) -> bool {
+    assert!(r.abs_diff(b) > 20, "{r} {b}");
+    r > b
+}
+
+#[test]
+fn colours_by_a_quantity_are_those_of_the_elements() {
+    let desk = desk();
+    let elements = thallus::export::read_elements(&desk.path("out/elements.ply")).unwrap();
+    let probability = &elements.probability;
+    let extreme = |sign: f32| {
+        let by =
+            |&a: &usize, &b: &usize| (sign * probability[a]).total_cmp(&(sign * probability[b]));
+        (0..250).min_by(by).unwrap()
+    };
+    let steps = "--colormap 0:#ff0000,0.499:#ff0000,0.501:#0000ff,1:#0000ff";
+    for what in ["points", "skin"] {
+        let over = |element, by: &str| {
+            let flags = format!("--what {what} --by {by} {steps} --resolution 0.3r");
+            is_red(middle_over(&desk, element, &flags))
+        };
+        assert!(over(0, "birth") && !over(249, "birth"), "{what}");
+        let (least, greatest) = (extreme(1.0), extreme(-1.0));
+        assert!(over(least, "probability"), "{what}");
+        assert!(!over(greatest, "probability"), "{what}");
+        assert!(!over(0, "birth --range -10,0"), "{what}");
+    }
+}
+
+#[test]
+fn legends_change_their_corner_only() {
+    let desk = desk();
+    let view = "--size 200x150 --samples 1";
+    for by in [
+        "birth",
+        "density",
+        "rim",
+        "probability",
+        "order",
+        "depth",
+        "colony",
+    ] {
+        made(
+            &desk,
+            &format!("out -o a.png {view} --what points --by {by}"),
+        );
+        made(
+            &desk,
+            &format!("out -o b.png {view} --what points --by {by} --legend --unit mm"),
+        );
+        let [a, b] = ["a.png", "b.png"].map(|name| decoded(&desk, name).3);
+        let differs = |x: usize, y: usize| {
+            (0..3).any(|k| a[3 * (200 * y + x) + k] != b[3 * (200 * y + x) + k])
+        };
+        let changed: Vec<_> = (0..200 * 150)
+            .filter(|i| differs(i % 200, i / 200))
+            .collect();
+        assert!(changed.len() > 500, "{by}");
+        assert!(
+            changed.iter().all(|i| i % 200 < 120 && i / 200 > 60),
+            "{by}"
+        );
+    }
+}
+
+#[test]
+fn several_lichens_share_a_picture() {
+    let desk = desk();
+    desk.done("rock.obj --radius 0.6% --elements 150 --seed 5 --at 0.5,0.3,0.2 -o under");
+    let report = made(
+        &desk,
+        &format!("out -o a.png {SMALL} --also under,xanthoria"),
+    );
+    assert_eq!(report["elements"], 400);
+    made(
+        &desk,
+        &format!("out -o b.png {SMALL} --background transparent"),
+    );
+    assert_eq!(decoded(&desk, "b.png").2, 4);
+}
+
+#[test]
+fn what_is_wrong_is_said_in_one_line() {
+    let desk = desk();
+    for (words, code, parts) in [
+        ("out -o a.jpg", 2, &["a.jpg", ".png"][..]),
+        ("nowhere -o a.png", 1, &["nowhere"]),
+        ("out -o a.png --size 0x5", 2, &["--size", "1600x1200"]),
+        ("out -o a.png --camera 5", 2, &["--camera", "30,45"]),
+        ("out -o a.png --camera 5,95", 2, &["elevation"]),
+        ("out -o a.png --camera no.json", 1, &["no.json"]),
+        ("out -o a.png --camera {}", 2, &["--camera", "eye"]),
+        (
+            "out -o a.png --background blue",
+            2,
+            &["--background", "transparent"],
+        ),
+        ("out -o a.png --by size", 2, &["--by", "density"]),
+        ("out -o a.png --by birth --range 2,1", 2, &["--range"]),
+        ("out -o a.png --range 1,2", 2, &["--by"]),
+        (
+            "out -o a.png --by birth --colormap lichn",
+            2,
+            &["--colormap", "lichn"],
+        ),
+        ("out -o a.png --also nowhere", 1, &["nowhere"]),
+        ("out -o a.png --also out,lichn", 2, &["lichn"]),
+        ("out -o a.png --also out --by birth", 2, &["--also", "--by"]),
+        ("out -o a.png --thickness 0", 2, &["thickness"]),
+        ("out -o a.png --zoom 0", 2, &["--zoom"]),
+        ("out -o a.png --samples 0", 2, &["--samples"]),
+    ] {
+        refused(&desk, words, code, parts);
+    }
+    assert!(!names(desk.0.path()).contains(&"a.png".to_owned()));
+    fs::write(desk.path("a.png"), "mine").unwrap();
+    refused(&desk, "out -o a.png", 1, &["a.png", "--force"]);
+    assert_eq!(desk.read("a.png"), b"mine");
+}
