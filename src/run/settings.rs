@@ -106,6 +106,20 @@ pub enum SettingsError {
         /// What auto would be.
         auto: f64,
     },
+    /// Elements far larger than the surface: a walker's step would cross it millions of times.
+    #[error(
+        "--radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {times:.0} \
+         times; put it elsewhere (--at), or try --radius {:?}, with room for about 1000",
+        four_digits(*.radius), four_digits(*.thousand)
+    )]
+    RadiusLargerThanSurface {
+        /// Radius, file units.
+        radius: f64,
+        /// An element's area over the surface's.
+        times: f64,
+        /// The radius of which a thousand cover the surface.
+        thousand: f64,
+    },
     /// Walkers would be dropped where they start.
     #[error(
         "--kill {kill:?} must be larger than --launch {launch:?}: walkers start at the launch radius \
@@ -191,7 +205,8 @@ impl Settings {
         let recipe = self
             .complete()?
             .measured(substrate.units().diagonal(), mesh)?;
-        recipe.at.locate(substrate, recipe.seed, 0)?;
+        let at = recipe.at.locate(substrate, recipe.seed, 0)?;
+        check_room(substrate, at.triangle, recipe.radius)?;
         Ok(recipe)
     }
 
@@ -322,6 +337,23 @@ impl Complete {
     }
 }
 
+/// Elements that each would cover the surface this many times are refused.
+const MOST_COVER: f64 = 100.0;
+
+fn check_room(substrate: &Substrate, triangle: u32, radius: f64) -> Result<(), SettingsError> {
+    let piece = substrate.component_of(triangle);
+    let area = substrate.units().area_to_file(piece.area);
+    let times = std::f64::consts::PI * radius * radius / area;
+    if times < MOST_COVER {
+        return Ok(());
+    }
+    Err(SettingsError::RadiusLargerThanSurface {
+        radius,
+        times,
+        thousand: radius / (1000.0 * times).sqrt(),
+    })
+}
+
 fn stop_rule(stop: StopSetting, diagonal: f64, radius: f64) -> Result<StopRule, SettingsError> {
     match stop {
         StopSetting::Elements(n) => Ok(StopRule::Elements(n)),
@@ -383,6 +415,7 @@ fn notation(info: &ParameterInfo, value: Length, problem: &'static str) -> Setti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::substrate::Soup;
 
     fn mesh() -> MeshId {
         MeshId {
@@ -407,6 +440,26 @@ mod tests {
         assert_eq!(recipe.stop, StopRule::Elements(20_000));
         assert_eq!(recipe.at, SeedPlace::Top);
         assert_eq!(recipe.mesh, mesh());
+    }
+
+    #[test]
+    fn elements_far_larger_than_the_surface_are_refused() {
+        let soup = Soup {
+            positions: vec![[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            notes: Vec::new(),
+        };
+        let ribbon = Substrate::from_soup(soup).unwrap();
+        let settings = |radius| Settings {
+            radius: Some(Length::Units(radius)),
+            ..Settings::default()
+        };
+        let refused = settings(5e5).resolve(&ribbon, "").unwrap_err().to_string();
+        assert!(
+            refused.contains(" 785 times") && refused.contains("564.2"),
+            "{refused}"
+        );
+        assert!(settings(1e5).resolve(&ribbon, "").is_ok());
     }
 
     #[test]
