@@ -71,4 +71,5 @@ pub mod rng;
 pub mod run;
 pub mod skin;
 pub mod substrate;
+pub mod sweep;
 pub mod walk;

@@ -26,7 +26,7 @@ const OVERLAP: f64 = 4.0;
 /// Tells what a long run takes, and refuses what does not fit.
 pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Result<(), Failure> {
     let elements = expected_elements(substrate, recipe);
-    let needed = BYTES * elements;
+    let needed = needed(substrate, recipe);
     let number = count(elements as u64);
     let available = available();
     if let Some(available) = available.filter(|available| needed > *available) {
@@ -47,8 +47,13 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
     Ok(())
 }
 
+/// Bytes that a run is expected to take at its peak, the mesh aside.
+pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    BYTES * expected_elements(substrate, recipe)
+}
+
 /// About how many elements a run will have.
-fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let largest = substrate.components().first().map_or(0.0, |c| c.area);
     let area = substrate.units().area_to_file(largest);
     let cover = area / (PI * recipe.radius * recipe.radius);
@@ -65,7 +70,7 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
 }
 
 /// Bytes of memory that are free, where the system says so.
-fn available() -> Option<f64> {
+pub(super) fn available() -> Option<f64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text
         .lines()
@@ -74,7 +79,7 @@ fn available() -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-fn size(bytes: f64) -> String {
+pub(super) fn size(bytes: f64) -> String {
     match bytes {
         ..1e9 => format!("{} MB", (bytes / 1e6).ceil()),
         _ => format!("{} GB", short(bytes / 1e9)),

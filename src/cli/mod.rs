@@ -31,6 +31,13 @@ mod resume;
 mod skin;
 mod skin_args;
 mod skin_paint;
+mod sweep;
+mod sweep_args;
+mod sweep_merge;
+mod sweep_page;
+mod sweep_progress;
+mod sweep_record;
+mod sweep_run;
 mod terminal;
 mod warnings;
 
@@ -57,6 +64,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Bake(args) => bake::bake(&args),
         Command::Animate(args) => animate::animate(&args),
         Command::Render(args) => render::render(&args),
+        Command::Sweep(args) => sweep::sweep(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };
