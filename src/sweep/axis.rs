@@ -144,6 +144,11 @@ impl Axis {
         symbol.map_or(self.key, |(letter, _)| letter)
     }
 
+    /// A value with the axis's name: `L = 5r`.
+    pub fn title(&self, i: usize) -> String {
+        format!("{} = {}", self.symbol(), self.values[i].label)
+    }
+
     /// The values, in order.
     pub fn values(&self) -> &[AxisValue] {
         &self.values

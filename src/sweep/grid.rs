@@ -26,6 +26,17 @@ pub struct Grid {
     pub seeds: u32,
 }
 
+/// How the cells of a grid lie: those of a page follow one another, row by row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Values of the first axis.
+    pub columns: usize,
+    /// Values of the second axis.
+    pub rows: usize,
+    /// Combinations of the further ones.
+    pub pages: usize,
+}
+
 /// One combination of the axes' values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
@@ -78,6 +89,28 @@ impl Grid {
         self.check()?;
         let count = self.axes.iter().map(Axis::len).product();
         (0..count).map(|number| self.cell(number)).collect()
+    }
+
+    /// How the cells lie.
+    pub fn layout(&self) -> Layout {
+        let length = |k: usize| self.axes.get(k).map_or(1, Axis::len);
+        Layout {
+            columns: length(0),
+            rows: length(1),
+            pages: self.axes.iter().skip(2).map(Axis::len).product(),
+        }
+    }
+
+    /// What a page has in common, as its title: `gain = 2, join = pack`; empty for the only one.
+    pub fn page_title(&self, page: usize) -> String {
+        let Layout { columns, rows, .. } = self.layout();
+        let mut rest = page * columns * rows;
+        let mut titles = Vec::new();
+        for axis in &self.axes {
+            titles.push(axis.title(rest % axis.len()));
+            rest /= axis.len();
+        }
+        titles.split_off(titles.len().min(2)).join(", ")
     }
 
     fn check(&self) -> Result<(), GridError> {

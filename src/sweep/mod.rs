@@ -7,12 +7,15 @@
 //! reads a run or writes.
 
 mod axis;
+mod chart;
 mod error;
 mod grid;
 mod grid_text;
+mod page;
 mod results;
 
 pub use axis::{Axis, AxisValue};
 pub use error::{AxisError, GridError, GridFileError, GridTextError};
-pub use grid::{Cell, Grid, GridRun, Plan, REACH_RADII, cost};
+pub use grid::{Cell, Grid, GridRun, Layout, Plan, REACH_RADII, cost};
+pub use page::{CellPicture, page};
 pub use results::{Outcome, Results, Summary};

@@ -2,7 +2,7 @@
 
 use super::{Axis, Cell, Grid, Plan};
 use crate::export::{Table, TableColumn, TableValues};
-use crate::run::{COVER, ELEMENTS, REACH, Settings};
+use crate::run::{COVER, ELEMENTS, REACH, Settings, shell_word};
 
 /// What a run came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +69,27 @@ impl<'a> Results<'a> {
     pub fn runs_of(&self, cell: usize) -> std::ops::Range<usize> {
         let seeds = self.grid.seeds as usize;
         cell * seeds..(cell + 1) * seeds
+    }
+
+    /// The run of a cell that stands for it in pictures: the first that was grown.
+    pub fn pictured(&self, cell: usize) -> Option<usize> {
+        self.runs_of(cell).find(|&run| self.outcomes[run].is_ok())
+    }
+
+    /// The command that grows a run again, and the same bytes.
+    pub fn command(&self, run: usize) -> String {
+        let cell = self.cell_of(run);
+        let settings = Settings {
+            seed: Some(self.plan.runs[run].recipe.seed),
+            ..cell.settings.clone()
+        };
+        let mesh = settings.mesh.clone().unwrap_or_default();
+        format!(
+            "thallus grow {} -o {} {}",
+            shell_word(&mesh),
+            shell_word(&cell.name),
+            settings.flags()
+        )
     }
 
     /// A measure of a run, NaN for none.
