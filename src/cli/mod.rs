@@ -35,6 +35,7 @@ mod sweep;
 mod sweep_args;
 mod sweep_merge;
 mod sweep_page;
+mod sweep_picture;
 mod sweep_progress;
 mod sweep_record;
 mod sweep_run;

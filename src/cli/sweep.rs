@@ -253,6 +253,7 @@ impl Sweep<'_> {
             plan: self.plan,
             folder: self.folder,
             outcomes: &outcomes,
+            cancel: self.execution.cancel.clone(),
             voice: self.voice,
         };
         page.make(&args.pictures)?;

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
@@ -9,6 +10,7 @@ use thallus::sweep::{Grid, Plan};
 
 use super::failure::Failure;
 use super::grow::{self, named_mesh};
+use super::interrupt;
 use super::number::plural;
 use super::output::{ELEMENTS, FILES};
 use super::skin::start_threads;
@@ -23,6 +25,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let mut grid = common_grid(&args.parts)?;
     check_new(&args.output)?;
     start_threads(args.threads)?;
+    let cancel = Arc::default();
+    interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
     let (substrate, _) = grow::load(&mesh)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
@@ -44,6 +48,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         plan: &plan,
         folder: &args.output,
         outcomes: &outcomes.context("a run was changed while it was copied: merge again")?,
+        cancel: Arc::clone(&cancel),
         voice,
     };
     page.make(&args.pictures)?;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
+use thallus::analysis::{Analysis, Centres};
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
-use thallus::run::{Growth, Recipe, RunReport};
+use thallus::run::{Growth, RunReport};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, GridRun, Outcome};
 
@@ -140,21 +141,29 @@ pub(super) fn error_file(folder: &Path) -> PathBuf {
     folder.with_added_extension("error.txt")
 }
 
-/// The named numbers of a finished run, lengths in mesh units.
+/// The named numbers of a finished run, lengths in mesh units: those of the analysis, dimensions
+/// through space alone, and what growing it took.
 pub(super) fn measures(
-    _substrate: &Substrate,
-    _recipe: &Recipe,
-    _growth: &Growth,
+    substrate: &Substrate,
+    growth: &Growth,
     report: &RunReport,
 ) -> Vec<(String, f64)> {
-    let numbers = [
-        ("elements", report.elements as f64),
-        ("effective_radius", report.effective_radius),
-        ("covered_area", report.covered_area),
+    let centres = Centres {
+        surface: 0,
+        ..Centres::default()
+    };
+    let analysis = Analysis::of(substrate, &growth.cluster, centres);
+    let scalars = analysis.scalars().into_iter();
+    // The radius is a parameter.
+    let found = scalars.filter(|(name, _)| *name != "radius" && !name.starts_with("surface_"));
+    let took = [
         ("covered_share", report.covered_share),
         ("walkers_per_element", report.walkers_per_element),
         ("contacts_per_walker", report.contacts_per_walker),
         ("steps_per_walker", report.steps_per_walker),
     ];
-    numbers.map(|(name, x)| (name.to_owned(), x)).to_vec()
+    found
+        .chain(took)
+        .map(|(name, x)| (name.to_owned(), x))
+        .collect()
 }

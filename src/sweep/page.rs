@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::chart::{chart, hue};
 use super::{Axis, Results, Summary};
+use crate::analysis::SCALARS;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -175,8 +176,9 @@ fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: 
     html.push_str("</span></button>\n");
 }
 
-/// What stands under a picture: effective radius and count.
-pub(crate) fn captions(results: &Results, cell: usize) -> Vec<String> {
+/// What stands under the picture of a cell: effective radius R_e in mesh units and number of
+/// elements n, with their standard deviations over several seeds.
+pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     let names = results.measures();
     let of = |name: &str| names.iter().position(|n| *n == name);
     let summary = |name: &str| of(name).map(|measure| results.summary(cell, measure));
@@ -211,17 +213,31 @@ fn push_charts(html: &mut String, results: &Results) {
         }
         html.push_str("<div class=\"charts\">\n");
         for (measure, name) in results.measures().into_iter().enumerate() {
-            if let Some(svg) = chart(results, measure, page) {
-                let name = escaped(&name.replace('_', " "));
-                let _ = writeln!(
-                    html,
-                    "<figure><figcaption>{name}</figcaption>{svg}</figure>"
-                );
+            // An error is that of another measure, and in the table beside it.
+            let is_error = name.ends_with("_error");
+            if let Some(svg) = chart(results, measure, page).filter(|_| !is_error) {
+                let _ = writeln!(html, "<figure>{}{svg}</figure>", figure_caption(name));
             }
         }
         html.push_str("</div>\n");
     }
     html.push_str("</section>\n");
+}
+
+/// What a chart is of, with its unit and its meaning where the analysis knows them.
+fn figure_caption(name: &str) -> String {
+    let shown = escaped(&name.replace('_', " "));
+    match SCALARS.iter().find(|scalar| scalar.name == name) {
+        None => format!("<figcaption>{shown}</figcaption>"),
+        Some(scalar) => {
+            let unit = match scalar.unit {
+                "1" => String::new(),
+                unit => format!(", {}", escaped(&unit.replace("^2", "²"))),
+            };
+            let meaning = escaped(scalar.meaning);
+            format!("<figcaption>{shown}<small>{unit}</small><p>{meaning}</p></figcaption>")
+        }
+    }
 }
 
 /// Which line is which, and what the bars are.
