@@ -360,7 +360,7 @@ fn the_page_is_whole_and_needs_no_network() {
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert_eq!(data["cells"].as_array().unwrap().len(), 8);
     let first = &data["cells"][0];
-    assert_eq!(first["values"][0], serde_json::json!([0.0, 1.0]));
+    assert_eq!(first["values"][0], serde_json::json!(["0", "1"]));
     let command = first["command"].as_str().unwrap();
     for part in [
         "thallus grow 'my <rock>",

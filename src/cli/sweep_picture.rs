@@ -10,12 +10,14 @@ use thallus::picture::{
     Camera, ContactSheet, Disc, Image, Scene, Settings, Tile, number, render, round_below,
 };
 use thallus::skin::{self, Paint, Shape};
-use thallus::sweep::{Axis, CellPicture, Results, captions};
+use thallus::sweep::{Axis, CellPicture, Results, captions, title};
 
 use super::failure::Failure;
 use super::output::ELEMENTS;
 use super::preview::{bare, granules, local_vertices};
 use super::render::Skin;
+use super::render_args::Size;
+use super::render_camera::View;
 use super::skin::spinner;
 use super::sweep_args::PictureArgs;
 use super::sweep_page::Page;
@@ -26,7 +28,9 @@ const PICTURES: &str = "pictures";
 /// The picture of each cell, and what they show.
 pub(super) struct Pictures {
     /// None where no run of the cell was grown.
-    cells: Vec<Option<Image>>,
+    cells: Vec<Option<Taken>>,
+    /// Pixels of a tile of the contact sheet.
+    side: [u32; 2],
     /// Width of what a picture shows where the lichens are, mesh units.
     width: f64,
 }
@@ -38,42 +42,39 @@ impl Pictures {
     /// Takes them, and writes each as soon as it is taken.
     pub(super) fn take(page: &Page, args: &PictureArgs) -> Result<Self, Failure> {
         let results = page.results();
-        let camera = Sight::of(page, args, &results)?;
+        let sight = Sight::of(page, args, &results)?;
         let folder = page.folder.join(PICTURES);
+        let side = side(&results, args.size);
         let mut cells = Vec::new();
         let all = page.plan.cells.len();
         for (number, cell) in page.plan.cells.iter().enumerate() {
             page.check_cancelled()?;
             let doing = format!("picture {} of {all}: {}", number + 1, cell.name);
             let spinner = spinner(page.voice, &doing);
-            let image = match results.pictured(number) {
-                Some(run) => Some(picture(page, &camera.camera, args, run)?),
+            cells.push(match results.pictured(number) {
                 None => None,
-            };
-            if let Some(image) = &image {
-                let file = folder.join(format!("{}.png", cell.name));
-                let png = image.to_png();
-                write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
-            }
+                Some(run) => {
+                    let image = picture(page, &sight.camera, args, run)?;
+                    let file = folder.join(format!("{}.png", cell.name));
+                    let png = image.to_png();
+                    write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+                    Some(Taken::of(&image, side[0], all))
+                }
+            });
             spinner.finish_and_clear();
-            cells.push(image);
         }
         Ok(Self {
             cells,
-            width: camera.width,
+            side,
+            width: sight.width,
         })
     }
 
-    /// As the page has them: JPEG, smaller the more there are.
+    /// As the page has them.
     pub(super) fn for_page(&self) -> Vec<CellPicture> {
-        const QUALITY: u8 = 82;
-        let many = (self.cells.len() as f64 / 100.0).max(1.0).sqrt();
-        let jpeg = |image: &Image| {
-            let width = (f64::from(image.width) / many) as u32;
-            image.shrunk(width).to_jpeg(QUALITY)
-        };
-        let picture = |image: &Option<Image>| CellPicture {
-            jpeg: image.as_ref().map(jpeg).unwrap_or_default(),
+        let jpeg = |taken: &Taken| taken.jpeg.clone();
+        let picture = |taken: &Option<Taken>| CellPicture {
+            jpeg: taken.as_ref().map(jpeg).unwrap_or_default(),
         };
         self.cells.iter().map(picture).collect()
     }
@@ -87,7 +88,7 @@ impl Pictures {
         };
         let first = page * layout.columns * layout.rows;
         let tile = |cell: usize| Tile {
-            image: self.cells[cell].clone(),
+            image: self.cells[cell].as_ref().map(|taken| taken.tile.clone()),
             captions: captions(results, cell)
                 .iter()
                 .map(|line| line.replace(" ± ", ", sd "))
@@ -95,28 +96,20 @@ impl Pictures {
         };
         let columns: Vec<String> = titles(results.grid.axes.first());
         ContactSheet {
-            title: results.grid.page_title(page),
+            title: match results.grid.page_title(page) {
+                page if page.is_empty() => title(results),
+                page => format!("{}: {page}", title(results)),
+            },
             rows: titles(results.grid.axes.get(1)),
             tiles: (first..first + columns.len() * layout.rows)
                 .map(tile)
                 .collect(),
-            side: self.side(columns.len().max(layout.rows)),
+            side: self.side,
             columns,
             scale: self.scale(),
             note,
         }
         .draw()
-    }
-
-    /// Tiles are small where there are many, so that the sheet stays one that programs open.
-    fn side(&self, most: usize) -> [u32; 2] {
-        const WIDEST: u32 = 340;
-        const NARROWEST: u32 = 64;
-        const SHEET: u32 = 9000;
-        let width = (SHEET / most.max(1) as u32).clamp(NARROWEST, WIDEST);
-        let image = self.cells.iter().flatten().next();
-        let height = image.map_or(width, |i| (width * i.height / i.width).max(1));
-        [width, height]
     }
 
     /// A round length of about a quarter of the pictures' width.
@@ -128,6 +121,37 @@ impl Pictures {
             (label, (length / self.width) as f32)
         })
     }
+}
+
+/// A picture as sheet and page have it: the whole of a large grid would not fit into memory.
+struct Taken {
+    tile: Image,
+    jpeg: Vec<u8>,
+}
+
+impl Taken {
+    /// One picture of so many: the page's are smaller the more there are.
+    fn of(image: &Image, tile: u32, all: usize) -> Self {
+        const QUALITY: u8 = 82;
+        const LARGE: f64 = 100.0;
+        let shrink = (all as f64 / LARGE).max(1.0).sqrt();
+        let width = (f64::from(image.width) / shrink) as u32;
+        Self {
+            tile: image.shrunk(tile),
+            jpeg: image.shrunk(width).to_jpeg(QUALITY),
+        }
+    }
+}
+
+/// Tiles are small where there are many, so that the sheet stays one that programs open.
+fn side(results: &Results, size: Size) -> [u32; 2] {
+    const WIDEST: u32 = 340;
+    const NARROWEST: u32 = 64;
+    const SHEET: u32 = 9000;
+    let layout = results.grid.layout();
+    let most = layout.columns.max(layout.rows) as u32;
+    let width = (SHEET / most).clamp(NARROWEST, WIDEST).min(size.width);
+    [width, (width * size.height / size.width).max(1)]
 }
 
 /// Where all pictures are taken from.
@@ -157,10 +181,29 @@ impl Sight {
         let camera = args.camera.camera(page.substrate, &scene, aspect)?;
         spinner.finish_and_clear();
         let sum: glam::Vec3 = discs.iter().map(|d| glam::Vec3::from(d.center)).sum();
-        let middle = sum / discs.len().max(1) as f32;
-        let width = camera.width_at(camera.depth(middle.to_array()), aspect);
+        let middle = (sum / discs.len().max(1) as f32).to_array();
+        let camera = match args.camera {
+            View::Auto => nearer(&camera, &discs, middle, aspect),
+            _ => camera,
+        };
+        let width = camera.width_at(camera.depth(middle), aspect);
         let width = page.substrate.units().length_to_file(f64::from(width));
         Ok(Self { camera, width })
+    }
+}
+
+/// The camera as near as all lichens still fit in: a picture of a cell is small, and there is no need
+/// to show where on the mesh they are.
+fn nearer(camera: &Camera, discs: &[Disc], middle: [f32; 3], aspect: f32) -> Camera {
+    const FILLED: f32 = 0.86;
+    let off_center = |disc: &Disc| {
+        let [x, y] = camera.project(disc.center, aspect)?;
+        Some((2.0 * x - 1.0).abs().max((2.0 * y - 1.0).abs()))
+    };
+    let farthest = discs.iter().filter_map(off_center).fold(0.0, f32::max);
+    match farthest > 0.01 && farthest < FILLED {
+        true => camera.zoomed(camera.depth(middle), FILLED / farthest),
+        false => *camera,
     }
 }
 

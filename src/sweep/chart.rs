@@ -194,16 +194,12 @@ fn draw_row(
                 "<path d=\"M{x:.1} {top:.1}V{foot:.1}M{a:.1} {top:.1}H{b:.1}M{a:.1} {foot:.1}H{b:.1}\"/>"
             );
         }
-        let mean = super::page::short(s.mean);
+        let numbers = super::page::spread(s);
         let title = super::page::escaped(name);
         let gap = if name.is_empty() { "" } else { ": " };
-        let spread = match s.runs {
-            1 => String::new(),
-            _ => format!(" ± {}", super::page::short(s.deviation)),
-        };
         let _ = write!(
             svg,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"><title>{title}{gap}{mean}{spread}</title></circle>"
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"><title>{title}{gap}{numbers}</title></circle>"
         );
     }
     svg.push_str("</g>");

@@ -3,22 +3,6 @@ const { measures, cells } = JSON.parse(document.getElementById("data").textConte
 const byId = (id) => document.getElementById(id);
 const shown = (name) => name.replaceAll("_", " ");
 
-const short = (x) => {
-  if (x === null || !Number.isFinite(x)) return "–";
-  const size = Math.abs(x);
-  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return x.toExponential(2);
-  return x.toLocaleString("en", size >= 1000 ? { maximumFractionDigits: 0 } : { maximumSignificantDigits: 4 });
-};
-
-const summary = (values) => {
-  const known = values.filter((x) => x !== null);
-  if (known.length === 0) return "–";
-  const mean = known.reduce((a, b) => a + b, 0) / known.length;
-  if (known.length === 1) return short(mean);
-  const squares = known.reduce((a, b) => a + (b - mean) ** 2, 0);
-  return `${short(mean)} ± ${short(Math.sqrt(squares / (known.length - 1)))}`;
-};
-
 const element = (tag, text) => {
   const made = document.createElement(tag);
   made.textContent = text;
@@ -31,7 +15,7 @@ const tip = byId("tip");
 const tell = (cell) => {
   const lines = measures.slice(0, TOLD).map((name, i) => {
     const line = document.createElement("span");
-    line.append(element("span", shown(name)), element("span", summary(cell.values[i])));
+    line.append(element("span", shown(name)), element("span", cell.summaries[i]));
     return line;
   });
   tip.replaceChildren(element("b", cell.title), ...lines);
@@ -59,8 +43,8 @@ const numbers = (cell) => {
   head.append(...cell.seeds.map((seed) => element("th", `seed ${seed}`)));
   const rows = measures.map((name, i) => {
     const row = document.createElement("tr");
-    row.append(element("th", shown(name)), ...(several ? [element("td", summary(cell.values[i]))] : []));
-    row.append(...cell.values[i].map((x) => element("td", short(x))));
+    row.append(element("th", shown(name)), ...(several ? [element("td", cell.summaries[i])] : []));
+    row.append(...cell.values[i].map((x) => element("td", x)));
     return row;
   });
   const ended = document.createElement("tr");
@@ -82,6 +66,7 @@ const open = (button) => {
   byId("cell-numbers").replaceChildren(...numbers(cell));
   tip.hidden = true;
   byId("cell").showModal();
+  history.replaceState(null, "", `#${encodeURIComponent(cell.name)}`);
 };
 
 const copy = async (button) => {
@@ -102,9 +87,14 @@ for (const button of document.querySelectorAll("button.cell")) {
   button.addEventListener("pointermove", follow);
   button.addEventListener("pointerleave", () => (tip.hidden = true));
 }
+byId("cell").addEventListener("close", () => history.replaceState(null, "", "#"));
 for (const button of document.querySelectorAll("[data-copy]")) {
   button.addEventListener("click", () => copy(button));
 }
 byId("cell").addEventListener("click", (event) => {
   if (event.target === byId("cell")) byId("cell").close();
 });
+
+// A link to a cell opens it.
+const linked = cells.findIndex((cell) => `#${encodeURIComponent(cell.name)}` === location.hash || `#${cell.name}` === location.hash);
+if (linked >= 0) open(document.querySelector(`button.cell[data-cell="${linked}"]`));

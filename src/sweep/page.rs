@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::chart::{chart, hue};
 use super::{Axis, Results, Summary};
 use crate::analysis::SCALARS;
+use crate::picture::number;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -27,8 +28,10 @@ struct CellData<'a> {
     name: &'a str,
     title: String,
     seeds: Vec<u64>,
-    /// A list a measure: a number a seed, null for none.
-    values: Vec<Vec<Option<f64>>>,
+    /// A text a measure: mean and deviation.
+    summaries: Vec<String>,
+    /// A list a measure: a text a seed.
+    values: Vec<Vec<String>>,
     stopped: Vec<&'a str>,
     errors: Vec<String>,
     command: Option<String>,
@@ -86,8 +89,8 @@ const DIALOG: &str = "\
 </dialog>
 ";
 
-/// `L × B on rock.obj`.
-fn title(results: &Results) -> String {
+/// What a sweep is called: `L × B on rock.obj`.
+pub fn title(results: &Results) -> String {
     let names: Vec<_> = results.grid.axes.iter().map(Axis::symbol).collect();
     let names = match names.is_empty() {
         true => "Seeds".to_owned(),
@@ -195,11 +198,31 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     lines
 }
 
-/// Mean and standard deviation.
-fn spread(summary: &Summary) -> String {
-    match summary.runs {
-        1 => short(summary.mean),
-        _ => format!("{} ± {}", short(summary.mean), short(summary.deviation)),
+/// Where there is no number.
+const NONE: &str = "–";
+
+/// Mean and standard deviation, to the decimals of the larger one.
+pub(super) fn spread(summary: &Summary) -> String {
+    let Summary {
+        mean, deviation, ..
+    } = *summary;
+    let decimals = decimals(mean.abs().max(deviation));
+    match (summary.runs, decimals) {
+        (0, _) => NONE.to_owned(),
+        (1, _) => short(mean),
+        (_, Some(0)) => format!("{} ± {}", number(mean, 1.0), number(deviation, 1.0)),
+        (_, Some(decimals)) => format!("{mean:.decimals$} ± {deviation:.decimals$}"),
+        (_, None) => format!("{mean:.2e} ± {deviation:.0e}"),
+    }
+}
+
+/// Decimals after which a number of this size has four digits that count; none where it is better
+/// written with a power of ten.
+fn decimals(size: f64) -> Option<usize> {
+    match size {
+        0.0 => Some(1),
+        _ if !(1e-4..1e7).contains(&size) => None,
+        _ => Some((3 - libm::floor(libm::log10(size)) as i32).max(0) as usize),
     }
 }
 
@@ -276,11 +299,7 @@ fn push_numbers(html: &mut String, results: &Results) {
         let _ = write!(html, "<tr><th>{}</th>", escaped(&cell.name));
         for measure in 0..names.len() {
             let summary = results.summary(number, measure);
-            let text = match summary.runs {
-                0 => "–".to_owned(),
-                _ => spread(&summary),
-            };
-            let _ = write!(html, "<td>{text}</td>");
+            let _ = write!(html, "<td>{}</td>", spread(&summary));
         }
         html.push_str("</tr>\n");
     }
@@ -293,7 +312,10 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
         let runs = || results.runs_of(cell);
         let axes = results.grid.axes.iter().zip(&results.plan.cells[cell].at);
         let titles: Vec<_> = axes.map(|(axis, &i)| axis.title(i)).collect();
-        let value = |run, measure| Some(results.value(run, measure)).filter(|x| x.is_finite());
+        let value = |run, measure| match results.value(run, measure) {
+            x if x.is_finite() => short(x),
+            _ => NONE.to_owned(),
+        };
         CellData {
             name: &results.plan.cells[cell].name,
             title: match titles.is_empty() {
@@ -302,6 +324,9 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
             },
             seeds: runs()
                 .map(|run| results.plan.runs[run].recipe.seed)
+                .collect(),
+            summaries: (0..measures.len())
+                .map(|measure| spread(&results.summary(cell, measure)))
                 .collect(),
             values: (0..measures.len())
                 .map(|measure| runs().map(|run| value(run, measure)).collect())
@@ -331,21 +356,16 @@ fn error(results: &Results, run: usize) -> Option<String> {
 
 /// A number with four digits that count.
 pub(super) fn short(value: f64) -> String {
-    let size = value.abs();
-    match size {
-        0.0 => "0".to_owned(),
-        _ if !(1e-4..1e7).contains(&size) => format!("{value:.2e}"),
-        _ if size >= 1000.0 => crate::picture::number(value, 1.0),
-        _ => {
-            let decimals = (3 - libm::floor(libm::log10(size)) as i32).max(0) as usize;
+    match decimals(value.abs()) {
+        _ if value == 0.0 => "0".to_owned(),
+        None => format!("{value:.2e}"),
+        Some(0) => number(value, 1.0),
+        Some(decimals) => {
             let digits = format!("{value:.decimals$}");
-            match digits.contains('.') {
-                true => digits
-                    .trim_end_matches('0')
-                    .trim_end_matches('.')
-                    .to_owned(),
-                false => digits,
-            }
+            digits
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
         }
     }
 }
@@ -408,6 +428,23 @@ mod tests {
             escaped("<b a='1'>&\""),
             "&lt;b a=&#39;1&#39;&gt;&amp;&quot;"
         );
+    }
+
+    #[test]
+    fn spreads_have_the_decimals_of_the_larger() {
+        let spread = |mean, deviation, runs| {
+            spread(&Summary {
+                mean,
+                deviation,
+                runs,
+            })
+        };
+        assert_eq!(spread(0.099_812, 0.000_029, 2), "0.09981 ± 0.00003");
+        assert_eq!(spread(5723.2, 28.3, 3), "5,723 ± 28");
+        assert_eq!(spread(0.5, 0.0, 1), "0.5");
+        assert_eq!(spread(0.0, 2.5, 2), "0.000 ± 2.500");
+        assert_eq!(spread(3e-7, 1e-8, 2), "3.00e-7 ± 1e-8");
+        assert_eq!(spread(f64::NAN, 0.0, 0), NONE);
     }
 
     #[test]
