@@ -248,7 +248,7 @@ fn the_commands_of_the_page_make_the_same_lichen() {
 }
 
 /// Runs that take a while.
-const LONG: &str = "plane.obj --L 5r,10r,20r --B 0.3,0.9 --radius 0.1% --elements 9000 \
+const LONG: &str = "plane.obj --L 5r,10r,20r --B 0.3,0.9 --radius 0.1% --elements 6000 \
                     --size 48x40 --samples 1 --threads 2 --quiet";
 
 fn start(desk: &Desk, words: &str) -> Child {

@@ -157,12 +157,15 @@ fn chosen(args: &SweepArgs, sweep: &Sweep) -> Result<Vec<usize>, Failure> {
         let order = plan.order().into_iter();
         return Ok(order.filter(|&run| plan.runs[run].cell == cell).collect());
     }
-    let mut runs = match args.shard {
+    let runs = match args.shard {
         None => plan.order(),
         Some(shard) => plan.shard(shard.part, shard.parts),
     };
-    runs.retain(|&run| sweep.outcome(run).is_none());
-    Ok(runs)
+    let (finished, left): (Vec<_>, Vec<_>) = runs
+        .into_iter()
+        .partition(|&run| sweep.outcome(run).is_some());
+    finished.into_iter().for_each(|run| sweep.tidy(run));
+    Ok(left)
 }
 
 /// So many runs are worth a word about memory and time.

@@ -53,13 +53,23 @@ impl Sweep<'_> {
         record::read(&self.folder_of(run), &self.plan.runs[run])
     }
 
+    /// Clears what a process left in the folder of a finished run when it was killed in the moment
+    /// between the last file and the clearing.
+    pub(super) fn tidy(&self, run: usize) {
+        let entries = fs::read_dir(self.folder_of(run)).into_iter().flatten();
+        let is_stage = |e: fs::DirEntry| e.file_name().to_string_lossy().starts_with(".thallus-");
+        if entries.flatten().any(is_stage) {
+            drop(OutputDir::create(&self.folder_of(run), true));
+        }
+    }
+
     /// Grows these runs in this order, as many at a time as there are threads; `anew` also those
     /// that are finished. Tells how each ended, in the same order.
     pub(super) fn grow(&self, runs: &[usize], anew: bool) -> Vec<End> {
-        let threads = self.execution.threads;
-        let workers = threads.min(runs.len());
+        let workers = self.execution.threads.min(runs.len());
+        // Two threads gain a run little (docs/performance.md).
         let each = Execution {
-            threads: (threads / runs.len().max(1)).max(1),
+            threads: 1,
             cancel: self.execution.cancel.clone(),
         };
         let next = AtomicUsize::new(0);

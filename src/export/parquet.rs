@@ -22,11 +22,14 @@ const RLE: i64 = 3;
 const UNCOMPRESSED: i64 = 0;
 const DATA_PAGE: i64 = 0;
 
-/// A column of a file: its name, its type, and how the value of a row is appended to a page.
+/// Appends the value of a row to a page.
+type Push<'a> = Box<dyn Fn(usize, &mut Vec<u8>) + 'a>;
+
+/// A column of a file.
 pub(super) struct Leaf<'a> {
     pub(super) name: String,
     pub(super) physical: Physical,
-    pub(super) push: Box<dyn Fn(usize, &mut Vec<u8>) + 'a>,
+    pub(super) push: Push<'a>,
 }
 
 /// The types of columns.

@@ -158,10 +158,7 @@ fn push_grid(html: &mut String, results: &Results, pictures: &[CellPicture], pag
 
 fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: usize) {
     let name = escaped(&results.plan.cells[cell].name);
-    let _ = write!(
-        html,
-        "<button class=\"cell\" data-cell=\"{cell}\" title=\"\">"
-    );
+    let _ = write!(html, "<button class=\"cell\" data-cell=\"{cell}\">");
     match picture.jpeg.is_empty() {
         true => html.push_str("<span class=\"failed\">failed</span>"),
         false => {
@@ -257,7 +254,7 @@ fn figure_caption(name: &str) -> String {
                 "1" => String::new(),
                 unit => format!(", {}", escaped(&unit.replace("^2", "²"))),
             };
-            let meaning = escaped(scalar.meaning);
+            let meaning = escaped(&scalar.meaning.replace("^2", "²"));
             format!("<figcaption>{shown}<small>{unit}</small><p>{meaning}</p></figcaption>")
         }
     }
