@@ -41,7 +41,8 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     };
     interrupt::listen(execution.cancel.clone());
     let (substrate, _) = grow::load(&mesh)?;
-    settle(&mut grid, &substrate, &mesh, args.mesh.is_some(), voice)?;
+    let is_named = args.mesh.is_some() || !is_grid(from);
+    settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;
     record::open(output, &grid)?;
     let sweep = Sweep {
@@ -61,10 +62,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
 /// The grid that file and flags say.
 fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
     let flags = args.settings();
-    let is_grid = from
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let mut grid = match is_grid {
+    let mut grid = match is_grid(from) {
         true => Grid::read(from)?,
         false => Grid {
             base: Settings::default(),
@@ -72,7 +70,7 @@ fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
             seeds: 1,
         },
     };
-    if is_grid && !args.axes.0.is_empty() && !grid.axes.is_empty() {
+    if is_grid(from) && !args.axes.0.is_empty() && !grid.axes.is_empty() {
         return Err(Failure::usage(format!(
             "{} has axes already: vary them there, or leave out --L, --B and --axis",
             from.display()
@@ -87,15 +85,20 @@ fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
         version: None,
         ..flags.over(below)
     };
+    if !is_grid(from) {
+        grid.base.mesh = None;
+    }
     Ok(grid)
+}
+
+fn is_grid(from: &Path) -> bool {
+    from.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 /// The mesh to grow on: MESH, --mesh, or the one that the grid or its recipe names.
 fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Failure> {
-    let is_grid = from
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    match (&args.mesh, is_grid, &grid.base.mesh) {
+    match (&args.mesh, is_grid(from), &grid.base.mesh) {
         (Some(mesh), ..) => Ok(mesh.clone()),
         (None, false, _) => Ok(from.to_owned()),
         (None, true, None) => Err(Failure::usage(format!(
