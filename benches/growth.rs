@@ -3,14 +3,20 @@
 //!     cargo bench --bench growth                    # all of them, 100,000 elements
 //!     cargo bench --bench growth -- rock 20000      # those with 'rock' in their name, 20,000
 //!     cargo bench --bench growth -- rock threads=2  # on two threads
+//!     cargo bench --bench growth -- reference       # the thesis written out, against the engine
 #![allow(clippy::print_stdout)] // a table is what it is for
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::Instant;
 
-use thallus::growth::{Join, SeedPlace};
+use thallus::growth::{Join, Law, SeedPlace};
 use thallus::run::{Execution, Length, Settings, StopSetting, grow};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Soup, Substrate, load_soup};
+
+#[allow(unused, reason = "the tests use the rest")]
+#[path = "../tests/reference/mod.rs"]
+mod reference;
 
 struct Workload {
     name: &'static str,
@@ -20,9 +26,23 @@ struct Workload {
     bias: f64,
     gain: f64,
     join: Join,
+    law: Law,
+    /// How often each triangle is cut in four.
+    subdivided: u32,
 }
 
-const WORKLOADS: [Workload; 5] = [
+const LICHEN: Workload = Workload {
+    name: "",
+    mesh: "meshes/plane.obj",
+    radius: None,
+    bias: 0.5,
+    gain: 1.0,
+    join: Join::Pack,
+    law: Law::Thesis,
+    subdivided: 0,
+};
+
+const WORKLOADS: [Workload; 8] = [
     Workload {
         name: "plane, P = 1, touch",
         mesh: "meshes/plane.obj",
@@ -30,38 +50,50 @@ const WORKLOADS: [Workload; 5] = [
         bias: 1.0,
         gain: 0.0,
         join: Join::Touch,
+        ..LICHEN
     },
     Workload {
         name: "plane, B = 0.5, pack",
         mesh: "meshes/plane.obj",
         radius: Some(0.02),
-        bias: 0.5,
-        gain: 1.0,
-        join: Join::Pack,
+        ..LICHEN
     },
     Workload {
         name: "rock, B = 0.5, pack",
         mesh: "meshes/rock.obj",
-        radius: None,
-        bias: 0.5,
-        gain: 1.0,
-        join: Join::Pack,
+        ..LICHEN
     },
     Workload {
         name: "rock, B = 0.1, pack",
         mesh: "meshes/rock.obj",
-        radius: None,
         bias: 0.1,
-        gain: 1.0,
-        join: Join::Pack,
+        ..LICHEN
+    },
+    Workload {
+        name: "rock in 1.18M, B = 0.5",
+        mesh: "meshes/rock.obj",
+        subdivided: 4,
+        ..LICHEN
+    },
+    Workload {
+        name: "plane, P = 1, brownian",
+        radius: Some(0.02),
+        bias: 1.0,
+        gain: 0.0,
+        join: Join::Touch,
+        law: Law::Brownian,
+        ..LICHEN
+    },
+    Workload {
+        name: "rock, B = 0.5, brownian",
+        mesh: "meshes/rock.obj",
+        law: Law::Brownian,
+        ..LICHEN
     },
     Workload {
         name: "boulder, B = 0.5, pack",
         mesh: "meshes/boulder.glb",
-        radius: None,
-        bias: 0.5,
-        gain: 1.0,
-        join: Join::Pack,
+        ..LICHEN
     },
 ];
 
@@ -95,16 +127,74 @@ fn main() {
             measure(workload, elements, threads);
         }
     }
+    if wanted.iter().any(|w| w.as_str() == "reference") {
+        compare_with_reference();
+    }
+}
+
+/// The rock at B = 0.5 by the literal program of the tests and by the engine, as far as the first
+/// comes in reasonable time.
+fn compare_with_reference() {
+    const ELEMENTS: usize = 2000;
+    let soup = load_soup(Path::new("meshes/rock.obj"))
+        .expect("a mesh")
+        .soup;
+    let substrate = Substrate::from_soup(soup.clone()).expect("a surface");
+    let params = reference::Params::new(substrate.auto_radius(), 1);
+    let before = cpu_seconds();
+    let stop = reference::Stop::at_elements(ELEMENTS);
+    let run = reference::grow(&soup.positions, &soup.triangles, &params, stop);
+    let literal = (cpu_seconds() - before) * 1e6 / run.elements.len() as f64;
+    let settings = Settings {
+        at: Some(SeedPlace::Center),
+        stop: Some(StopSetting::Elements(ELEMENTS as u64)),
+        ..Settings::default()
+    };
+    let recipe = settings.resolve(&substrate, "").expect("fits");
+    let before = cpu_seconds();
+    grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+    let engine = (cpu_seconds() - before) * 1e6 / ELEMENTS as f64;
+    println!(
+        "rock, B = 0.5, {ELEMENTS} elements: the thesis written out {literal:.0} µs, here {engine:.1} µs: \
+         {:.0} times as fast",
+        literal / engine
+    );
+}
+
+/// Every triangle as four: the same surface in finer triangles.
+fn in_fours(soup: &Soup) -> Soup {
+    let mut positions = soup.positions.clone();
+    let mut halves: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut half = |a: u32, b: u32| {
+        *halves.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+            let [p, q] = [a, b].map(|i| soup.positions[i as usize]);
+            positions.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+            positions.len() as u32 - 1
+        })
+    };
+    let mut triangles = Vec::with_capacity(4 * soup.triangles.len());
+    for &[a, b, c] in &soup.triangles {
+        let [d, e, f] = [half(a, b), half(b, c), half(c, a)];
+        triangles.extend([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]);
+    }
+    Soup {
+        positions,
+        triangles,
+        notes: Vec::new(),
+    }
 }
 
 fn measure(workload: &Workload, elements: u64, threads: usize) {
-    let substrate = Substrate::load(Path::new(workload.mesh)).expect("a mesh");
+    let soup = load_soup(Path::new(workload.mesh)).expect("a mesh").soup;
+    let soup = (0..workload.subdivided).fold(soup, |soup, _| in_fours(&soup));
+    let substrate = Substrate::from_soup(soup).expect("a surface");
     let settings = Settings {
         radius: workload.radius.map(Length::Units),
         at: Some(SeedPlace::Center),
         bias: Some(workload.bias),
         gain: Some(workload.gain),
         join: Some(workload.join),
+        law: Some(workload.law),
         stop: Some(StopSetting::Elements(elements)),
         ..Settings::default()
     };

@@ -174,7 +174,7 @@ fn both_sides_of_a_seam_show_the_same() {
         ("birth", 0.0002, 0.001),
         ("color", 0.001, 0.005),
         ("occlusion", 0.001, 0.03),
-        ("base_color", 0.001, 0.03),
+        ("base_color", 0.001, 0.06), // crystals of the stone are smaller than a texel
         ("orm", 0.001, 0.03),
     ];
     for (name, mean, most) in bounds {

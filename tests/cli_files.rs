@@ -184,7 +184,7 @@ fn errors_are_one_line() {
         (vec!["grow", &rock, "--threads", "-1"], 2, "--threads"),
         (vec!["grow", &rock, "--at", "1,2"], 2, "--at"),
         (vec!["grow", &rock, "--reach", "auto"], 2, "--reach"),
-        (vec!["export", &rock], 2, "--to"),
+        (vec!["export", &rock], 2, "--output"),
         (vec!["check", "picture.obj"], 1, "picture.obj"),
     ] {
         let output = thallus(desk.path(), &words);
@@ -215,16 +215,18 @@ fn every_format_is_exported() {
     let desk = tempfile::tempdir().unwrap();
     grown(desk.path(), "run", "--elements 30");
     let head = |name: &str, start: &[u8]| {
-        let output = thallus(desk.path(), &["export", "run", "--to", name]);
+        let file = format!("cloud.{name}");
+        let output = thallus(desk.path(), &["export", "run", "-o", &file]);
         assert!(output.status.success(), "{name}: {}", said(&output));
-        let bytes = fs::read(desk.path().join(name)).unwrap();
+        let bytes = fs::read(desk.path().join(file)).unwrap();
         assert!(bytes.starts_with(start), "{name}");
     };
-    let starts: [(&str, &[u8]); 4] = [
+    let starts: [(&str, &[u8]); 5] = [
         ("ply", b"ply\n"),
         ("csv", b""),
         ("npy", b"\x93NUMPY"),
         ("npz", b"PK"),
+        ("parquet", b"PAR1"),
     ];
     assert_eq!(
         starts.len(),

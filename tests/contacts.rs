@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use thallus::cluster::{Cluster, Element, ElementIndex, NO_PARENT, SparseIndex};
-use thallus::growth::{GrowthModel, Join, Parameters, SeedPlace, Surroundings, WalkerModel};
+use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, grow};
 use thallus::substrate::{Substrate, SurfacePoint};
@@ -190,6 +190,7 @@ fn parameters(radius: f64) -> Parameters {
         launch: recipe.launch,
         kill: recipe.kill,
         join: recipe.join,
+        law: recipe.law,
         steps: recipe.steps,
         boundary: recipe.boundary,
         seed: recipe.seed,
@@ -350,9 +351,11 @@ fn packing_leaves_no_overlap() {
         common::rock(24),
         common::rock(60),
     ];
-    for (i, substrate) in meshes.iter().enumerate() {
+    let both = |law| meshes.iter().map(move |mesh| (law, mesh));
+    let cases = both(Law::Thesis).chain(both(Law::Brownian));
+    for (i, (law, substrate)) in cases.enumerate() {
         let mut recipe = common::recipe(substrate.units().diagonal() / 400.0, 4000);
-        recipe.bias = 0.3;
+        (recipe.bias, recipe.law) = (0.3, law);
         let growth = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
         let elements = growth.cluster.elements();
         let least = 2.0 * growth.cluster.radius() * (1.0 - 1e-6);
@@ -394,11 +397,17 @@ fn touching_elements_rest_at_contact_distance_from_their_parent() {
     let substrate = common::rock(24);
     let mut recipe = common::recipe(substrate.auto_radius(), 3000);
     recipe.join = Join::Touch;
-    let growth = grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
-    let elements = growth.cluster.elements();
-    for e in &elements[1..] {
-        let d = e.position.distance(elements[e.parent as usize].position);
-        assert!((d / growth.cluster.radius() - 2.0).abs() < 1e-9, "{d}");
+    for law in [Law::Thesis, Law::Brownian] {
+        recipe.law = law;
+        let growth = grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+        let elements = growth.cluster.elements();
+        for e in &elements[1..] {
+            let d = e.position.distance(elements[e.parent as usize].position);
+            assert!(
+                (d / growth.cluster.radius() - 2.0).abs() < 1e-9,
+                "{law:?}: {d}"
+            );
+        }
     }
 }
 

@@ -14,7 +14,7 @@ mod reference;
 use reference::shapes::{self, Shape};
 use reference::{Params, Run, Search, Stop, grow, stats};
 use thallus::cluster::NO_PARENT;
-use thallus::growth::{Boundary, Join, SeedPlace, Steps};
+use thallus::growth::{Boundary, Join, Law, SeedPlace, Steps};
 use thallus::run::{Execution, MeshId, Recipe, StopRule};
 use thallus::substrate::{Soup, Substrate};
 
@@ -53,6 +53,7 @@ fn engine_run(
         at: SeedPlace::Point(params.at),
         launch: params.launch,
         kill: params.kill,
+        law: Law::Thesis,
         join: if params.pack { Join::Pack } else { Join::Touch },
         steps: if params.large_steps {
             Steps::Large

@@ -291,6 +291,45 @@ fn a_folder_that_is_taken_away_ends_the_run_and_goes_on_elsewhere() {
     desk.assert_same("moved", "whole");
 }
 
+/// Root may write everywhere, so there the run is another user's.
+#[cfg(unix)]
+#[test]
+fn permission_lost_on_the_way_ends_the_run_and_loses_nothing() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+
+    const NOBODY: u32 = 65534;
+    let desk = Desk::new();
+    let allow = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode));
+    allow(desk.0.path(), 0o777).unwrap();
+    let run = RUN.replace("3000", "12000");
+    let mut command = desk.command(&format!("{run} -o out --quiet"));
+    command.stderr(Stdio::piped());
+    let is_root = fs::metadata(desk.path("rock.obj")).unwrap().uid() == 0;
+    if is_root {
+        command.uid(NOBODY).gid(NOBODY);
+    }
+    let child = match command.spawn() {
+        Ok(child) => child,
+        Err(error) if is_root => return eprintln!("skipped: no other user may run it: {error}"),
+        Err(error) => panic!("{error}"),
+    };
+    wait_for_elements(&desk.path("out"));
+    allow(&desk.path("out"), 0o555).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("denied") && said.contains("go on with thallus grow --resume out"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+    allow(&desk.path("out"), 0o755).unwrap();
+    desk.done("--resume out --quiet");
+    desk.done(&format!("{run} -o whole --quiet"));
+    desk.assert_same("out", "whole");
+}
+
 /// A limit on the size of files stands for the full disk; ignored, its signal is an error.
 #[cfg(unix)]
 #[test]

@@ -13,10 +13,10 @@ mod shapes;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use chi_square::{assert_fits, bin, gamma_q, p_value};
+use chi_square::{assert_fits, bin, gamma_q, homogeneity, p_value};
 use glam::{DVec2, DVec3};
 use shapes::*;
-use thallus::growth::{LaunchRing, SeedPlace, random_step};
+use thallus::growth::{Arrival, LaunchRing, Lune, RandomStep, SeedPlace, random_step};
 use thallus::rng::{Purpose, Stream};
 use thallus::substrate::Substrate;
 use thallus::walk::SurfacePoint;
@@ -259,6 +259,77 @@ fn large_steps_follow_their_law() {
             &counts,
             &[1.0; 64],
         );
+    }
+}
+
+/// Where Brownian motion first leaves a disc beside a circle, told by walking on spheres
+/// (Muller 1956) until a millionth of a unit from either.
+fn walk_on_spheres(centre: DVec2, contact: f64, free: f64, stream: &mut Stream) -> Arrival {
+    let mut p = DVec2::ZERO;
+    loop {
+        let (to_free, to_contact) = (free - p.length(), p.distance(centre) - contact);
+        if to_contact.min(to_free) < 1e-6 {
+            let meets = to_contact < to_free;
+            return if meets {
+                Arrival::Contact(p)
+            } else {
+                Arrival::Free(p)
+            };
+        }
+        p += stream.in_unit_disc().normalize() * to_contact.min(to_free);
+    }
+}
+
+/// Arrivals by side and direction.
+fn arrivals(mut arrive: impl FnMut() -> Arrival) -> Vec<u64> {
+    let mut counts = vec![0; 48];
+    for _ in 0..SAMPLES {
+        let (side, at) = match arrive() {
+            Arrival::Contact(at) => (0, at),
+            Arrival::Free(at) => (24, at),
+        };
+        counts[side + bin(libm::atan2(at.y, at.x).rem_euclid(TAU) / TAU, 24)] += 1;
+    }
+    counts
+}
+
+#[test]
+fn brownian_motion_beside_a_circle_arrives_as_by_many_small_steps() {
+    let lunes = [
+        (DVec2::new(2.5, 0.0), 2.0, 1.5),
+        (DVec2::new(-1.2, 1.7), 2.0, 1.0),
+        (DVec2::new(0.0, -3.9), 2.0, 3.9),
+        (DVec2::new(1.5, 2.0), 2.0, 0.55),
+        (DVec2::new(0.3, 0.41), 0.5, 0.4),
+    ];
+    for (i, (centre, contact, free)) in lunes.into_iter().enumerate() {
+        let lune = Lune::new(centre, contact, free).expect("a lune");
+        let mut stream = stream(40 + i as u64);
+        let exact = arrivals(|| {
+            let arrival = lune.first_arrival(RandomStep::draw(&mut stream).cauchy());
+            let (Arrival::Contact(at) | Arrival::Free(at)) = arrival;
+            let on_contact = (at.distance(centre) - contact).abs() < 1e-9;
+            let on_free = (at.length() - free).abs() < 1e-9;
+            assert!(if let Arrival::Contact(_) = arrival {
+                on_contact
+            } else {
+                on_free
+            });
+            arrival
+        });
+        let walked = arrivals(|| walk_on_spheres(centre, contact, free, &mut stream));
+        let p = homogeneity(&exact, &walked);
+        assert!(
+            p > chi_square::FALSE_ALARM,
+            "{centre}, {contact}, {free}: p = {p}"
+        );
+    }
+}
+
+#[test]
+fn a_circle_that_does_not_cut_into_the_disc_makes_no_lune() {
+    for (distance, contact, free) in [(2.5, 2.0, 0.4), (1.9, 2.0, 1.0), (2.5, 2.0, 2.6)] {
+        assert!(Lune::new(DVec2::new(distance, 0.0), contact, free).is_none());
     }
 }
 

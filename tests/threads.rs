@@ -3,7 +3,7 @@
 mod common;
 
 use thallus::cluster::Cluster;
-use thallus::growth::{Boundary, Counts, Join, SeedPlace};
+use thallus::growth::{Boundary, Counts, Join, Law, SeedPlace};
 use thallus::run::{Execution, Recipe, grow};
 use thallus::substrate::Substrate;
 
@@ -79,5 +79,29 @@ fn lichen_on_one_face_of_a_plate_is_the_same_and_soon_crossed_under() {
     assert!(cluster.elements().iter().all(front), "the rim is far away");
     let steps = counts.steps / counts.walkers;
     // 278 here. Steps of a radius all the way do not come to an end in a minute.
+    assert!(steps < 600, "{steps} steps a walker");
+}
+
+/// Brownian walkers ask for elements where others step blindly, and are thrown back elsewhere.
+#[test]
+fn lichen_of_brownian_motion_is_the_same_on_any_number_of_threads() {
+    let (rock, plane, slab) = (
+        common::rock(24),
+        common::plane(2.0),
+        common::slab(24, 1.0, 0.001),
+    );
+    let brownian = |radius: f64, elements: u64| Recipe {
+        law: Law::Brownian,
+        ..common::recipe(radius, elements)
+    };
+    check("rock", &rock, &brownian(rock.auto_radius(), 4000));
+    let mut recipe = brownian(plane.auto_radius(), 4000);
+    (recipe.join, recipe.gain, recipe.bias) = (Join::Touch, 0.0, 1.0);
+    check("plane", &plane, &recipe);
+    let mut recipe = brownian(0.002, 2500);
+    recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
+    check("slab", &slab, &recipe);
+    let (_, counts, _) = grown(&slab, &recipe, 1);
+    let steps = counts.steps / counts.walkers;
     assert!(steps < 600, "{steps} steps a walker");
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
-use thallus::growth::{Boundary, Join, Steps};
+use thallus::growth::{Boundary, Join, Law, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
 use super::animate_args::AnimateArgs;
@@ -169,7 +169,7 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
-    #[arg(long, value_name = "PIXELS", default_value_t = 1280, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
     pub(crate) preview: u32,
     /// Replace what an earlier run wrote to the folder, which is gone as soon as growth starts
     #[arg(long, help_heading = RUN)]
@@ -248,6 +248,10 @@ pub(crate) struct WalkArgs {
     launch: Option<f64>,
     #[arg(long, value_name = "K", help = run::KILL.help(), allow_negative_numbers = true)]
     kill: Option<f64>,
+    /// How walkers move: 'thesis' in steps that are tested where they end; 'brownian' as a continuous
+    /// path, which comes less deep into hollows: sparser, wider growth [default: thesis]
+    #[arg(long, value_parser = law(), hide_possible_values = true, value_name = "thesis|brownian")]
+    law: Option<Law>,
     /// 'large' lets walkers leap where nothing can be missed, far from the lichen over a coarser copy
     /// of a fine mesh; 'exact' does without the copy; 'small' never leaps: the same look, ever more
     /// slowly, for checking [default: large]
@@ -270,6 +274,10 @@ fn triangle(text: &str) -> Result<SeedPlace, SeedTextError> {
 
 fn join() -> impl TypedValueParser<Value = Join> {
     choice([("pack", Join::Pack), ("touch", Join::Touch)])
+}
+
+fn law() -> impl TypedValueParser<Value = Law> {
+    choice([("thesis", Law::Thesis), ("brownian", Law::Brownian)])
 }
 
 fn steps() -> impl TypedValueParser<Value = Steps> {
@@ -322,6 +330,7 @@ pub(super) fn settings(
         launch: walk.launch,
         kill: walk.kill,
         join: look.join,
+        law: walk.law,
         steps: walk.steps,
         boundary: walk.boundary,
         stop: stop.setting(),
@@ -366,7 +375,7 @@ mod tests {
     fn every_flag_arrives() {
         let flags = "--preset foliose --radius 0.5% --curvature-radius 12r --bias -0.25 --gain 2 \
                      --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --launch 2 --kill 20 \
-                     --join touch --steps small --boundary absorb --reach 30r";
+                     --join touch --law brownian --steps small --boundary absorb --reach 30r";
         let expected = Settings {
             preset: Some("foliose".to_owned()),
             radius: Some(Length::Percent(0.5)),
@@ -379,6 +388,7 @@ mod tests {
             launch: Some(2.0),
             kill: Some(20.0),
             join: Some(Join::Touch),
+            law: Some(Law::Brownian),
             steps: Some(Steps::Small),
             boundary: Some(Boundary::Absorb),
             stop: Some(StopSetting::Reach(Length::Radii(30.0))),

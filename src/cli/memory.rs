@@ -1,4 +1,4 @@
-//! Whether a run fits into memory, told before it starts.
+//! What a run will take in memory and time, told before it starts.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -8,7 +8,7 @@ use thallus::run::{Recipe, StopRule};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
-use super::number::{count, short};
+use super::number::{count, duration, short};
 use super::progress::DIMENSION;
 use super::terminal::Voice;
 
@@ -17,8 +17,19 @@ use super::terminal::Voice;
 /// lichen on the rock. Vectors that grow may take more for a moment.
 const BYTES: f64 = 480.0;
 
-/// Runs of so many elements are told what they take.
+/// Runs of so many elements are told what they take, and such as are expected to take a minute.
 const LONG: f64 = 1e6;
+const LONG_SECONDS: f64 = 60.0;
+
+/// Seconds an element on one thread, besides those for its contacts; docs/performance.md has the
+/// measurements, which this meets within a factor of two.
+const WALK: f64 = 30e-6;
+
+/// Seconds a contact.
+const CONTACT: f64 = 1.3e-6;
+
+/// Triangles from which on walkers take twice as long.
+const FINE: usize = 20_000;
 
 /// Discs that only touch may lie over one another: this many times as many have room.
 const OVERLAP: f64 = 4.0;
@@ -37,11 +48,13 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
             size(available)
         )));
     }
-    if elements >= LONG {
+    let seconds = seconds(substrate, recipe);
+    if elements >= LONG || seconds >= LONG_SECONDS {
         let free = available.map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
         voice.note(&format!(
-            "about {number} elements: up to {} of memory{free}; how long it takes is told as it goes",
-            size(needed)
+            "about {number} elements: up to {} of memory{free}, and roughly {} on one thread",
+            size(needed),
+            duration(seconds)
         ));
     }
     Ok(())
@@ -52,8 +65,32 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
 }
 
+/// About how long a run takes on one thread.
+pub(super) fn seconds(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    expected_elements(substrate, recipe) * seconds_each(substrate, recipe)
+}
+
+/// About how long an element takes.
+fn seconds_each(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    let fine = substrate.triangles().len() >= FINE;
+    let walk = if fine { 2.0 * WALK } else { WALK };
+    walk + CONTACT * contacts(recipe)
+}
+
+/// About how many contacts it takes until one sticks. With the curvature rule, 9 were measured at
+/// B = 0.5 and 73 at B = 0.1.
+fn contacts(recipe: &Recipe) -> f64 {
+    let measured = 9.0 * (5.2 * (0.5 - recipe.bias)).exp();
+    let refused = if recipe.gain == 0.0 {
+        1.0 / recipe.bias.max(recipe.min_stick)
+    } else {
+        measured.min(1.0 / recipe.min_stick)
+    };
+    refused.max(1.0)
+}
+
 /// About how many elements a run will have.
-pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let largest = substrate.components().first().map_or(0.0, |c| c.area);
     let area = substrate.units().area_to_file(largest);
     let cover = area / (PI * recipe.radius * recipe.radius);
@@ -83,5 +120,39 @@ pub(super) fn size(bytes: f64) -> String {
     match bytes {
         ..1e9 => format!("{} MB", (bytes / 1e6).ceil()),
         _ => format!("{} GB", short(bytes / 1e9)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use thallus::run::Settings;
+    use thallus::substrate::Soup;
+
+    use super::*;
+
+    fn expected(bias: f64, gain: f64, min_stick: f64) -> f64 {
+        let soup = Soup {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            notes: Vec::new(),
+        };
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let settings = Settings {
+            bias: Some(bias),
+            gain: Some(gain),
+            min_stick: Some(min_stick),
+            ..Settings::default()
+        };
+        contacts(&settings.resolve(&substrate, "").unwrap())
+    }
+
+    #[test]
+    fn contacts_are_as_measured_and_never_fewer_than_one() {
+        assert!((expected(0.5, 1.0, 0.01) - 9.0).abs() < 0.1);
+        assert!((expected(0.1, 1.0, 0.01) / 73.0 - 1.0).abs() < 0.05);
+        assert_eq!(expected(2.0, 1.0, 0.01), 1.0);
+        assert_eq!(expected(-1.0, 1.0, 0.05), 20.0);
+        assert_eq!(expected(0.25, 0.0, 0.01), 4.0);
+        assert_eq!(expected(0.5, 1.0, 1.0), 1.0);
     }
 }

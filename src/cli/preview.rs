@@ -7,6 +7,9 @@ use thallus::morphometry::smooth_normals;
 use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render};
 use thallus::substrate::{Substrate, SurfacePoint};
 
+/// Rays through a pixel, at most: a look at a run should take less time than the run.
+const SAMPLES: u32 = 4;
+
 /// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
 /// in height.
 pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> Vec<u8> {
@@ -19,6 +22,7 @@ pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> V
     let settings = Settings {
         width,
         height: width * 3 / 4,
+        samples: SAMPLES,
         ..Settings::default()
     };
     let aspect = settings.width as f32 / settings.height as f32;

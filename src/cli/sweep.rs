@@ -174,10 +174,6 @@ fn chosen(args: &SweepArgs, sweep: &Sweep) -> Result<Vec<usize>, Failure> {
 /// So many runs are worth a word about memory and time.
 const MANY_RUNS: usize = 500;
 
-/// Core-seconds of one unit of cost: 40 µs for an element of cost 3, as measured on the rock of
-/// `docs/performance.md`.
-const SECONDS_PER_COST: f64 = 13e-6;
-
 impl Sweep<'_> {
     /// Says what is about to happen.
     fn announce(&self, runs: &[usize]) {
@@ -191,8 +187,8 @@ impl Sweep<'_> {
                 .note("every run is finished: only the page is made again");
         }
         let threads = self.execution.threads;
-        let cost: f64 = runs.iter().map(|&run| self.plan.costs[run]).sum();
-        let seconds = SECONDS_PER_COST * cost / threads.min(runs.len()) as f64;
+        let seconds = |&run: &usize| memory::seconds(self.substrate, &self.plan.runs[run].recipe);
+        let seconds = runs.iter().map(seconds).sum::<f64>() / threads.min(runs.len()) as f64;
         let kept = match all - runs.len() {
             0 => String::new(),
             n => format!(

@@ -44,8 +44,9 @@ pub trait ElementIndex: Sync {
     /// How good the bound is may depend on where the walker has been.
     fn look(&self, p: DVec3, notes: &mut Self::Notes) -> Look;
 
-    /// Number of centres nearer than `radius` to a point.
-    fn count(&self, p: DVec3, radius: f64) -> usize;
+    /// Number of centres nearer than `radius` to a point; or any number between that and `enough`,
+    /// where there are fewer.
+    fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize;
 
     /// Visits every centre nearer than `radius` to a point, in no stated order.
     fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3));

@@ -39,6 +39,8 @@ pub(super) struct Way {
     pub(super) random: RandomStep,
     /// Steps in a row that were as short as they get, without a contact.
     pub(super) cramped: u32,
+    /// Whether it was refused just now. Only Brownian motion asks.
+    pub(super) thrown_back: bool,
     pub(super) stream: Stream,
 }
 

@@ -3,6 +3,7 @@
 //! A law is a [`GrowthModel`]. The one of Sumner 2001 is [`WalkerModel`]: follow
 //! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
+mod brownian;
 mod far;
 mod flight;
 mod join;
@@ -11,6 +12,7 @@ mod launcher;
 mod model;
 mod orbit;
 mod parameters;
+mod passage;
 mod place;
 mod step;
 mod stick;
@@ -20,7 +22,8 @@ mod walker_model;
 
 pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};
-pub use parameters::{Boundary, Join, Parameters, Steps};
+pub use parameters::{Boundary, Join, Law, Parameters, Steps};
+pub use passage::{Arrival, Lune};
 pub use place::{PlaceError, SeedPlace};
 pub use step::{RandomStep, random_step};
 pub use stick::Stickiness;

@@ -12,6 +12,16 @@ pub enum Join {
     Touch,
 }
 
+/// What a walker's way is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Law {
+    /// Steps, each tested for contact only where it ends (Sumner 2001, 6.3).
+    Thesis,
+    /// Brownian motion, which touches where a continuous path first would.
+    Brownian,
+}
+
 /// Whether walkers may take steps longer than an element's radius (Sumner 2001, 6.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -56,6 +66,8 @@ pub struct Parameters {
     pub kill: f64,
     /// How walkers are joined.
     pub join: Join,
+    /// What a walker's way is.
+    pub law: Law,
     /// How long steps may be.
     pub steps: Steps,
     /// What open edges do.

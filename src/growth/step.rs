@@ -32,6 +32,17 @@ impl RandomStep {
     pub fn within(&self, bound: f64, radius: f64) -> DVec2 {
         self.place * (radius + (bound - radius) * self.inverse)
     }
+
+    /// A step in a uniform direction.
+    #[inline]
+    pub fn of_length(&self, length: f64) -> DVec2 {
+        self.place * (self.inverse * length)
+    }
+
+    /// A number of the standard Cauchy distribution: the tangent of a uniform angle.
+    pub fn cauchy(&self) -> f64 {
+        self.place.y / self.place.x
+    }
 }
 
 /// The next step of a walker: see [`RandomStep`].

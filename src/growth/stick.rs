@@ -47,6 +47,28 @@ impl Stickiness {
             .min(1.0)
     }
 
+    /// The smallest n at which a walker with this chance sticks, for a gain above 0; no more than
+    /// there can be elements.
+    fn least_to_stick(&self, chance: f64) -> usize {
+        if chance < self.least {
+            return 0;
+        }
+        let kappa = (chance - self.bias) / self.gain;
+        let n = (kappa + 1.0) * self.half_disc;
+        if n >= f64::from(u32::MAX) {
+            return u32::MAX as usize;
+        }
+        // Rounding may have it one off.
+        let mut n = n.max(0.0) as usize;
+        while chance >= self.probability(n) {
+            n += 1;
+        }
+        while n > 0 && chance < self.probability(n - 1) {
+            n -= 1;
+        }
+        n
+    }
+
     fn answer(&self, n: usize, chance: f64, spare: usize) -> Answer {
         match self.probability(n) {
             probability if chance < probability => Answer::Sticks(probability),
@@ -67,9 +89,6 @@ pub enum Answer {
     },
 }
 
-/// Spare elements that are looked for.
-const MOST_SPARE: usize = 8;
-
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// Whether a walker in contact sticks, with `chance` drawn uniformly from [0, 1).
     ///
@@ -85,12 +104,15 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         if law.gain == 0.0 {
             return law.answer(0, chance, usize::MAX);
         }
-        let most = self.index.count(p, self.parameters.curvature_radius);
-        if law.gain > 0.0 && chance >= law.probability(most) {
-            let spare = (0..MOST_SPARE).take_while(|k| chance >= law.probability(most + k + 1));
-            return Answer::Refused {
-                spare: spare.count(),
-            };
+        if law.gain > 0.0 {
+            let enough = law.least_to_stick(chance);
+            let most = self
+                .index
+                .at_most(p, self.parameters.curvature_radius, enough);
+            if most < enough {
+                let spare = enough - 1 - most;
+                return Answer::Refused { spare };
+            }
         }
         law.answer(self.count(scratch, (triangle, p)), chance, 0)
     }

@@ -7,7 +7,7 @@ use super::flight::{Asked, Track, Way};
 use super::launcher::Launcher;
 use super::step::RandomStep;
 use super::stick::Answer;
-use super::{Boundary, Halt, Parameters, Steps, Stickiness, Surroundings};
+use super::{Boundary, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
@@ -92,6 +92,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             bound,
             random,
             cramped,
+            thrown_back: false,
             stream,
         })
     }
@@ -118,7 +119,7 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// Notes that the elements within a ball decided something, and how many more would have made
     /// no difference.
-    fn asked(&mut self, centre: DVec3, radius: f64, spare: usize) {
+    pub(super) fn asked(&mut self, centre: DVec3, radius: f64, spare: usize) {
         if self.others_walk {
             let asked = Asked {
                 centre,
@@ -133,6 +134,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn go_on(&mut self, way: &mut Way) -> Option<Fate> {
         let (substrate, parameters) = (self.around.substrate, self.around.parameters);
         let absorb = parameters.boundary == Boundary::Absorb;
+        let brownian = parameters.law == Law::Brownian;
         let mut now = way.clone();
         loop {
             if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK)
@@ -143,13 +145,16 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
             // next one is drawn while the processor waits for what the index says of this one.
-            let step = now.random.within(now.bound, parameters.radius);
+            let (from, step) = match brownian {
+                true => self.brownian_step(&now),
+                false => (now.here, now.random.within(now.bound, parameters.radius)),
+            };
             now.random = RandomStep::draw(&mut now.stream);
             let surface = match self.far {
                 Some(far) if now.far => far.surface(),
                 _ => substrate,
             };
-            let moved = now.here.step(surface, step, absorb);
+            let moved = from.step(surface, step, absorb);
             self.track.counts.steps += 1;
             self.track.counts.crossings += u64::from(moved.crossings);
             if moved.end == End::Boundary {
@@ -164,16 +169,16 @@ impl<I: ElementIndex> Walk<'_, I> {
                 match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
-                        now.cramped = 0;
+                        (now.here, now.cramped, now.thrown_back) = (from, 0, true);
                         continue;
                     }
                     Meeting::Sticks(probability) => {
-                        return Some(self.join(&now.here, step, probability));
+                        return Some(self.join(&from, step, probability));
                     }
                 }
             }
             let before = now.here;
-            now.here = moved.to;
+            (now.here, now.thrown_back) = (moved.to, false);
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
             let Some(far) = self.far else { continue };
             if now.far {
@@ -288,7 +293,17 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// `cramped` counts the steps in a row that were as short as they get, without a contact.
     #[inline]
     fn step_bound(&mut self, here: &Stand, look: &Look, cramped: &mut u32) -> f64 {
-        let Parameters { radius, steps, .. } = *self.around.parameters;
+        let Parameters {
+            radius, steps, law, ..
+        } = *self.around.parameters;
+        if law == Law::Brownian {
+            let bound = look.clear - self.around.contact_distance();
+            return if steps == Steps::Small {
+                bound.min(radius)
+            } else {
+                bound
+            };
+        }
         if steps == Steps::Small {
             return radius;
         }
@@ -315,7 +330,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// Under lichen on the other face of a thin plate a walker is near elements that it can never
     /// touch, and would cross below them in steps of a radius. What it can touch within a ball is
     /// what the surface joins to it inside a slightly larger one.
-    fn clear_on_sheet(&mut self, here: &Stand) -> f64 {
+    pub(super) fn clear_on_sheet(&mut self, here: &Stand) -> f64 {
         let radius = self.around.parameters.radius;
         let mut ball = 8.0 * radius;
         loop {

@@ -24,10 +24,10 @@ use crate::substrate::Substrate;
 use crate::walk::Connectivity;
 
 /// Edges crossed in the time that it takes to make the coarser copy, a triangle.
-const CROSSINGS_PER_TRIANGLE: u64 = 50;
+const CROSSINGS_PER_TRIANGLE: u64 = 20;
 
-/// Meshes of fewer triangles stay in a processor's caches.
-const LEAST_TRIANGLES: u64 = 10_000;
+/// Meshes of fewer triangles are walked over as fast without a copy.
+const LEAST_TRIANGLES: usize = 20_000;
 
 /// Walkers on their way for each thread, at most.
 const FLEET_PER_THREAD: usize = 3;
@@ -69,7 +69,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
             far: None,
-            far_was_weighed: parameters.steps != Steps::Large,
+            far_was_weighed: parameters.steps != Steps::Large
+                || substrate.triangles().len() < LEAST_TRIANGLES,
             counts: Counts::default(),
             fleet: VecDeque::new(),
             landed: Vec::new(),
@@ -230,7 +231,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// an interruption has it from the same walker on.
     fn weigh_far(&mut self) {
         let triangles = self.substrate.triangles().len() as u64;
-        let enough = CROSSINGS_PER_TRIANGLE * triangles.max(LEAST_TRIANGLES);
+        let enough = CROSSINGS_PER_TRIANGLE * triangles;
         if !self.far_was_weighed && self.counts.crossings > enough {
             self.far_was_weighed = true;
             self.far = Far::new(self.substrate, &self.parameters);

@@ -312,6 +312,7 @@ fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
         launch: recipe.launch,
         kill: recipe.kill,
         join: recipe.join,
+        law: recipe.law,
         steps: recipe.steps,
         boundary: recipe.boundary,
         seed: recipe.seed,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::growth::{Boundary, Join, SeedPlace, Steps};
+use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 
 /// Which mesh a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,6 +51,8 @@ pub struct Recipe {
     pub kill: f64,
     /// How walkers are joined.
     pub join: Join,
+    /// What a walker's way is.
+    pub law: Law,
     /// How long steps may be.
     pub steps: Steps,
     /// What open edges do to a walker.

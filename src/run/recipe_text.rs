@@ -13,7 +13,7 @@ use serde::de::Deserializer;
 use super::names::nearest_name;
 use super::parameter as info;
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
-use crate::growth::{Boundary, Join, SeedPlace, Steps};
+use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 
 /// Every key that a recipe may have.
 pub(super) const KEYS: &[&str] = &[
@@ -32,6 +32,7 @@ pub(super) const KEYS: &[&str] = &[
     "launch",
     "kill",
     "join",
+    "law",
     "steps",
     "boundary",
     "elements",
@@ -106,6 +107,7 @@ struct Draft {
     launch: Option<f64>,
     kill: Option<f64>,
     join: Option<Join>,
+    law: Option<Law>,
     steps: Option<Steps>,
     boundary: Option<Boundary>,
     elements: Option<u64>,
@@ -220,10 +222,11 @@ impl Settings {
         say("launch", number(self.launch), "in effective radii");
         say("kill", number(self.kill), "in effective radii");
         say("join", self.join.map(|join| name(&join)), "pack or touch");
+        say("law", self.law.map(|law| name(&law)), "thesis or brownian");
         say(
             "steps",
             self.steps.map(|steps| name(&steps)),
-            "large or small",
+            "large, exact or small",
         );
         say(
             "boundary",
@@ -258,6 +261,7 @@ impl From<&Recipe> for Settings {
             launch: Some(recipe.launch),
             kill: Some(recipe.kill),
             join: Some(recipe.join),
+            law: Some(recipe.law),
             steps: Some(recipe.steps),
             boundary: Some(recipe.boundary),
             stop: Some(stop),
@@ -302,6 +306,7 @@ impl TryFrom<Draft> for Settings {
             launch: draft.launch,
             kill: draft.kill,
             join: draft.join,
+            law: draft.law,
             steps: draft.steps,
             boundary: draft.boundary,
             stop,
@@ -568,6 +573,10 @@ mod tests {
         ]
     }
 
+    fn steps() -> impl Strategy<Value = Steps> {
+        prop_oneof![Just(Steps::Large), Just(Steps::Exact), Just(Steps::Small)]
+    }
+
     prop_compose! {
         fn recipe()(
             // Control characters, quotes and backslashes included.
@@ -578,7 +587,7 @@ mod tests {
             seed in any::<u64>(),
             at in place(),
             stop in stop(),
-            choices in (any::<bool>(), any::<bool>(), any::<bool>()),
+            choices in (any::<bool>(), steps(), any::<bool>(), any::<bool>()),
         ) -> Recipe {
             Recipe {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -593,7 +602,8 @@ mod tests {
                 launch: numbers.3,
                 kill: numbers.4,
                 join: if choices.0 { Join::Pack } else { Join::Touch },
-                steps: if choices.1 { Steps::Large } else { Steps::Small },
+                law: if choices.3 { Law::Thesis } else { Law::Brownian },
+                steps: choices.1,
                 boundary: if choices.2 { Boundary::Reflect } else { Boundary::Absorb },
                 stop,
             }

@@ -5,7 +5,7 @@
 use super::parameter::{self as info, ParameterInfo};
 use super::preset::{self, UnknownPreset};
 use super::{Length, MeshId, Recipe, StopRule};
-use crate::growth::{Boundary, Join, PlaceError, SeedPlace, Steps};
+use crate::growth::{Boundary, Join, Law, PlaceError, SeedPlace, Steps};
 use crate::substrate::Substrate;
 
 /// What decides the result, as far as it has been said. Lengths are not resolved yet.
@@ -39,6 +39,8 @@ pub struct Settings {
     pub kill: Option<f64>,
     /// How walkers are joined.
     pub join: Option<Join>,
+    /// What a walker's way is.
+    pub law: Option<Law>,
     /// How long steps may be.
     pub steps: Option<Steps>,
     /// What open edges do to a walker.
@@ -154,6 +156,7 @@ impl Settings {
             launch: self.launch.or(base.launch),
             kill: self.kill.or(base.kill),
             join: self.join.or(base.join),
+            law: self.law.or(base.law),
             steps: self.steps.or(base.steps),
             boundary: self.boundary.or(base.boundary),
             stop: self.stop.or(base.stop),
@@ -221,6 +224,7 @@ pub struct Complete {
     launch: f64,
     kill: f64,
     join: Join,
+    law: Law,
     steps: Steps,
     boundary: Boundary,
     stop: StopSetting,
@@ -240,6 +244,7 @@ impl From<Settings> for Complete {
             launch: settings.launch.unwrap_or(1.5),
             kill: settings.kill.unwrap_or(10.0),
             join: settings.join.unwrap_or(Join::Pack),
+            law: settings.law.unwrap_or(Law::Thesis),
             steps: settings.steps.unwrap_or(Steps::Large),
             boundary: settings.boundary.unwrap_or(Boundary::Reflect),
             stop: settings.stop.unwrap_or(StopSetting::Elements(20_000)),
@@ -309,6 +314,7 @@ impl Complete {
             launch: self.launch,
             kill: self.kill,
             join: self.join,
+            law: self.law,
             steps: self.steps,
             boundary: self.boundary,
             stop: stop_rule(self.stop, diagonal, radius)?,

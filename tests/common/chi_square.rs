@@ -80,3 +80,17 @@ pub(crate) fn assert_fits(what: &str, counts: &[u64], weights: &[f64]) {
 pub(crate) fn bin(share: f64, n: usize) -> usize {
     ((share * n as f64) as usize).min(n - 1)
 }
+
+/// Chance of two tables of counts that differ this much, where both follow one law; cells with fewer
+/// than 20 in both are left out.
+pub(crate) fn homogeneity(a: &[u64], b: &[u64]) -> f64 {
+    let [na, nb] = [a, b].map(|t| t.iter().sum::<u64>() as f64);
+    let (mut sum, mut cells) = (0.0, 0);
+    for (&a, &b) in a.iter().zip(b).filter(|&(a, b)| a + b >= 20) {
+        let d = a as f64 * (nb / na).sqrt() - b as f64 * (na / nb).sqrt();
+        sum += d * d / (a + b) as f64;
+        cells += 1;
+    }
+    assert!(cells > 1, "{cells} cells");
+    gamma_q(0.5 * f64::from(cells - 1), 0.5 * sum)
+}

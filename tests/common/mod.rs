@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use thallus::growth::{Boundary, Join, SeedPlace, Steps};
+use thallus::growth::{Boundary, Join, Law, SeedPlace, Steps};
 use thallus::run::{MeshId, Recipe, StopRule};
 use thallus::substrate::{Soup, Substrate};
 
@@ -26,6 +26,7 @@ pub(crate) fn recipe(r: f64, elements: u64) -> Recipe {
         launch: 1.5,
         kill: 10.0,
         join: Join::Pack,
+        law: Law::Thesis,
         steps: Steps::Large,
         boundary: Boundary::Reflect,
         stop: StopRule::Elements(elements),

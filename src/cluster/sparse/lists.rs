@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::WIDE;
 use super::block_map::{Block, BlockMap, about};
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
@@ -77,7 +78,7 @@ impl Chunks {
     }
 
     /// Counts the centres of a list within √`limit` of a point.
-    pub(super) fn tally(&self, list: List, p: DVec3, limit: f32) -> Tally {
+    fn tally(&self, list: List, p: DVec3, limit: f32) -> Tally {
         let (sure, possible) = (limit * (1.0 - UNSURE), limit * (1.0 + UNSURE));
         let mut tally = Tally::default();
         let mut at = list.head;
@@ -121,6 +122,9 @@ impl Chunk {
         d
     }
 }
+
+/// A cell and those that touch it.
+const MOST_BESIDE: usize = 27;
 
 /// Centres by cell. Lengths are in units of the radius, and so is the cells' size.
 pub(super) struct CellLists {
@@ -200,32 +204,41 @@ impl CellLists {
         }
     }
 
-    /// Number of centres within a radius of at most the cells' size, as far as f32 can tell.
-    pub(super) fn tally(&self, p: DVec3, radius: f64) -> Tally {
-        let mut sum = Tally::default();
-        let limit = radius * radius;
-        self.near(p, limit, |list, offset| {
-            let tally = self.chunks.tally(list, offset, limit as f32);
-            sum.inside += tally.inside;
-            sum.unsure += tally.unsure;
-        });
-        sum
+    /// Whether balls of this radius are looked for here faster than in the finest grid.
+    pub(super) fn holds(&self, radius: f64) -> bool {
+        radius > WIDE && radius <= self.size
     }
 
-    /// Visits all that may be within a radius.
+    /// Number of centres within a radius that is [held](Self::holds), or any number between that
+    /// and `enough`; none where f32 cannot tell.
+    ///
+    /// A list counts whole until it is looked at.
+    pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> Option<usize> {
+        let limit = radius * radius;
+        let mut lists = [(List::default(), DVec3::ZERO); MOST_BESIDE];
+        let (mut n, mut most) = (0, 0);
+        self.near(p, limit, |list, offset| {
+            lists[n] = (list, offset);
+            n += 1;
+            most += list.len;
+        });
+        let mut unsure = 0;
+        for &(list, offset) in &lists[..n] {
+            if (most as usize) < enough {
+                return Some(most as usize);
+            }
+            let tally = self.chunks.tally(list, offset, limit as f32);
+            most = most - list.len + tally.inside + tally.unsure;
+            unsure += tally.unsure;
+        }
+        (unsure == 0).then_some(most as usize)
+    }
+
+    /// Visits all that may be within a radius that is [held](Self::holds).
     pub(super) fn visit(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32)) {
         let limit = radius * radius;
-        if radius <= self.size {
-            self.near(p, limit, |list, offset| {
-                self.chunks.visit(list, offset, limit as f32, visit);
-            });
-            return;
-        }
-        let reach = (radius * self.inverse).ceil() as u32;
-        self.map.visit(about(self.block(p), reach), |_, number| {
-            let cell = &self.cells[number as usize];
-            self.chunks
-                .visit(cell.list, p - cell.corner, limit as f32, visit);
+        self.near(p, limit, |list, offset| {
+            self.chunks.visit(list, offset, limit as f32, visit);
         });
     }
 }

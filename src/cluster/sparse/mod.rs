@@ -231,13 +231,11 @@ impl ElementIndex for SparseIndex {
         self.search(position, p, notes)
     }
 
-    fn count(&self, position: DVec3, radius: f64) -> usize {
+    fn at_most(&self, position: DVec3, radius: f64, enough: usize) -> usize {
         let (p, reach) = (self.scaled(position), radius * self.positions.inverse);
-        if let Some(wide) = self.wide.as_ref().filter(|_| reach > WIDE) {
-            let tally = wide.tally(p, reach);
-            if tally.unsure == 0 {
-                return tally.inside as usize;
-            }
+        let wide = self.wide.as_ref().filter(|wide| wide.holds(reach));
+        if let Some(n) = wide.and_then(|wide| wide.at_most(p, reach, enough)) {
+            return n;
         }
         let mut n = 0;
         self.within(position, radius, &mut |_, _| n += 1);
@@ -257,7 +255,7 @@ impl ElementIndex for SparseIndex {
         let known = self.finest.blocks.get(block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
             (Some(number), _) => self.finest.touching(number, block, p).for_each(one),
-            (_, Some(wide)) if reach > WIDE => wide.visit(p, reach, &mut one),
+            (_, Some(wide)) if wide.holds(reach) => wide.visit(p, reach, &mut one),
             _ => {
                 let ball = Ball { p, reach };
                 self.finest

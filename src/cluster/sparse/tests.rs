@@ -102,7 +102,11 @@ fn balls_hold_what_brute_force_finds() {
         let expected: Vec<(u32, DVec3)> = brute.0.iter().enumerate().filter_map(near).collect();
         assert_eq!(found, expected);
         if radius <= 10.0 * RADIUS {
-            assert_eq!(index.count(p, radius), expected.len());
+            assert_eq!(index.at_most(p, radius, 0), expected.len());
+            for enough in [1, expected.len(), expected.len() + 1, 10_000] {
+                let most = index.at_most(p, radius, enough);
+                assert!(most == expected.len() || (expected.len()..enough).contains(&most));
+            }
         }
     }
 }
