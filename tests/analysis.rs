@@ -6,17 +6,20 @@ mod common;
 mod shapes;
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use shapes::stream;
+use shapes::{Prism, stream};
 use thallus::analysis::{
-    Analysis, Centres, Dimension, Method, SCALARS, Scaling, Through, analyze, dimensions,
+    Analysis, Centres, Dimension, Method, SCALARS, Scaling, SurfaceMetric, Through, analyze,
+    dimensions,
 };
 use thallus::export::Elements;
-use thallus::growth::Join;
+use thallus::growth::{Join, SeedPlace};
 use thallus::morphometry::Sample;
 use thallus::run::{Execution, grow};
+use thallus::substrate::Substrate;
 
 /// Places in a plane that leans in space, as a lichen with r = 1 that has one seed.
 fn measured(places: &[DVec2]) -> Analysis {
@@ -139,7 +142,7 @@ fn the_sandbox_of_a_disc_is_that_of_disc_line_picking() {
     let disc = outwards(packing(150).filter(|p| p.length() < 250.0).collect());
     let dimensions = dimensions_of(&disc);
     let sandbox = &found(&dimensions, Method::Sandbox).scaling.points;
-    for [radius, mass] in &sandbox[6..] {
+    for [radius, mass] in &sandbox[8..] {
         let expected = pairs_within(radius / 250.0) * disc.len() as f64;
         assert_near(*mass, expected, 0.03 * expected);
     }
@@ -201,9 +204,9 @@ fn dimensions_of_dla(seed: u64, elements: u64) -> Vec<Dimension> {
 }
 
 /// Mean and standard error of the mean over seeds, and the mean of the errors that were stated.
-fn over_seeds(analyses: &[Vec<Dimension>], method: Method) -> [f64; 3] {
-    let n = analyses.len() as f64;
-    let all = || analyses.iter().map(|a| found(a, method));
+fn over_seeds(dimensions: &[Vec<Dimension>]) -> [f64; 3] {
+    let n = dimensions.len() as f64;
+    let all = || dimensions.iter().map(|d| &d[0]);
     let mean = all().map(|d| d.dimension.unwrap()).sum::<f64>() / n;
     let spread: f64 = all().map(|d| (d.dimension.unwrap() - mean).powi(2)).sum();
     let stated = all().map(|d| d.error.unwrap()).sum::<f64>() / n;
@@ -218,23 +221,67 @@ fn plain_dla_has_dimension_1_71() {
         .map(|s| dimensions_of_dla(s, 20_000))
         .collect();
     for method in METHODS {
-        let [mean, error, stated] = over_seeds(&analyses, method);
+        let of_method: Vec<_> = analyses
+            .iter()
+            .map(|d| vec![found(d, method).clone()])
+            .collect();
+        let [mean, error, stated] = over_seeds(&of_method);
         println!("DLA, 6 of 20,000: {method:?} {mean:.3} ± {error:.3}, stated {stated:.3}");
-        assert!((mean - 1.71).abs() < 0.1, "{method:?} {mean} ± {error}");
+        // Box counting sees branches one element wide up to some twenty elements.
+        let within = if method == Method::Boxes { 0.15 } else { 0.07 };
+        assert!((mean - 1.71).abs() < within, "{method:?} {mean} ± {error}");
     }
 }
 
-/// The study of docs/analysis.md.
+/// Plain DLA with its distances along the surface.
+fn dla_on(ground: &Substrate, radius: f64, at: SeedPlace, seed: u64) -> Vec<Dimension> {
+    let mut recipe = common::recipe(radius, 100_000);
+    (recipe.bias, recipe.gain, recipe.join) = (1.0, 0.0, Join::Touch);
+    (recipe.seed, recipe.at) = (seed, at);
+    let growth = grow(ground, &recipe, &Execution::default(), &mut ()).unwrap();
+    assert_eq!(growth.cluster.len(), 100_000);
+    let elements = Elements::of(ground, &growth.cluster);
+    let places: Vec<_> = growth.cluster.elements().iter().map(|e| e.at).collect();
+    let metric = SurfaceMetric::new(ground, &places);
+    dimensions(&elements.sample(), Some(&metric), Centres::default())
+}
+
+/// The table of docs/analysis.md: plain DLA of 100,000, ten seeds on each of four surfaces that are
+/// much larger than an element.
 #[test]
 #[ignore = "takes minutes"]
-fn ten_plain_dla_of_100_000() {
-    let analyses: Vec<_> = (1..=10u64)
-        .into_par_iter()
-        .map(|s| dimensions_of_dla(s, 100_000))
-        .collect();
-    for method in METHODS {
-        let [mean, error, stated] = over_seeds(&analyses, method);
-        println!("DLA, 10 of 100,000: {method:?} {mean:.3} ± {error:.3}, stated {stated:.3}");
+fn the_table_of_dimensions_over_surfaces() {
+    let prism = Prism {
+        sides: 96,
+        height: 6.0,
+    };
+    let side = SeedPlace::Point(prism.roll(0.5 * prism.width(), 3.0).to_array());
+    let grounds = [
+        ("plane", common::plane(2.0), SeedPlace::Top),
+        ("sphere", common::sphere(64), SeedPlace::Top),
+        ("cylinder", prism.mesh(60), side),
+        ("rock", common::rock(48), SeedPlace::Top),
+    ];
+    for (name, ground, at) in grounds {
+        let one = |seed| dla_on(&ground, 1.0 / 4000.0, at.clone(), seed);
+        let found: Vec<_> = (1..=10u64).into_par_iter().map(one).collect();
+        for through in [Through::Space, Through::Surface] {
+            for method in METHODS {
+                let all = |d: &Vec<Dimension>| {
+                    let is = |d: &&Dimension| d.method == method && d.through == through;
+                    d.iter().find(is).cloned()
+                };
+                let found: Vec<Vec<_>> =
+                    found.iter().map(|d| all(d).into_iter().collect()).collect();
+                if found.iter().all(|d| !d.is_empty()) {
+                    let [mean, error, stated] = over_seeds(&found);
+                    let (method, way) = (method.name(), format!("{through:?}").to_lowercase());
+                    println!(
+                        "| {name} | {method} | {way} | {mean:.3} ± {error:.3} | {stated:.3} |"
+                    );
+                }
+            }
+        }
     }
 }
 
@@ -261,7 +308,7 @@ fn a_disc_is_round_wide_and_even() {
     let profile = &found.front.profile[4..31];
     profile
         .iter()
-        .for_each(|ring| assert_near(ring[1], PI / 12f64.sqrt(), 0.1));
+        .for_each(|ring| assert_near(ring[1], PI / 12f64.sqrt(), 0.15));
     assert_near(found.front.growth.fit.unwrap().slope, 0.5, 0.01);
     // The last tenth fills the ring from √0.9 of the radius outwards evenly.
     let power = |k: i32| (1.0 - 0.9f64.sqrt().powi(k)) / f64::from(k) * radius.powi(k);
@@ -432,4 +479,17 @@ fn any_number_of_threads_measures_the_same() {
     };
     let one = lichen(1);
     assert!(one.len() > 1000 && [2, 3, 8].into_iter().all(|n| lichen(n) == one));
+}
+
+#[test]
+fn the_page_has_every_scalar() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/analysis.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for scalar in SCALARS {
+        let row = format!(
+            "| `{}` | {} | {} |",
+            scalar.name, scalar.unit, scalar.meaning
+        );
+        assert!(page.contains(&row), "{row}");
+    }
 }

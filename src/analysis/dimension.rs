@@ -240,7 +240,7 @@ fn boxes(sample: &Sample<'_>, scales: &Scales) -> Dimension {
     let sizes = ladder(scales.radius, 2.0 * scales.gyration);
     let counts = count_boxes(sample.positions, &sizes);
     let curve = std::iter::zip(sizes, counts).map(|(size, n)| [size, n]);
-    let scaling = Scaling::new(curve, scales.range(0.5 * scales.gyration));
+    let scaling = Scaling::new(curve, scales.range(0.25 * scales.gyration));
     Dimension::new(Method::Boxes, Through::Space, scaling)
 }
 

@@ -15,8 +15,10 @@ mod branching;
 mod dimension;
 mod fit;
 mod front;
+mod geodesic;
 mod mass;
 mod outline;
+mod plot;
 mod scalar;
 mod width;
 
@@ -28,14 +30,16 @@ pub use branching::Branching;
 pub use dimension::{Dimension, FINEST, Method, Through};
 pub use fit::{Fit, Scaling};
 pub use front::Front;
+pub use geodesic::SurfaceMetric;
 pub use mass::{Metric, Space};
 pub use outline::Outline;
+pub use plot::{PlotError, plot_names, plots};
 pub use scalar::{SCALARS, Scalar};
 pub use width::{Distribution, Histogram};
 
 use crate::cluster::Cluster;
 use crate::export::Elements;
-use crate::morphometry::{Neighbours, Sample, density, is_rim, rim_distance};
+use crate::morphometry::{Neighbours, Sample, density, is_rim, rim_distance, smooth_normals};
 use crate::substrate::Substrate;
 use dimension::Scales;
 use front::Distances;
@@ -95,13 +99,18 @@ pub struct Analysis {
 pub const LOOK: f64 = 6.0;
 
 impl Analysis {
-    /// Measures a grown lichen on all of rayon's threads, in the units of the mesh's file.
+    /// Measures a grown lichen on all of rayon's threads, through space and along the surface, in
+    /// the units of the mesh's file.
     ///
     /// # Panics
     /// When the cluster is empty, or no element is to be averaged over through space.
     pub fn of(substrate: &Substrate, cluster: &Cluster, centres: Centres) -> Self {
-        let elements = Elements::of(substrate, cluster);
-        analyze(&elements.sample(), None, centres)
+        let places: Vec<_> = cluster.elements().iter().map(|e| e.at).collect();
+        let normals = smooth_normals(substrate, &places);
+        let mut elements = Elements::of(substrate, cluster);
+        elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
+        let metric = SurfaceMetric::new(substrate, &places);
+        analyze(&elements.sample(), Some(&metric), centres)
     }
 
     /// The dimension by a method, if it was measured.

@@ -8,6 +8,7 @@ use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Law, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::analyze_args::AnalyzeArgs;
 use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
@@ -61,6 +62,11 @@ pub(crate) enum Command {
     /// A PNG, by ray tracing on the processor. Lengths (LEN) are a number in mesh units (0.02), in
     /// element radii (2r), or in percent of the bounding box's diagonal (0.5%).
     Render(Box<RenderArgs>),
+    /// Measure a lichen: fractal dimensions, width of the branches, tips, front, growth
+    ///
+    /// Every fit says its range and its error. Lengths are in mesh units, through space and, with the
+    /// mesh, along the surface.
+    Analyze(AnalyzeArgs),
     /// Grow a grid of lichens and compare them on one page
     ///
     /// Any settings may vary. Every cell is grown to the same size, measured and pictured from the

@@ -3,6 +3,8 @@
 //! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
 //! has what it wanted, and is no failure.
 
+mod analyze;
+mod analyze_args;
 mod animate;
 mod animate_args;
 mod animate_out;
@@ -65,6 +67,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Bake(args) => bake::bake(&args),
         Command::Animate(args) => animate::animate(&args),
         Command::Render(args) => render::render(&args),
+        Command::Analyze(args) => analyze::analyze(&args),
         Command::Sweep(args) => sweep::sweep(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
