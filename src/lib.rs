@@ -24,7 +24,7 @@
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
 //! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
-//! [`morphometry`] measures it, an [`export::Scene`] holds both for another program,
+//! [`morphometry`] measures its elements and [`analysis`] the whole of it, an [`export::Scene`] holds both for another program,
 //! [`skin`](mod@skin) makes a triangle mesh of the cluster, [`bake`](mod@bake) textures for the
 //! substrate, [`picture`] draws it, and [`animate`] says when each element comes in an animation of
 //! its growth.
@@ -58,6 +58,7 @@
 //! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
 //! [`Units`](substrate::Units).
 
+pub mod analysis;
 pub mod animate;
 pub mod bake;
 pub mod cluster;
@@ -71,4 +72,5 @@ pub mod rng;
 pub mod run;
 pub mod skin;
 pub mod substrate;
+pub mod sweep;
 pub mod walk;

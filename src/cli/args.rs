@@ -8,11 +8,13 @@ use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
 use thallus::growth::{Boundary, Join, Law, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
 
+use super::analyze_args::AnalyzeArgs;
 use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
 use super::render_args::RenderArgs;
 use super::skin_args::SkinArgs;
+use super::sweep_args::SweepArgs;
 
 /// Grows lichen on triangle meshes.
 ///
@@ -60,6 +62,16 @@ pub(crate) enum Command {
     /// A PNG, by ray tracing on the processor. Lengths (LEN) are a number in mesh units (0.02), in
     /// element radii (2r), or in percent of the bounding box's diagonal (0.5%).
     Render(Box<RenderArgs>),
+    /// Measure a lichen: fractal dimensions, width of the branches, tips, front, growth
+    ///
+    /// Every fit says its range and its error. Lengths are in mesh units, through space and, with the
+    /// mesh, along the surface.
+    Analyze(AnalyzeArgs),
+    /// Grow a grid of lichens and compare them on one page
+    ///
+    /// Any settings may vary. Every cell is grown to the same size, measured and pictured from the
+    /// same side. Lengths (LEN) are as for `thallus grow`.
+    Sweep(Box<SweepArgs>),
     /// Named looks to start from
     #[command(subcommand)]
     Preset(PresetCommand),
@@ -301,31 +313,34 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
 impl GrowArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        let Self {
-            look,
-            stop,
-            place,
-            walk,
-            ..
-        } = self;
-        Settings {
-            preset: look.preset.clone(),
-            radius: look.radius,
-            curvature_radius: look.curvature_radius,
-            bias: look.bias,
-            gain: look.gain,
-            min_stick: look.min_stick,
-            seed: look.seed,
-            at: place.at.clone().or_else(|| place.at_triangle.clone()),
-            launch: walk.launch,
-            kill: walk.kill,
-            join: look.join,
-            law: walk.law,
-            steps: walk.steps,
-            boundary: walk.boundary,
-            stop: stop.setting(),
-            ..Settings::default()
-        }
+        settings(&self.look, &self.stop, &self.place, &self.walk)
+    }
+}
+
+/// What the flags of a recipe say.
+pub(super) fn settings(
+    look: &LookArgs,
+    stop: &StopArgs,
+    place: &PlaceArgs,
+    walk: &WalkArgs,
+) -> Settings {
+    Settings {
+        preset: look.preset.clone(),
+        radius: look.radius,
+        curvature_radius: look.curvature_radius,
+        bias: look.bias,
+        gain: look.gain,
+        min_stick: look.min_stick,
+        seed: look.seed,
+        at: place.at.clone().or_else(|| place.at_triangle.clone()),
+        launch: walk.launch,
+        kill: walk.kill,
+        join: look.join,
+        law: walk.law,
+        steps: walk.steps,
+        boundary: walk.boundary,
+        stop: stop.setting(),
+        ..Settings::default()
     }
 }
 

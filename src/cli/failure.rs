@@ -4,6 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use thallus::run::{GrowError, RecipeFileError, SettingsError};
+use thallus::sweep::{GridError, GridFileError};
 
 use super::{INTERRUPTED, terminal};
 
@@ -26,20 +27,25 @@ impl Failure {
         Self::Usage(anyhow::Error::msg(message.into()))
     }
 
+    /// What went wrong, in one line.
+    pub(crate) fn reason(&self) -> String {
+        match self {
+            Self::Failed(error) | Self::Usage(error) => one_line(&format!("{error:#}")),
+            Self::Interrupted => "interrupted".to_owned(),
+            Self::PipeClosed => "the reader closed the pipe".to_owned(),
+        }
+    }
+
     /// Tells the user and gives the exit code.
     pub(crate) fn report(self) -> ExitCode {
-        match self {
-            Self::PipeClosed => ExitCode::SUCCESS,
-            Self::Interrupted => ExitCode::from(INTERRUPTED),
-            Self::Failed(error) => {
-                terminal::error(&one_line(&format!("{error:#}")));
-                ExitCode::FAILURE
-            }
-            Self::Usage(error) => {
-                terminal::error(&one_line(&format!("{error:#}")));
-                ExitCode::from(2)
-            }
-        }
+        let code = match self {
+            Self::PipeClosed => return ExitCode::SUCCESS,
+            Self::Interrupted => return ExitCode::from(INTERRUPTED),
+            Self::Failed(_) => ExitCode::FAILURE,
+            Self::Usage(_) => ExitCode::from(2),
+        };
+        terminal::error(&self.reason());
+        code
     }
 }
 
@@ -116,6 +122,21 @@ impl From<RecipeFileError> for Failure {
         match error {
             RecipeFileError::Read { .. } => Self::Failed(error.into()),
             RecipeFileError::Text { .. } => Self::Usage(error.into()),
+        }
+    }
+}
+
+impl From<GridError> for Failure {
+    fn from(error: GridError) -> Self {
+        Self::Usage(error.into())
+    }
+}
+
+impl From<GridFileError> for Failure {
+    fn from(error: GridFileError) -> Self {
+        match error {
+            GridFileError::Read { .. } => Self::Failed(error.into()),
+            GridFileError::Text { .. } => Self::Usage(error.into()),
         }
     }
 }

@@ -78,7 +78,7 @@ impl Job<'_> {
             log: &log,
             execution: self.execution,
             seconds,
-            preview: self.args.preview,
+            preview: Some(self.args.preview),
         };
         let report = finished.report();
         if let Err(error) = finished.write(output) {
@@ -235,7 +235,7 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
 }
 
 /// The mesh, and the seconds that it took.
-fn load(mesh: &Path) -> Result<(Substrate, Timings), Failure> {
+pub(super) fn load(mesh: &Path) -> Result<(Substrate, Timings), Failure> {
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;

@@ -37,7 +37,7 @@ const OVERLAP: f64 = 4.0;
 /// Tells what a long run takes, and refuses what does not fit.
 pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Result<(), Failure> {
     let elements = expected_elements(substrate, recipe);
-    let needed = BYTES * elements;
+    let needed = needed(substrate, recipe);
     let number = count(elements as u64);
     let available = available();
     if let Some(available) = available.filter(|available| needed > *available) {
@@ -48,7 +48,7 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
             size(available)
         )));
     }
-    let seconds = elements * seconds_each(substrate, recipe);
+    let seconds = seconds(substrate, recipe);
     if elements >= LONG || seconds >= LONG_SECONDS {
         let free = available.map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
         voice.note(&format!(
@@ -58,6 +58,16 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
         ));
     }
     Ok(())
+}
+
+/// Bytes that a run is expected to take at its peak, the mesh aside.
+pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    BYTES * expected_elements(substrate, recipe)
+}
+
+/// About how long a run takes on one thread.
+pub(super) fn seconds(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    expected_elements(substrate, recipe) * seconds_each(substrate, recipe)
 }
 
 /// About how long an element takes.
@@ -97,7 +107,7 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
 }
 
 /// Bytes of memory that are free, where the system says so.
-fn available() -> Option<f64> {
+pub(super) fn available() -> Option<f64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text
         .lines()
@@ -106,7 +116,7 @@ fn available() -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-fn size(bytes: f64) -> String {
+pub(super) fn size(bytes: f64) -> String {
     match bytes {
         ..1e9 => format!("{} MB", (bytes / 1e6).ceil()),
         _ => format!("{} GB", short(bytes / 1e9)),

@@ -3,6 +3,8 @@
 //! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
 //! has what it wanted, and is no failure.
 
+mod analyze;
+mod analyze_args;
 mod animate;
 mod animate_args;
 mod animate_out;
@@ -31,6 +33,14 @@ mod resume;
 mod skin;
 mod skin_args;
 mod skin_paint;
+mod sweep;
+mod sweep_args;
+mod sweep_merge;
+mod sweep_page;
+mod sweep_picture;
+mod sweep_progress;
+mod sweep_record;
+mod sweep_run;
 mod terminal;
 mod warnings;
 
@@ -57,6 +67,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Bake(args) => bake::bake(&args),
         Command::Animate(args) => animate::animate(&args),
         Command::Render(args) => render::render(&args),
+        Command::Analyze(args) => analyze::analyze(&args),
+        Command::Sweep(args) => sweep::sweep(&args),
         Command::Preset(PresetCommand::List) => preset::list(),
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };

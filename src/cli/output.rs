@@ -13,7 +13,7 @@ use super::preview::preview;
 
 pub(crate) const ELEMENTS: &str = "elements.ply";
 pub(crate) const RECIPE: &str = "recipe.toml";
-const REPORT: &str = "report.json";
+pub(crate) const REPORT: &str = "report.json";
 const PREVIEW: &str = "preview.png";
 
 /// Every file of a run, in the order in which they are written.
@@ -27,25 +27,32 @@ pub(crate) struct Finished<'a> {
     pub(crate) log: &'a LogWriter,
     pub(crate) execution: &'a Execution,
     pub(crate) seconds: Timings,
-    /// Width of the picture in pixels.
-    pub(crate) preview: u32,
+    /// Width of the picture in pixels; none for no picture.
+    pub(crate) preview: Option<u32>,
 }
 
 impl Finished<'_> {
     /// Writes every file; they appear together.
     pub(crate) fn write(mut self, mut folder: OutputDir) -> Result<(), OutputError> {
+        self.write_into(&mut folder)?;
+        folder.commit()
+    }
+
+    /// Writes every file, to appear when the folder is committed.
+    pub(crate) fn write_into(&mut self, folder: &mut OutputDir) -> Result<(), OutputError> {
         let started = Instant::now();
-        self.write_elements(&mut folder)?;
+        self.write_elements(folder)?;
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
-        let preview = preview(self.substrate, &self.growth.cluster, self.preview);
-        folder.write(PREVIEW, |out| out.write_all(&preview))?;
+        if let Some(width) = self.preview {
+            let preview = preview(self.substrate, &self.growth.cluster, width);
+            folder.write(PREVIEW, |out| out.write_all(&preview))?;
+        }
         let cluster = &self.growth.cluster;
         folder.write(LOG, |out| self.log.write_whole(self.recipe, cluster, out))?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report().to_json();
-        folder.write(REPORT, |out| out.write_all(report.as_bytes()))?;
-        folder.commit()
+        folder.write(REPORT, |out| out.write_all(report.as_bytes()))
     }
 
     fn write_elements(&self, folder: &mut OutputDir) -> Result<(), OutputError> {

@@ -12,7 +12,7 @@ use super::number::{count, duration, percent, short};
 use super::terminal;
 
 /// Ticks of a full bar.
-const FULL: u64 = 1000;
+pub(super) const FULL: u64 = 1000;
 
 /// A cluster's effective radius grows with its elements about like this: DLA's dimension.
 pub(crate) const DIMENSION: f64 = 1.71;
@@ -85,7 +85,8 @@ impl Observer for Display {
     }
 }
 
-fn bar() -> ProgressBar {
+/// A bar for a growth, on stderr.
+pub(super) fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(FULL), ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{spinner} {bar:16} {percent:>3}% {wide_msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

@@ -109,7 +109,7 @@ struct Dressed {
 }
 
 /// A skin as pictures take it.
-struct Skin {
+pub(super) struct Skin {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     colors: Vec<[u8; 3]>,
@@ -251,7 +251,7 @@ impl Lichens {
 }
 
 impl Skin {
-    fn new(substrate: &Substrate, mesh: TriMesh, grain: f32) -> Self {
+    pub(super) fn new(substrate: &Substrate, mesh: TriMesh, grain: f32) -> Self {
         let local = |p: &[f64; 3]| substrate.units().to_local(*p).as_vec3().to_array();
         Self {
             positions: mesh.positions.par_iter().map(local).collect(),
@@ -262,7 +262,7 @@ impl Skin {
         }
     }
 
-    fn painted(&self) -> Painted<'_> {
+    pub(super) fn painted(&self) -> Painted<'_> {
         Painted {
             positions: &self.positions,
             normals: &self.normals,

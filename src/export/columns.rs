@@ -38,15 +38,6 @@ pub(super) enum Kind {
     I32,
 }
 
-impl Kind {
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::F64 => 8,
-            Self::F32 | Self::I32 => 4,
-        }
-    }
-}
-
 /// A named column. Its type does not depend on the values, so that tables can be concatenated.
 pub(super) struct Column<'a> {
     pub(super) name: String,

@@ -35,6 +35,7 @@ mod ply_read;
 mod pov;
 mod scene;
 mod scene_format;
+mod table;
 mod texture;
 mod usda;
 
@@ -55,6 +56,7 @@ pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
 pub use scene::{Placement, Scene, UpAxis};
 pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
+pub use table::{Table, TableColumn, TableValues};
 pub use texture::Texture;
 
 /// Colour of an element from its age: 0 for the first born, 1 for the last.

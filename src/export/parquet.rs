@@ -1,4 +1,4 @@
-//! Apache Parquet, format version 1: required columns of plain numbers, not compressed.
+//! Apache Parquet, format version 1: required columns of plain numbers and texts, not compressed.
 //!
 //! Written after the specification of the Apache Parquet project (`parquet.thrift`, "File format",
 //! "Data pages"), because the reference crate takes minutes to build and 67 others with it. Rows go
@@ -22,20 +22,75 @@ const RLE: i64 = 3;
 const UNCOMPRESSED: i64 = 0;
 const DATA_PAGE: i64 = 0;
 
+/// Appends the value of a row to a page.
+type Push<'a> = Box<dyn Fn(usize, &mut Vec<u8>) + 'a>;
+
+/// A column of a file.
+pub(super) struct Leaf<'a> {
+    pub(super) name: String,
+    pub(super) physical: Physical,
+    pub(super) push: Push<'a>,
+}
+
+/// The types of columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Physical {
+    I32,
+    F32,
+    F64,
+    U64,
+    Text,
+}
+
+impl Physical {
+    /// Number of the type in `parquet.thrift`, and of the logical type over it.
+    fn numbers(self) -> (i64, Option<i64>) {
+        match self {
+            Self::I32 => (1, None),
+            Self::F32 => (4, None),
+            Self::F64 => (5, None),
+            Self::U64 => (2, Some(14)),
+            Self::Text => (6, Some(0)),
+        }
+    }
+}
+
 pub(super) fn write(
     elements: &Elements,
     _color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let columns = columns(elements);
+    let leaves: Vec<Leaf> = columns(elements).into_iter().map(leaf).collect();
+    write_leaves("elements", elements.len(), &leaves, out)
+}
+
+fn leaf(column: Column<'_>) -> Leaf<'_> {
+    Leaf {
+        name: column.name.clone(),
+        physical: match column.kind {
+            Kind::I32 => Physical::I32,
+            Kind::F32 => Physical::F32,
+            Kind::F64 => Physical::F64,
+        },
+        push: Box::new(move |row, page| column.at(row).push(page)),
+    }
+}
+
+/// A whole file: a table of this name.
+pub(super) fn write_leaves(
+    name: &str,
+    rows: usize,
+    leaves: &[Leaf<'_>],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     out.write_all(MAGIC)?;
     let mut offset = MAGIC.len();
     let mut groups = Vec::new();
-    for start in (0..elements.len()).step_by(GROUP) {
-        let rows = start..elements.len().min(start + GROUP);
+    for start in (0..rows).step_by(GROUP) {
+        let rows = start..rows.min(start + GROUP);
         let mut chunks = Vec::new();
-        for column in &columns {
-            let page = page(column, rows.clone());
+        for leaf in leaves {
+            let page = page(leaf, rows.clone());
             out.write_all(&page)?;
             chunks.push(Chunk {
                 offset,
@@ -45,7 +100,7 @@ pub(super) fn write(
         }
         groups.push((rows.len(), chunks));
     }
-    let footer = footer(elements.len(), &columns, &groups);
+    let footer = footer(name, rows, leaves, &groups);
     out.write_all(&footer)?;
     out.write_all(&(footer.len() as u32).to_le_bytes())?;
     out.write_all(MAGIC)
@@ -58,12 +113,13 @@ struct Chunk {
 }
 
 /// A page's header and its values.
-fn page(column: &Column<'_>, rows: std::ops::Range<usize>) -> Vec<u8> {
-    let bytes = rows.len() * column.kind.bytes();
+fn page(leaf: &Leaf<'_>, rows: std::ops::Range<usize>) -> Vec<u8> {
+    let mut values = Vec::new();
+    rows.clone().for_each(|row| (leaf.push)(row, &mut values));
     let mut header = Thrift::default();
     header.i32(1, DATA_PAGE);
-    header.i32(2, bytes as i64);
-    header.i32(3, bytes as i64);
+    header.i32(2, values.len() as i64);
+    header.i32(3, values.len() as i64);
     header.open(5);
     header.i32(1, rows.len() as i64);
     header.i32(2, PLAIN);
@@ -71,52 +127,46 @@ fn page(column: &Column<'_>, rows: std::ops::Range<usize>) -> Vec<u8> {
     header.i32(4, RLE);
     header.close();
     let mut page = header.finish();
-    page.reserve(bytes);
-    rows.for_each(|row| column.at(row).push(&mut page));
+    page.append(&mut values);
     page
 }
 
-/// Number of the type in `parquet.thrift`.
-fn physical_type(kind: Kind) -> i64 {
-    match kind {
-        Kind::I32 => 1,
-        Kind::F32 => 4,
-        Kind::F64 => 5,
-    }
-}
-
 /// `FileMetaData`.
-fn footer(rows: usize, columns: &[Column<'_>], groups: &[(usize, Vec<Chunk>)]) -> Vec<u8> {
+fn footer(name: &str, rows: usize, leaves: &[Leaf<'_>], groups: &[(usize, Vec<Chunk>)]) -> Vec<u8> {
     let mut t = Thrift::default();
     t.i32(1, 1);
-    t.list(2, Thrift::STRUCT, columns.len() + 1);
+    t.list(2, Thrift::STRUCT, leaves.len() + 1);
     t.element(|root| {
-        root.text(4, "elements");
-        root.i32(5, columns.len() as i64);
+        root.text(4, name);
+        root.i32(5, leaves.len() as i64);
     });
-    for column in columns {
-        t.element(|leaf| {
-            leaf.i32(1, physical_type(column.kind));
-            leaf.i32(3, REQUIRED);
-            leaf.text(4, &column.name);
+    for leaf in leaves {
+        let (physical, logical) = leaf.physical.numbers();
+        t.element(|t| {
+            t.i32(1, physical);
+            t.i32(3, REQUIRED);
+            t.text(4, &leaf.name);
+            if let Some(logical) = logical {
+                t.i32(6, logical);
+            }
         });
     }
     t.i64(3, rows as i64);
     t.list(4, Thrift::STRUCT, groups.len());
     for (rows, chunks) in groups {
-        t.element(|group| row_group(group, *rows, columns, chunks));
+        t.element(|group| row_group(group, *rows, leaves, chunks));
     }
     t.text(6, concat!("thallus version ", env!("CARGO_PKG_VERSION")));
     t.finish()
 }
 
-fn row_group(t: &mut Thrift, rows: usize, columns: &[Column<'_>], chunks: &[Chunk]) {
-    t.list(1, Thrift::STRUCT, columns.len());
-    for (column, chunk) in columns.iter().zip(chunks) {
+fn row_group(t: &mut Thrift, rows: usize, leaves: &[Leaf<'_>], chunks: &[Chunk]) {
+    t.list(1, Thrift::STRUCT, leaves.len());
+    for (leaf, chunk) in leaves.iter().zip(chunks) {
         t.element(|t| {
             t.i64(2, chunk.offset as i64);
             t.open(3);
-            column_metadata(t, rows, column, chunk);
+            column_metadata(t, rows, leaf, chunk);
             t.close();
         });
     }
@@ -125,12 +175,12 @@ fn row_group(t: &mut Thrift, rows: usize, columns: &[Column<'_>], chunks: &[Chun
     t.i64(3, rows as i64);
 }
 
-fn column_metadata(t: &mut Thrift, rows: usize, column: &Column<'_>, chunk: &Chunk) {
-    t.i32(1, physical_type(column.kind));
+fn column_metadata(t: &mut Thrift, rows: usize, leaf: &Leaf<'_>, chunk: &Chunk) {
+    t.i32(1, leaf.physical.numbers().0);
     t.list(2, Thrift::I32, 1);
     t.value(PLAIN);
     t.list(3, Thrift::BINARY, 1);
-    t.bytes(&column.name);
+    t.bytes(&leaf.name);
     t.i32(4, UNCOMPRESSED);
     t.i64(5, rows as i64);
     t.i64(6, chunk.bytes as i64);

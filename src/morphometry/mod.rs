@@ -24,7 +24,7 @@ pub use neighbours::Neighbours;
 pub use normals::smooth_normals;
 pub use orientation::{growth_directions, orientations};
 pub(crate) use rim::Way;
-pub use rim::{is_rim, rim_distance, rim_until};
+pub use rim::{exposed_angles, is_rim, rim_distance, rim_until};
 pub use tree::Tree;
 
 /// A lichen to be measured. The slices have one length; row i was born i-th.

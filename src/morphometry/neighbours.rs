@@ -68,7 +68,7 @@ impl Neighbours {
 
     /// A value for each point, on all of rayon's threads: taken in the order of the grid, where
     /// what one point looks at is still at hand for the next.
-    pub(super) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    pub(crate) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let values: Vec<T> = self
             .cells
             .par_iter()

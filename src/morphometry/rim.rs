@@ -18,16 +18,26 @@ use super::Neighbours;
 /// Directions are those of the tangent plane, distances those in space. Where the surface curves
 /// strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
-    let of = |i: usize| {
-        let normal = neighbours.normal(i).as_dvec3();
-        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-        let mut blocked = Vec::new();
-        neighbours.visit(i, |_, way, length| {
-            blocked.extend(arc(way.dot(x), way.dot(y), length / neighbours.within()));
-        });
-        !cover(&mut blocked)
-    };
-    neighbours.map(of)
+    neighbours.map(|i| !cover(&mut blocked(neighbours, i)))
+}
+
+/// The arcs of directions that an element's neighbours take away.
+fn blocked(neighbours: &Neighbours, of: usize) -> Vec<[f64; 2]> {
+    let normal = neighbours.normal(of).as_dvec3();
+    let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+    let mut blocked = Vec::new();
+    neighbours.visit(of, |_, way, length| {
+        blocked.extend(arc(way.dot(x), way.dot(y), length / neighbours.within()));
+    });
+    blocked
+}
+
+/// For each element the angle, 0 to 2π, over which the edge of a disc of radius α about it lies in
+/// no other's disc, α being half the neighbours' distance: α times its sum is the length of the
+/// outline of all discs together. Directions and distances as for [`is_rim`], of whose elements it
+/// is positive.
+pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
+    neighbours.map(|i| uncovered(&mut blocked(neighbours, i)))
 }
 
 /// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
@@ -96,6 +106,21 @@ fn cover(arcs: &mut [[f64; 2]]) -> bool {
         reach = reach.max(end);
     }
     true
+}
+
+/// The part of the circle that arcs as those of [`cover`] leave.
+fn uncovered(arcs: &mut [[f64; 2]]) -> f64 {
+    arcs.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let farthest = arcs.iter().map(|a| a[1]).reduce(f64::max);
+    let Some(mut reach) = farthest.map(|end| end - TAU) else {
+        return TAU;
+    };
+    let mut left = 0.0;
+    for &[start, end] in arcs.iter() {
+        left += (start - reach).max(0.0);
+        reach = reach.max(end);
+    }
+    left
 }
 
 /// For each element the length of the shortest way to an element of the rim over others, in hops of

@@ -1,5 +1,7 @@
 //! A finished picture.
 
+use crate::color::{to_byte, to_linear};
+
 /// Pixels in rows from the top, three bytes each, sRGB.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
@@ -22,6 +24,74 @@ impl Image {
     pub fn to_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.encode(&mut bytes)
+            .expect("three bytes for each of at least one pixel");
+        bytes
+    }
+
+    /// An empty sheet of a colour.
+    pub(super) fn sheet(width: u32, height: u32, color: [u8; 3]) -> Self {
+        Self {
+            width,
+            height,
+            rgb: color.repeat(width as usize * height as usize),
+            alpha: None,
+        }
+    }
+
+    /// The picture at this width, in proportion, on nothing: each pixel is the mean light of those
+    /// that it covers. A width that is not smaller changes nothing; 0 counts as 1.
+    pub fn shrunk(&self, width: u32) -> Self {
+        let width = width.max(1);
+        if width >= self.width {
+            return self.clone();
+        }
+        let height = (self.height * width / self.width).max(1);
+        let pixel = |i: u32| self.mean(i % width, i / width, [width, height]);
+        Self {
+            width,
+            height,
+            rgb: (0..width * height).flat_map(pixel).collect(),
+            alpha: None,
+        }
+    }
+
+    /// Mean light of the pixels below one of a picture of this size.
+    fn mean(&self, x: u32, y: u32, size: [u32; 2]) -> [u8; 3] {
+        let span = |at: u32, of: u32, all: u32| {
+            let first = u64::from(at) * u64::from(all) / u64::from(of);
+            let last = (u64::from(at + 1) * u64::from(all)).div_ceil(u64::from(of));
+            first as usize..last as usize
+        };
+        let (columns, rows) = (span(x, size[0], self.width), span(y, size[1], self.height));
+        let count = (columns.len() * rows.len()) as f32;
+        let mut sum = [0.0; 3];
+        for row in rows {
+            for column in columns.clone() {
+                let i = 3 * (row * self.width as usize + column);
+                (0..3).for_each(|k| sum[k] += to_linear(self.rgb[i + k]));
+            }
+        }
+        sum.map(|light| to_byte(light / count))
+    }
+
+    /// Lays another picture over this one, its upper left corner here.
+    pub(super) fn paste(&mut self, other: &Self, x: u32, y: u32) {
+        for (row, line) in other.rgb.chunks_exact(3 * other.width as usize).enumerate() {
+            let start = 3 * ((y as usize + row) * self.width as usize + x as usize);
+            self.rgb[start..start + line.len()].copy_from_slice(line);
+        }
+    }
+
+    /// The picture as a JPEG file, `quality` from 1 to 100. Transparency is lost.
+    ///
+    /// # Panics
+    /// When a side is zero or longer than 65535 pixels.
+    pub fn to_jpeg(&self, quality: u8) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let [width, height] = [self.width, self.height].map(u16::try_from);
+        let (width, height) = (width.expect("JPEG's width"), height.expect("JPEG's height"));
+        jpeg_encoder::Encoder::new(&mut bytes, quality)
+            .encode(&self.rgb, width, height, jpeg_encoder::ColorType::Rgb)
             .expect("three bytes for each of at least one pixel");
         bytes
     }
@@ -86,4 +156,20 @@ impl Image {
 fn with_alpha(rgb: &[u8], alpha: &[u8]) -> Vec<u8> {
     let pixels = rgb.chunks_exact(3).zip(alpha);
     pixels.flat_map(|(p, &a)| [p[0], p[1], p[2], a]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shrinking_keeps_the_light() {
+        let mut image = Image::sheet(6, 4, [200, 10, 90]);
+        assert_eq!(image.shrunk(3), Image::sheet(3, 2, [200, 10, 90]));
+        assert_eq!(image.shrunk(6), image);
+        assert_eq!(image.shrunk(4).height, 2);
+        // Half black, half white: half of the light, which is 188 of 255.
+        image.rgb = [[0; 3], [255; 3]].concat().repeat(12);
+        assert_eq!(image.shrunk(3).rgb, [188; 18]);
+    }
 }

@@ -30,7 +30,7 @@ pub enum Key<'a> {
     },
 }
 
-const INK: [u8; 3] = [0x24, 0x24, 0x22];
+pub(super) const INK: [u8; 3] = [0x24, 0x24, 0x22];
 const PAPER: [u8; 3] = [0xfa, 0xf9, 0xf6];
 
 /// How much of the picture the paper hides.

@@ -16,6 +16,7 @@ mod material;
 mod render;
 mod sample;
 mod shade;
+mod sheet;
 mod smooth;
 mod text;
 mod trace;
@@ -28,6 +29,7 @@ pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
 pub(crate) use material::stone_albedo;
 pub use render::{Background, Settings, render};
+pub use sheet::{ContactSheet, Tile};
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]

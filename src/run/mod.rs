@@ -10,6 +10,7 @@ pub mod preset;
 mod recipe;
 mod recipe_text;
 mod report;
+mod said;
 mod seed_text;
 mod settings;
 
@@ -25,5 +26,6 @@ pub use parameter::{
 pub use recipe::{MeshId, Recipe, StopRule};
 pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};
+pub use said::{UnknownSetting, shell_word};
 pub use seed_text::SeedTextError;
 pub use settings::{Complete, Settings, SettingsError, StopSetting};

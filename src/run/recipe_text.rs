@@ -16,7 +16,7 @@ use super::{Length, Recipe, Settings, StopRule, StopSetting};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 
 /// Every key that a recipe may have.
-const KEYS: &[&str] = &[
+pub(super) const KEYS: &[&str] = &[
     "version",
     "mesh",
     "mesh-hash",
@@ -180,7 +180,7 @@ impl Settings {
     }
 
     /// What is said: key, value as TOML, comment.
-    fn entries(&self) -> Vec<(&'static str, String, &'static str)> {
+    pub(super) fn entries(&self) -> Vec<(&'static str, String, &'static str)> {
         const PLACE: &str = "where the seed element goes";
         let mut entries = Vec::new();
         let mut say = |key, value: Option<String>, comment| {
@@ -349,15 +349,20 @@ fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
 }
 
 fn unknown_key(key: &str, line: usize) -> RecipeTextError {
-    let near = nearest_name(&key.replace('_', "-"), KEYS.iter().copied());
     RecipeTextError::UnknownKey {
         key: key.to_owned(),
         line,
-        suggestion: near.map_or_else(
-            || format!("; there are {}", KEYS.join(", ")),
-            |near| format!("; did you mean '{near}'?"),
-        ),
+        suggestion: unknown_name(key),
     }
+}
+
+/// The end of a message about a name that no setting has: which one may have been meant.
+pub(super) fn unknown_name(name: &str) -> String {
+    let near = nearest_name(&name.replace('_', "-"), KEYS.iter().copied());
+    near.map_or_else(
+        || format!("; there are {}", KEYS.join(", ")),
+        |near| format!("; did you mean '{near}'?"),
+    )
 }
 
 /// Shortest decimal that reads back to the same bits.

@@ -1,0 +1,174 @@
+//! Tips, and the branches that lead to them.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::fit::line;
+use super::width::Distribution;
+use crate::morphometry::{Neighbours, Sample, Tree};
+
+/// What the tree of parents says of a lichen's branches.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Branching {
+    /// Number of tips: elements with no other that is farther from its seed, along the tree,
+    /// within the width of the branch there (six element radii at least).
+    pub tips: usize,
+    /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
+    /// width of the branch there (sixteen element radii at least). None where no ways do so within
+    /// the tree.
+    pub angle: Option<Distribution>,
+    /// Strahler's order of the whole tree of parents: see [`Tree::strahler`].
+    pub strahler_order: u32,
+    /// Branches of each Strahler order, from 1.
+    pub branches_by_order: Vec<usize>,
+    /// Branches of one order over those of the next (Horton's bifurcation ratio), by a straight
+    /// line through the logarithms of the numbers of all orders but the highest; none of fewer than
+    /// three.
+    pub bifurcation_ratio: Option<f64>,
+}
+
+impl Branching {
+    /// The widths are those of the branch at each element.
+    pub(super) fn new(
+        sample: &Sample<'_>,
+        neighbours: &Neighbours,
+        widths: &[Option<f64>],
+    ) -> Self {
+        let tree = Tree::new(sample.parents);
+        let order = tree.strahler();
+        let branches = branches_by_order(sample.parents, &order);
+        let tips = tips(sample, neighbours, widths);
+        Self {
+            tips: tips.len(),
+            angle: Distribution::of(angles(sample, &tips, widths)),
+            strahler_order: order.iter().copied().max().unwrap_or(0),
+            bifurcation_ratio: bifurcation_ratio(&branches),
+            branches_by_order: branches,
+        }
+    }
+}
+
+/// A branch of an order starts where the parent has a higher one, or at a seed.
+fn branches_by_order(parents: &[i32], order: &[u32]) -> Vec<usize> {
+    let highest = order.iter().copied().max().unwrap_or(0);
+    let mut branches = vec![0; highest as usize];
+    for (i, &parent) in parents.iter().enumerate() {
+        let starts = usize::try_from(parent).map_or(true, |p| order[p] > order[i]);
+        branches[order[i] as usize - 1] += usize::from(starts);
+    }
+    branches
+}
+
+fn bifurcation_ratio(branches: &[usize]) -> Option<f64> {
+    const FEWEST: usize = 3;
+    let counted = &branches[..branches.len().saturating_sub(1)];
+    let log = |(k, &n): (usize, &usize)| [k as f64, libm::log(n as f64)];
+    let points: Vec<_> = counted.iter().enumerate().map(log).collect();
+    let (slope, _) = (points.len() >= FEWEST).then(|| line(&points))??;
+    Some(libm::exp(-slope))
+}
+
+/// Distance of each element from its seed along the tree of parents.
+fn ways(sample: &Sample<'_>) -> Vec<f64> {
+    let mut ways: Vec<f64> = Vec::with_capacity(sample.parents.len());
+    for (i, &parent) in sample.parents.iter().enumerate() {
+        let way = usize::try_from(parent).map_or(0.0, |parent| {
+            let [a, b] = [parent, i].map(|i| DVec3::from(sample.positions[i]));
+            ways[parent] + a.distance(b)
+        });
+        ways.push(way);
+    }
+    ways
+}
+
+/// See [`Branching::tips`], ascending. Elements count for each other as neighbours do.
+fn tips(sample: &Sample<'_>, neighbours: &Neighbours, widths: &[Option<f64>]) -> Vec<u32> {
+    let ways = ways(sample);
+    let farther = |a: usize, b: usize| ways[a].total_cmp(&ways[b]).then(b.cmp(&a)).is_gt();
+    let highest = neighbours.map(|i| {
+        let mut highest = true;
+        neighbours.visit(i, |j, _, _| highest &= farther(i, j as usize));
+        highest
+    });
+    let mut peaks: Vec<usize> = (0..ways.len()).filter(|&i| highest[i]).collect();
+    peaks.sort_unstable_by(|&a, &b| match farther(a, b) {
+        true => std::cmp::Ordering::Less,
+        false => std::cmp::Ordering::Greater,
+    });
+    let apart = |i: usize, j: usize| {
+        let [p, q] = [i, j].map(|i| DVec3::from(sample.positions[i]));
+        let [n, m] = [i, j].map(|i| Vec3::from(sample.normals[i]));
+        n.dot(m) <= 0.0 || p.distance(q) > widths[i].unwrap_or(0.0)
+    };
+    let rank = |k: usize| {
+        let i = peaks[k];
+        let stands = peaks[..k].iter().all(|&j| apart(i, j));
+        stands.then_some(i as u32)
+    };
+    let mut tips: Vec<u32> = (0..peaks.len()).into_par_iter().filter_map(rank).collect();
+    tips.sort_unstable();
+    tips
+}
+
+/// The angles at which the ways from the seeds to the tips part: where three or more part at one
+/// element, that between every two that were born one after the other.
+fn angles(sample: &Sample<'_>, tips: &[u32], widths: &[Option<f64>]) -> Vec<f64> {
+    let leads = leading_to(sample.parents, tips);
+    let mut children: Vec<Vec<u32>> = vec![Vec::new(); leads.len()];
+    for (i, &parent) in sample.parents.iter().enumerate() {
+        if let (true, Ok(parent)) = (leads[i], usize::try_from(parent)) {
+            children[parent].push(i as u32);
+        }
+    }
+    let at = |fork: usize| {
+        let length = sight(sample.radius, widths[fork]);
+        let chords = children[fork].iter().map(|&child| {
+            let seen = follow(sample, &children, fork, child, length)?;
+            (seen - DVec3::from(sample.positions[fork])).try_normalize()
+        });
+        chords.collect::<Vec<_>>()
+    };
+    let forks = (0..children.len()).filter(|&i| children[i].len() > 1);
+    let between = |pair: &[Option<DVec3>]| {
+        let (a, b) = (pair[0]?, pair[1]?);
+        Some(libm::acos(a.dot(b).clamp(-1.0, 1.0)).to_degrees())
+    };
+    let of_fork = |fork| at(fork).windows(2).filter_map(between).collect::<Vec<_>>();
+    forks.flat_map(of_fork).collect()
+}
+
+/// How far branches are followed to see where they go: twice the width of the one that they leave.
+fn sight(radius: f64, width: Option<f64>) -> f64 {
+    const LEAST: f64 = 16.0;
+    (2.0 * width.unwrap_or(0.0)).max(LEAST * radius)
+}
+
+/// Which elements have a tip among their descendants, or are one.
+fn leading_to(parents: &[i32], tips: &[u32]) -> Vec<bool> {
+    let mut leads = vec![false; parents.len()];
+    tips.iter().for_each(|&tip| leads[tip as usize] = true);
+    for i in (0..parents.len()).rev() {
+        if let (true, Ok(parent)) = (leads[i], usize::try_from(parents[i])) {
+            leads[parent] = true;
+        }
+    }
+    leads
+}
+
+/// Where the way by a child of a fork first is this far from it; of later forks the eldest child
+/// is followed. None where the way ends before.
+fn follow(
+    sample: &Sample<'_>,
+    children: &[Vec<u32>],
+    fork: usize,
+    child: u32,
+    length: f64,
+) -> Option<DVec3> {
+    let place = |i: usize| DVec3::from(sample.positions[i]);
+    let mut at = child as usize;
+    while place(at).distance(place(fork)) < length {
+        at = *children[at].first()? as usize;
+    }
+    Some(place(at))
+}

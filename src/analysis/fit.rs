@@ -1,0 +1,156 @@
+//! Power laws fitted to measured curves.
+
+use serde::Serialize;
+
+/// A measured curve and the power law y ∝ x^slope in the range where one may hold.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scaling {
+    /// The curve: x ascending, both positive.
+    pub points: Vec<[f64; 2]>,
+    /// d ln y / d ln x at each point but the first and the last, from its two neighbours.
+    pub local_slopes: Vec<[f64; 2]>,
+    /// The least and the greatest x that the rule of the method lets into the fit.
+    pub range: [f64; 2],
+    /// None where the range has fewer than five points, or the curve is flat in x.
+    pub fit: Option<Fit>,
+}
+
+/// A straight line through the logarithms, by least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Fit {
+    /// Exponent of x.
+    pub slope: f64,
+    /// How far the slopes over the parts of the range lie from it, root mean square: the parts are
+    /// all runs of half of the points. It is not a standard error: points of one lichen are not
+    /// independent.
+    pub error: f64,
+    /// y at x = 1.
+    pub prefactor: f64,
+    /// How many points were fitted.
+    pub points: usize,
+}
+
+/// The fewest points that a line is laid through: a factor of 4 in x, in steps of √2.
+const FEWEST: usize = 5;
+
+/// Room for the round-off of a bound, as a share of it.
+const SLACK: f64 = 1e-9;
+
+impl Scaling {
+    /// Of a curve, with the bounds of the fit. Points that are not positive are left out.
+    pub fn new(points: impl IntoIterator<Item = [f64; 2]>, range: [f64; 2]) -> Self {
+        let positive = |p: &[f64; 2]| p.iter().all(|&c| c > 0.0 && c.is_finite());
+        let points: Vec<_> = points.into_iter().filter(positive).collect();
+        let within =
+            |p: &&[f64; 2]| p[0] >= range[0] * (1.0 - SLACK) && p[0] <= range[1] * (1.0 + SLACK);
+        let fitted: Vec<_> = points.iter().filter(within).map(logarithms).collect();
+        let local = |w: &[[f64; 2]]| {
+            let [a, b] = [w[0], w[2]].map(|p| logarithms(&p));
+            [w[1][0], (b[1] - a[1]) / (b[0] - a[0])]
+        };
+        Self {
+            local_slopes: points.windows(3).map(local).collect(),
+            fit: fit(&fitted),
+            points,
+            range,
+        }
+    }
+
+    /// Of the size of the first x elements. The fit leaves out the x whose size is below `finest`,
+    /// and those before them.
+    pub(super) fn of_growth(curve: impl IntoIterator<Item = [f64; 2]>, finest: f64) -> Self {
+        let curve: Vec<_> = curve.into_iter().collect();
+        let small = curve.iter().rposition(|p| p[1] < finest);
+        let all = curve.last().map_or(0.0, |p| p[0]);
+        let first = curve.get(small.map_or(0, |i| i + 1));
+        let lowest = first.map_or(all, |p| p[0]);
+        Self::new(curve, [lowest, all])
+    }
+}
+
+impl Fit {
+    /// The law's value at x.
+    pub fn at(&self, x: f64) -> f64 {
+        self.prefactor * libm::pow(x, self.slope)
+    }
+}
+
+fn logarithms([x, y]: &[f64; 2]) -> [f64; 2] {
+    [libm::log(*x), libm::log(*y)]
+}
+
+fn fit(points: &[[f64; 2]]) -> Option<Fit> {
+    if points.len() < FEWEST {
+        return None;
+    }
+    let (slope, level) = line(points)?;
+    let part = points.len().div_ceil(2);
+    let parts = points.windows(part).filter_map(line);
+    let (sum, n) = parts.fold((0.0, 0.0), |(sum, n), (part, _)| {
+        (sum + (part - slope) * (part - slope), n + 1.0)
+    });
+    Some(Fit {
+        slope,
+        error: (sum / n).sqrt(),
+        prefactor: libm::exp(level),
+        points: points.len(),
+    })
+}
+
+/// Slope, and y at x = 0, of the line of least squares.
+pub(super) fn line(points: &[[f64; 2]]) -> Option<(f64, f64)> {
+    let n = points.len() as f64;
+    let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / n;
+    let (x, y) = (mean(0), mean(1));
+    let square: f64 = points.iter().map(|p| (p[0] - x) * (p[0] - x)).sum();
+    let product: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    (square > 0.0).then(|| (product / square, y - product / square * x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ladder(n: i32) -> impl Iterator<Item = f64> {
+        (0..n).map(|k| 2f64.powf(0.5 * f64::from(k)))
+    }
+
+    #[test]
+    fn a_power_law_is_found_without_error() {
+        let scaling = Scaling::new(ladder(12).map(|x| [x, 3.0 * x.powf(1.71)]), [2.0, 16.0]);
+        let fit = scaling.fit.unwrap();
+        assert!((fit.slope - 1.71).abs() < 1e-12 && fit.error < 1e-12);
+        assert!((fit.at(5.0) - 3.0 * 5f64.powf(1.71)).abs() < 1e-9);
+        assert_eq!((fit.points, scaling.local_slopes.len()), (7, 10));
+        assert!(
+            scaling
+                .local_slopes
+                .iter()
+                .all(|s| (s[1] - 1.71).abs() < 1e-9)
+        );
+    }
+
+    /// Slope 1 below and 2 above x = 4: the parts differ, and the error says so.
+    #[test]
+    fn a_bend_shows_in_the_error_and_the_local_slopes() {
+        let bent = |x: f64| [x, if x < 4.0 { 4.0 * x } else { x * x }];
+        let scaling = Scaling::new(ladder(9).map(bent), [1.0, 16.0]);
+        let fit = scaling.fit.unwrap();
+        assert!((1.3..1.7).contains(&fit.slope), "{fit:?}");
+        assert!((0.2..0.5).contains(&fit.error), "{fit:?}");
+        assert!((scaling.local_slopes[0][1] - 1.0).abs() < 1e-9);
+        assert!((scaling.local_slopes[6][1] - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn too_short_a_range_has_no_fit() {
+        let all = || ladder(9).map(|x| [x, x]);
+        assert_eq!(Scaling::new(all(), [1.0, 3.9]).fit.map(|f| f.points), None);
+        assert_eq!(
+            Scaling::new(all(), [1.0, 4.0]).fit.map(|f| f.points),
+            Some(5)
+        );
+        assert!(Scaling::new([], [1.0, 2.0]).fit.is_none());
+        assert!(Scaling::new([[1.0, 0.0]], [1.0, 2.0]).points.is_empty());
+    }
+}

@@ -1,0 +1,107 @@
+//! How a lichen grows, and how even its front is.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::dimension::{Scales, prefixes};
+use super::fit::Scaling;
+use crate::morphometry::Sample;
+
+/// The growing front, and what is behind it. Distances are through space.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Front {
+    /// R_e of the first n elements: the distance from their centroid to the farthest of them. The
+    /// exponent β of R_e ∝ n^β is 1/2 where a disc fills, 1/D for a fractal, and less where growth
+    /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions.
+    pub growth: Scaling,
+    /// Mean distance from the centroid of the last tenth of the births, the active zone
+    /// (M. Plischke and Z. Rácz, *Active zone of growing clusters*, 1984). None of fewer than a
+    /// hundred elements.
+    pub radius: Option<f64>,
+    /// The standard deviation of those distances: how wide the active zone is.
+    pub width: Option<f64>,
+    /// Share of the ground that elements cover, in rings about the centroid, as if it were flat:
+    /// middle of the ring, share.
+    pub profile: Vec<[f64; 2]>,
+}
+
+/// Rings of the density profile.
+const RINGS: usize = 32;
+
+impl Front {
+    pub(super) fn new(sample: &Sample<'_>) -> Self {
+        let distances = Distances::of(sample.positions);
+        let active = distances.active_zone();
+        Self {
+            growth: growth(sample),
+            radius: active.map(|[mean, _]| mean),
+            width: active.map(|[_, deviation]| deviation),
+            profile: distances.profile(sample.radius),
+        }
+    }
+
+    /// R_e gained with each birth at the end, by the fitted law.
+    pub fn rate(&self) -> Option<f64> {
+        let last = self.growth.points.last()?;
+        self.growth.fit.map(|f| f.slope * f.at(last[0]) / last[0])
+    }
+
+    /// Width of the active zone over its radius.
+    pub fn roughness(&self) -> Option<f64> {
+        Some(self.width? / self.radius?)
+    }
+}
+
+/// Distances from the centroid, in birth order.
+pub(super) struct Distances(Vec<f64>);
+
+impl Distances {
+    pub(super) fn of(positions: &[[f64; 3]]) -> Self {
+        let points = || positions.iter().map(|&p| DVec3::from(p));
+        let centroid = points().sum::<DVec3>() / positions.len() as f64;
+        Self(points().map(|p| p.distance(centroid)).collect())
+    }
+
+    /// R_e.
+    pub(super) fn greatest(&self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
+    }
+
+    fn active_zone(&self) -> Option<[f64; 2]> {
+        const FEWEST: usize = 100;
+        let last = &self.0[self.0.len() - self.0.len() / 10..];
+        let n = last.len() as f64;
+        let mean = last.iter().sum::<f64>() / n;
+        let squares: f64 = last.iter().map(|d| (d - mean) * (d - mean)).sum();
+        (self.0.len() >= FEWEST).then(|| [mean, (squares / n).sqrt()])
+    }
+
+    fn profile(&self, radius: f64) -> Vec<[f64; 2]> {
+        let ring = self.greatest() / RINGS as f64;
+        if ring <= 0.0 {
+            return Vec::new();
+        }
+        let mut counts = [0u64; RINGS];
+        for d in &self.0 {
+            counts[((d / ring) as usize).min(RINGS - 1)] += 1;
+        }
+        let share = |(k, n): (usize, u64)| {
+            let [inner, outer] = [k, k + 1].map(|k| k as f64 * ring);
+            let ground = PI * (outer * outer - inner * inner);
+            [
+                0.5 * (inner + outer),
+                n as f64 * PI * radius * radius / ground,
+            ]
+        };
+        counts.into_iter().enumerate().map(share).collect()
+    }
+}
+
+fn growth(sample: &Sample<'_>) -> Scaling {
+    let radius = |n: usize| Distances::of(&sample.positions[..n]).greatest();
+    let counts = prefixes(sample.positions.len());
+    let curve: Vec<_> = counts.into_iter().map(|n| [n as f64, radius(n)]).collect();
+    Scaling::of_growth(curve, Scales::of(sample).finest())
+}

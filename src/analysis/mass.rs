@@ -1,0 +1,79 @@
+//! How many elements lie within a distance of a centre.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Distances from one element to all.
+pub trait Metric: Sync {
+    /// The distance from an element to every element. Those beyond `limit` may be told as infinite.
+    fn distances(&self, from: usize, limit: f64) -> Vec<f64>;
+}
+
+/// Straight through space.
+pub struct Space<'a>(pub &'a [[f64; 3]]);
+
+impl Metric for Space<'_> {
+    fn distances(&self, from: usize, _: f64) -> Vec<f64> {
+        let centre = DVec3::from(self.0[from]);
+        let distance = |&p: &[f64; 3]| DVec3::from(p).distance(centre);
+        self.0.iter().map(distance).collect()
+    }
+}
+
+/// Radii from one diameter of an element of this radius in steps of √2, the first beyond `until`
+/// being the last.
+pub(super) fn ladder(radius: f64, until: f64) -> Vec<f64> {
+    let step = |&rung: &f64| (rung <= until).then_some(rung * std::f64::consts::SQRT_2);
+    std::iter::successors(Some(2.0 * radius), step).collect()
+}
+
+/// The mean over centres of the number of elements within each radius, the centre among them.
+/// Radii ascend.
+pub(super) fn mean_mass(metric: &dyn Metric, centres: &[usize], radii: &[f64]) -> Vec<f64> {
+    let limit = radii.last().copied().unwrap_or(0.0);
+    let rings = |&centre: &usize| {
+        let mut rings = vec![0u64; radii.len()];
+        for distance in metric.distances(centre, limit) {
+            if let Some(ring) = rings.get_mut(radii.partition_point(|&r| r < distance)) {
+                *ring += 1;
+            }
+        }
+        rings
+    };
+    let none = || vec![0u64; radii.len()];
+    let add = |a: Vec<u64>, b: Vec<u64>| std::iter::zip(a, b).map(|(a, b)| a + b).collect();
+    let rings = centres.par_iter().map(rings).reduce(none, add);
+    let mut within = 0;
+    let of_ring = |ring: u64| {
+        within += ring;
+        within as f64 / centres.len().max(1) as f64
+    };
+    rings.into_iter().map(of_ring).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_mass_is_a_count_over_all() {
+        let positions: Vec<_> = (0..200)
+            .map(|i| {
+                let t = f64::from(i);
+                [(t * 0.7).sin(), (t * 1.3).cos(), (t * 0.37).sin()]
+            })
+            .collect();
+        let (centres, radii) = ([3, 50, 111], ladder(0.05, 1.0));
+        let found = mean_mass(&Space(&positions), &centres, &radii);
+        for (radius, found) in radii.iter().zip(found) {
+            let near = |c: usize| {
+                let centre = DVec3::from(positions[c]);
+                let near = |&&p: &&[f64; 3]| DVec3::from(p).distance(centre) <= *radius;
+                positions.iter().filter(near).count()
+            };
+            let expected = centres.iter().map(|&c| near(c)).sum::<usize>() as f64 / 3.0;
+            assert_eq!(found, expected);
+        }
+        assert!((radii[0] - 0.1).abs() < 1e-12 && *radii.last().unwrap() > 1.0);
+    }
+}

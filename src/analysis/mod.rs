@@ -1,0 +1,170 @@
+//! Numbers about a whole lichen that can be compared and published: fractal dimensions, each with
+//! the curve, the range and the error of its fit, and what describes a lichen's form: width of the
+//! branches, tips, angles, outline, front, growth.
+//!
+//! [`Analysis::of`] takes a grown cluster, [`analyze`] a lichen as any table of elements has it.
+//! Lengths come out in the units of the table, those of the mesh's file. [`Analysis::scalars`] has
+//! all single numbers by name. Nothing here reads, writes or prints; the result does not depend on
+//! the number of threads.
+//!
+//! One colony is assumed: of several, mass–radius is the mean over the seeds, and the rest treats
+//! them as one lichen.
+
+mod boxes;
+mod branching;
+mod dimension;
+mod fit;
+mod front;
+mod geodesic;
+mod mass;
+mod outline;
+mod plot;
+mod scalar;
+mod width;
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+pub use branching::Branching;
+pub use dimension::{Dimension, FINEST, Method, Through};
+pub use fit::{Fit, Scaling};
+pub use front::Front;
+pub use geodesic::SurfaceMetric;
+pub use mass::{Metric, Space};
+pub use outline::Outline;
+pub use plot::{PlotError, plot_names, plots};
+pub use scalar::{SCALARS, Scalar};
+pub use width::{Distribution, Histogram};
+
+use crate::cluster::Cluster;
+use crate::export::Elements;
+use crate::morphometry::{Neighbours, Sample, density, is_rim, rim_distance, smooth_normals};
+use crate::substrate::Substrate;
+use dimension::Scales;
+use front::Distances;
+use width::branch_widths;
+
+/// Elements that are averaged over, at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Centres {
+    /// With distances through space.
+    pub space: usize,
+    /// With distances along the surface, which take longer; 0 to measure none.
+    pub surface: usize,
+}
+
+impl Default for Centres {
+    fn default() -> Self {
+        Self {
+            space: 1000,
+            surface: 100,
+        }
+    }
+}
+
+/// What was measured on a lichen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Analysis {
+    /// Number of elements.
+    pub elements: usize,
+    /// Element radius r.
+    pub radius: f64,
+    /// Root of the mean squared distance through space from the centroid.
+    pub radius_of_gyration: f64,
+    /// R_e: the greatest distance through space from the centroid.
+    pub effective_radius: f64,
+    /// Area of the elements' discs.
+    pub covered_area: f64,
+    /// Mean over the elements of the share of the surface within [`LOOK`] radii that elements cover:
+    /// see [`density()`].
+    pub density: f64,
+    /// The edge of the lichen.
+    pub outline: Outline,
+    /// Width of the branch that each element lies in, twice the distance from the rim at its ridge
+    /// and one element more. None where there is no rim, as on a closed surface that is grown over.
+    pub branch_width: Option<Distribution>,
+    /// The same, in bins of one element's diameter.
+    pub branch_widths: Histogram,
+    /// Tips, angles and orders.
+    pub branching: Branching,
+    /// Growth and front.
+    pub front: Front,
+    /// Fractal dimensions.
+    pub dimensions: Vec<Dimension>,
+}
+
+/// How far an element looks for neighbours, in element radii, as in the colours of skins. Gaps
+/// narrower than this count as lichen.
+pub const LOOK: f64 = 6.0;
+
+impl Analysis {
+    /// Measures a grown lichen on all of rayon's threads, through space and along the surface, in
+    /// the units of the mesh's file.
+    ///
+    /// # Panics
+    /// When the cluster is empty, or no element is to be averaged over through space.
+    pub fn of(substrate: &Substrate, cluster: &Cluster, centres: Centres) -> Self {
+        let places: Vec<_> = cluster.elements().iter().map(|e| e.at).collect();
+        let normals = smooth_normals(substrate, &places);
+        let mut elements = Elements::of(substrate, cluster);
+        elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
+        let metric = SurfaceMetric::new(substrate, &places);
+        analyze(&elements.sample(), Some(&metric), centres)
+    }
+
+    /// The dimension by a method, if it was measured.
+    pub fn dimension(&self, through: Through, method: Method) -> Option<&Dimension> {
+        let is = |d: &&Dimension| d.method == method && d.through == through;
+        self.dimensions.iter().find(is)
+    }
+}
+
+/// The fractal dimensions of a lichen, measured on all of rayon's threads: through space by every
+/// method, and with a metric of its surface by those that it gives.
+///
+/// # Panics
+/// As [`analyze`].
+pub fn dimensions(
+    sample: &Sample<'_>,
+    surface: Option<&dyn Metric>,
+    centres: Centres,
+) -> Vec<Dimension> {
+    assert!(!sample.positions.is_empty(), "elements to measure");
+    assert!(centres.space > 0, "centres");
+    let scales = Scales::of(sample);
+    let mut dimensions = dimension::through_space(sample, &scales, centres.space);
+    if let Some(metric) = surface.filter(|_| centres.surface > 0) {
+        let along = dimension::along_surface(metric, sample, &scales, centres.surface);
+        dimensions.extend(along);
+    }
+    dimensions
+}
+
+/// Measures a lichen on all of rayon's threads; with a metric of its surface, along that too.
+///
+/// # Panics
+/// When there are no elements, the slices differ in length, or no element is to be averaged over
+/// through space.
+pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
+    let dimensions = dimensions(sample, surface, centres);
+    let n = sample.positions.len();
+    let neighbours = Neighbours::new(sample.positions, sample.normals, LOOK * sample.radius);
+    let rim_distance = rim_distance(&is_rim(&neighbours), &neighbours);
+    let widths = branch_widths(sample.radius, &rim_distance, &neighbours);
+    let known: Vec<f64> = widths.iter().copied().flatten().collect();
+    Analysis {
+        elements: n,
+        radius: sample.radius,
+        radius_of_gyration: Scales::of(sample).gyration,
+        effective_radius: Distances::of(sample.positions).greatest(),
+        covered_area: n as f64 * PI * sample.radius * sample.radius,
+        density: density(sample.radius, &neighbours).iter().sum::<f64>() / n as f64,
+        outline: Outline::new(&neighbours),
+        branch_widths: Histogram::of(&known, 2.0 * sample.radius),
+        branch_width: Distribution::of(known),
+        branching: Branching::new(sample, &neighbours, &widths),
+        front: Front::new(sample),
+        dimensions,
+    }
+}

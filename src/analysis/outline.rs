@@ -1,0 +1,73 @@
+//! The outline of a lichen: how long it is, and how much it holds.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+use serde::Serialize;
+
+use crate::morphometry::{Neighbours, exposed_angles};
+
+/// The union of discs of three element radii about the centres, which closes gaps narrower than
+/// six. Both measures are of the tangent planes: where the surface curves within that distance they
+/// are approximations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Outline {
+    /// Length of its edge, that of holes included.
+    pub length: f64,
+    /// Its area.
+    pub area: f64,
+    /// 4π·area/length² (Cox 1927): 1 for a disc, less for anything else. None without an edge.
+    pub circularity: Option<f64>,
+}
+
+impl Outline {
+    /// The discs' radius is half the neighbours' distance.
+    pub(super) fn new(neighbours: &Neighbours) -> Self {
+        let radius = 0.5 * neighbours.within();
+        let length = radius * exposed_angles(neighbours).iter().sum::<f64>();
+        let area = neighbours.map(|i| cell(neighbours, i)).iter().sum();
+        let circularity = 4.0 * PI * area / (length * length);
+        Self {
+            length,
+            area,
+            circularity: (length > 0.0).then_some(circularity),
+        }
+    }
+}
+
+/// Directions in which a cell is measured. They start elsewhere at each element, so that the
+/// errors of a lattice do not add up.
+const DIRECTIONS: u32 = 32;
+
+/// Area of the part of an element's disc that is nearer to it than to any other.
+fn cell(neighbours: &Neighbours, of: usize) -> f64 {
+    let normal = neighbours.normal(of).as_dvec3();
+    let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+    let mut ways = Vec::new();
+    neighbours.visit(of, |_, way, length| {
+        if length > 0.0 {
+            ways.push((DVec2::new(way.dot(x), way.dot(y)), length * length));
+        }
+    });
+    let radius = 0.5 * neighbours.within();
+    let reach = |direction: DVec2| {
+        let ahead = ways
+            .iter()
+            .map(|(way, square)| (way.dot(direction), square));
+        let bisectors = ahead.filter(|(along, _)| *along > 0.0);
+        bisectors.fold(radius, |reach, (along, square)| {
+            reach.min(square / (2.0 * along))
+        })
+    };
+    let squares = directions(of).map(|d| reach(d) * reach(d));
+    squares.sum::<f64>() * PI / f64::from(DIRECTIONS)
+}
+
+fn directions(of: usize) -> impl Iterator<Item = DVec2> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let turn = (of as f64 * GOLDEN).fract();
+    (0..DIRECTIONS).map(move |k| {
+        let (y, x) = libm::sincos(TAU * (f64::from(k) + turn) / f64::from(DIRECTIONS));
+        DVec2::new(x, y)
+    })
+}

@@ -1,0 +1,377 @@
+//! Plots of an analysis, as SVG.
+
+use std::error::Error;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+use super::dimension::{Dimension, Method, Through};
+use super::{Analysis, Scaling};
+
+/// A plot that could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("the plot '{name}' could not be drawn: {reason}")]
+pub struct PlotError {
+    /// Its name.
+    pub name: &'static str,
+    /// What went wrong.
+    pub reason: String,
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn Error>>;
+
+/// A file, its size in pixels and what is drawn.
+struct Plot {
+    name: &'static str,
+    size: (u32, u32),
+    draw: fn(&Area<'_>, &Analysis) -> Drawn,
+}
+
+const fn plot(
+    name: &'static str,
+    size: (u32, u32),
+    draw: fn(&Area<'_>, &Analysis) -> Drawn,
+) -> Plot {
+    Plot { name, size, draw }
+}
+
+const PLOTS: [Plot; 4] = [
+    plot("dimensions.svg", (1200, 900), fits),
+    plot("local-slopes.svg", (1200, 520), slopes),
+    plot("branch-widths.svg", (800, 520), widths),
+    plot("growth.svg", (1200, 520), growth),
+];
+
+/// Names of the files of [`plots`].
+pub fn plot_names() -> impl Iterator<Item = &'static str> {
+    PLOTS.iter().map(|plot| plot.name)
+}
+
+/// The plots as SVG files, by name: the curves that dimensions were fitted to, their local slopes,
+/// the widths of the branches, and growth with the density profile.
+///
+/// # Errors
+/// When the plotting library cannot draw one.
+pub fn plots(analysis: &Analysis) -> Result<Vec<(&'static str, String)>, PlotError> {
+    let svg = |plot: &Plot| {
+        let failed = |e: Box<dyn Error>| PlotError {
+            name: plot.name,
+            reason: e.to_string(),
+        };
+        let svg = plot.svg(analysis).map_err(failed)?;
+        Ok((plot.name, svg))
+    };
+    PLOTS.iter().map(svg).collect()
+}
+
+impl Plot {
+    fn svg(&self, analysis: &Analysis) -> Result<String, Box<dyn Error>> {
+        let mut svg = String::new();
+        let area = SVGBackend::with_string(&mut svg, self.size).into_drawing_area();
+        area.fill(&WHITE)?;
+        (self.draw)(&area, analysis)?;
+        area.present()?;
+        drop(area);
+        Ok(svg)
+    }
+}
+
+/// Something to draw in a panel.
+struct Curve {
+    label: String,
+    color: RGBColor,
+    dashed: bool,
+    points: Vec<(f64, f64)>,
+    /// Drawn thick on top.
+    fit: Vec<(f64, f64)>,
+}
+
+/// What a panel says at its edges.
+struct Panel<'a> {
+    title: &'a str,
+    x: &'a str,
+    y: &'a str,
+}
+
+/// Of M. Okabe and K. Ito (2008), told apart by the colour-blind too.
+fn color(method: Method) -> RGBColor {
+    match method {
+        Method::MassRadius => RGBColor(0x00, 0x72, 0xb2),
+        Method::Gyration => RGBColor(0xe6, 0x9f, 0x00),
+        Method::Sandbox => RGBColor(0xd5, 0x5e, 0x00),
+        Method::Correlation => RGBColor(0x00, 0x9e, 0x73),
+        Method::Boxes => RGBColor(0xcc, 0x79, 0xa7),
+    }
+}
+
+const PLAIN: RGBColor = RGBColor(0x00, 0x72, 0xb2);
+
+fn label(dimension: &Dimension) -> String {
+    let way = match dimension.through {
+        Through::Space => "space",
+        Through::Surface => "surface",
+    };
+    let name = dimension.method.name();
+    match (dimension.dimension, dimension.error) {
+        (Some(d), Some(error)) => format!("{name}, {way}: {d:.2} ± {error:.2}"),
+        _ => format!("{name}, {way}"),
+    }
+}
+
+fn pairs(points: &[[f64; 2]]) -> Vec<(f64, f64)> {
+    points.iter().map(|&[x, y]| (x, y)).collect()
+}
+
+/// The two ends of the fitted law.
+fn line(scaling: &Scaling) -> Vec<(f64, f64)> {
+    let fit = scaling.fit.iter();
+    fit.flat_map(|fit| scaling.range.map(|x| (x, fit.at(x))))
+        .collect()
+}
+
+/// The curves that dimensions are read from, one panel for each kind.
+fn fits(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+    use Method::{Boxes, Correlation, Gyration, MassRadius, Sandbox};
+    const LENGTH: &str = "distance, mesh units";
+    let panels: [(&[Method], Panel<'_>); 4] = [
+        (
+            &[MassRadius, Sandbox],
+            panel("Mass", LENGTH, "elements within"),
+        ),
+        (
+            &[Correlation],
+            panel("Density-density correlation", LENGTH, "elements per area"),
+        ),
+        (
+            &[Boxes],
+            panel("Box counting", "edge of a box, mesh units", "boxes"),
+        ),
+        (
+            &[Gyration],
+            panel("Radius of gyration", "elements", "radius, mesh units"),
+        ),
+    ];
+    for (area, (methods, panel)) in area.split_evenly((2, 2)).iter().zip(&panels) {
+        let of_panel = |d: &&Dimension| methods.contains(&d.method);
+        let curve = |d: &Dimension| Curve {
+            label: label(d),
+            color: color(d.method),
+            dashed: d.through == Through::Surface,
+            points: pairs(&d.scaling.points),
+            fit: line(&d.scaling),
+        };
+        let curves: Vec<_> = analysis
+            .dimensions
+            .iter()
+            .filter(of_panel)
+            .map(curve)
+            .collect();
+        log_log(area, panel, &curves)?;
+    }
+    Ok(())
+}
+
+/// Dimensions by local slope, which are level where there is scaling; the range of the fit thick.
+fn slopes(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+    let is_growth = |d: &&Dimension| d.method == Method::Gyration;
+    let curve = |d: &Dimension| {
+        let points: Vec<_> = d.local().map(|[x, y]| (x, y)).collect();
+        let [from, to] = d.scaling.range;
+        let fitted = |p: &&(f64, f64)| d.scaling.fit.is_some() && p.0 >= from && p.0 <= to;
+        Curve {
+            label: label(d),
+            color: color(d.method),
+            dashed: d.through == Through::Surface,
+            fit: points.iter().filter(fitted).copied().collect(),
+            points,
+        }
+    };
+    let areas = area.split_evenly((1, 2));
+    let (growth, length): (Vec<&Dimension>, Vec<_>) =
+        analysis.dimensions.iter().partition(is_growth);
+    for (area, dimensions, x) in [
+        (&areas[0], length, "distance, mesh units"),
+        (&areas[1], growth, "elements"),
+    ] {
+        let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
+        let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
+        let panel = panel("Dimension by local slope", x, "dimension");
+        draw(area, &panel, x_range.log_scale(), 0.5..2.5, &curves)?;
+    }
+    Ok(())
+}
+
+/// Share of the elements by the width of their branch.
+fn widths(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+    let histogram = &analysis.branch_widths;
+    let all = histogram.counts.iter().sum::<u64>().max(1) as f64;
+    let bar = |(k, &n): (usize, &u64)| {
+        let [from, to] = [k, k + 1].map(|k| k as f64 * histogram.bin);
+        ([from, to], n as f64 / all)
+    };
+    let bars: Vec<_> = histogram.counts.iter().enumerate().map(bar).collect();
+    let widest = bars.last().map_or(histogram.bin, |(bar, _)| bar[1]);
+    let highest = bars.iter().map(|(_, share)| *share).fold(0.01, f64::max);
+    let panel = panel(
+        "Width of the branches",
+        "width, mesh units",
+        "share of the elements",
+    );
+    let mut chart = ChartBuilder::on(area);
+    let mut chart = chart
+        .caption(panel.title, ("sans-serif", 20))
+        .margin(14)
+        .x_label_area_size(46)
+        .y_label_area_size(70)
+        .build_cartesian_2d(0.0..widest * 1.05, 0.0..highest * 1.1)?;
+    mesh(&mut chart, &panel)?;
+    let bar = |([from, to], share): ([f64; 2], f64)| {
+        Rectangle::new([(from, 0.0), (to, share)], PLAIN.mix(0.75).filled())
+    };
+    chart.draw_series(bars.into_iter().map(bar))?;
+    Ok(())
+}
+
+/// R_e against births, and the density profile.
+fn growth(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+    let areas = area.split_evenly((1, 2));
+    let growth = &analysis.front.growth;
+    let exponent = growth.fit.map_or(String::new(), |f| {
+        format!(": births^{:.3} ± {:.3}", f.slope, f.error)
+    });
+    let curve = Curve {
+        label: format!("effective radius{exponent}"),
+        color: PLAIN,
+        dashed: false,
+        points: pairs(&growth.points),
+        fit: line(growth),
+    };
+    let of_growth = panel("Growth", "births", "effective radius, mesh units");
+    log_log(&areas[0], &of_growth, &[curve])?;
+    let points = pairs(&analysis.front.profile);
+    let [far, high] = points
+        .iter()
+        .fold([analysis.radius, 0.1], |[x, y], p| [p.0.max(x), p.1.max(y)]);
+    let profile = Curve {
+        label: "covered share".to_owned(),
+        color: PLAIN,
+        dashed: false,
+        points,
+        fit: Vec::new(),
+    };
+    let of_profile = panel(
+        "Density profile",
+        "distance from the centroid, mesh units",
+        "share covered",
+    );
+    draw(
+        &areas[1],
+        &of_profile,
+        0.0..1.05 * far,
+        0.0..1.1 * high,
+        &[profile],
+    )
+}
+
+fn panel<'a>(title: &'a str, x: &'a str, y: &'a str) -> Panel<'a> {
+    Panel { title, x, y }
+}
+
+/// From the least to the greatest of positive values, with some room.
+fn positive_range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (least, greatest) = values.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| {
+        (a.min(v), b.max(v))
+    });
+    match least < greatest {
+        true => least / 1.2..greatest * 1.2,
+        false => 0.5..2.0,
+    }
+}
+
+fn log_log(area: &Area<'_>, panel: &Panel<'_>, curves: &[Curve]) -> Drawn {
+    let points = || curves.iter().flat_map(|c| &c.points);
+    let x = positive_range(points().map(|p| p.0));
+    let y = positive_range(points().map(|p| p.1));
+    draw(area, panel, x.log_scale(), y.log_scale(), curves)
+}
+
+fn draw<X, Y>(area: &Area<'_>, panel: &Panel<'_>, x: X, y: Y, curves: &[Curve]) -> Drawn
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
+    let mut chart = ChartBuilder::on(area);
+    let mut chart = chart
+        .caption(panel.title, ("sans-serif", 20))
+        .margin(14)
+        .x_label_area_size(46)
+        .y_label_area_size(70)
+        .build_cartesian_2d(x, y)?;
+    mesh(&mut chart, panel)?;
+    for curve in curves {
+        let Curve { color, dashed, .. } = *curve;
+        let points = curve.points.iter().copied();
+        let drawn = match dashed {
+            true => {
+                chart.draw_series(DashedLineSeries::new(points, 6, 4, color.stroke_width(1)))?
+            }
+            false => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
+        };
+        let key = move |(x, y)| {
+            PathElement::new(
+                [(x, y), (x + 22, y)],
+                color.stroke_width(if dashed { 1 } else { 3 }),
+            )
+        };
+        drawn.label(&curve.label).legend(key);
+        chart.draw_series(LineSeries::new(
+            curve.fit.iter().copied(),
+            color.mix(0.45).stroke_width(4),
+        ))?;
+    }
+    chart
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(0xc8, 0xc8, 0xc8))
+        .label_font(("sans-serif", 14))
+        .draw()?;
+    Ok(())
+}
+
+fn mesh<X, Y>(
+    chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
+    panel: &Panel<'_>,
+) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .x_desc(panel.x)
+        .y_desc(panel.y)
+        .x_labels(8)
+        .y_labels(8)
+        .x_label_formatter(&|x| tick(*x))
+        .y_label_formatter(&|y| tick(*y))
+        .axis_desc_style(("sans-serif", 15))
+        .label_style(("sans-serif", 13))
+        .bold_line_style(RGBColor(0xe2, 0xe2, 0xe2))
+        .light_line_style(RGBColor(0xf4, 0xf4, 0xf4))
+        .draw()?;
+    Ok(())
+}
+
+/// A number at an axis, without the zeros that say nothing.
+fn tick(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        return format!("{value:.0e}");
+    }
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

@@ -1,0 +1,145 @@
+//! `thallus analyze`: numbers about a lichen.
+
+use std::path::Path;
+
+use anyhow::{Context, Error};
+use serde::Serialize;
+use thallus::analysis::{
+    Analysis, Centres, Dimension, SCALARS, Scalar, SurfaceMetric, Through, analyze as measure,
+    plot_names, plots,
+};
+use thallus::export::write_file_atomically;
+use thallus::substrate::{Substrate, SurfacePoint};
+
+use super::analyze_args::AnalyzeArgs;
+use super::export::smooth_on;
+use super::failure::Failure;
+use super::grown::{Grown, load};
+use super::number::{count, plural, short};
+use super::skin::{check_free, spinner, start_threads};
+use super::terminal::{self, Voice};
+
+pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
+    let folder = args.plots.iter();
+    let files: Vec<_> = folder
+        .flat_map(|folder| plot_names().map(|name| folder.join(name)))
+        .collect();
+    check_free(&files, args.force)?;
+    start_threads(args.threads)?;
+    let voice = Voice { quiet: args.quiet };
+    let mut grown = Grown::read(&args.from)?;
+    let ground = ground(args, &mut grown, voice)?;
+    let doing = plural(grown.elements.len(), "element", "elements");
+    let spinner = spinner(voice, &format!("measuring {doing}"));
+    let metric = ground
+        .as_ref()
+        .map(|(substrate, places)| SurfaceMetric::new(substrate, places));
+    let metric = metric.as_ref().map(|metric| metric as _);
+    let analysis = measure(&grown.elements.sample(), metric, centres(args));
+    spinner.finish_and_clear();
+    if let Some(folder) = &args.plots {
+        write_plots(folder, args.force, &analysis)?;
+    }
+    match args.json {
+        true => say_json(&analysis),
+        false => Ok(terminal::say_text(&text(&args.from, &analysis))?),
+    }
+}
+
+fn centres(args: &AnalyzeArgs) -> Centres {
+    Centres {
+        space: args.centres as usize,
+        surface: args.surface_centres as usize,
+    }
+}
+
+/// The mesh, and where on it the elements are, which get its smooth normals. Without it the lichen
+/// is measured through space alone; a mesh that was asked for has to be the right one.
+fn ground(
+    args: &AnalyzeArgs,
+    grown: &mut Grown,
+    voice: Voice,
+) -> Result<Option<(Substrate, Vec<SurfacePoint>)>, Failure> {
+    let mesh = match (&args.mesh, grown.mesh_file()) {
+        (Some(mesh), _) => mesh.clone(),
+        (None, Ok(mesh)) => mesh,
+        (None, Err(unknown)) => {
+            voice.warn(&format!(
+                "{unknown}: distances along the surface are not measured; give the mesh with --mesh"
+            ));
+            return Ok(None);
+        }
+    };
+    let substrate = load(&mesh)?;
+    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
+    let places = grown.elements.places_on(&substrate).map_err(not_here)?;
+    smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
+    Ok(Some((substrate, places)))
+}
+
+fn write_plots(folder: &Path, force: bool, analysis: &Analysis) -> Result<(), Failure> {
+    for (name, svg) in plots(analysis).map_err(Error::new)? {
+        write_file_atomically(&folder.join(name), force, |out| {
+            out.write_all(svg.as_bytes())
+        })?;
+    }
+    Ok(())
+}
+
+/// The JSON answer: the scalars by name, and all that they were read from.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    scalars: serde_json::Map<String, serde_json::Value>,
+    #[serde(flatten)]
+    analysis: &'a Analysis,
+}
+
+fn say_json(analysis: &Analysis) -> Result<(), Failure> {
+    let value = |(name, value): (&str, f64)| (name.to_owned(), value.into());
+    let answer = Answer {
+        scalars: analysis.scalars().into_iter().map(value).collect(),
+        analysis,
+    };
+    let json = serde_json::to_string_pretty(&answer).context("writing JSON")?;
+    terminal::say(&json)?;
+    Ok(())
+}
+
+fn text(from: &Path, analysis: &Analysis) -> String {
+    let elements = count(analysis.elements as u64);
+    let mut lines = vec![format!("{}: {elements} elements", from.display())];
+    let form = SCALARS.iter().filter(|s| !s.name.contains("dimension_"));
+    lines.extend(form.map(|s| scalar_line(s, analysis)));
+    lines.push("fractal dimensions".to_owned());
+    lines.extend(analysis.dimensions.iter().map(dimension_line));
+    lines.join("\n") + "\n"
+}
+
+fn scalar_line(scalar: &Scalar, analysis: &Analysis) -> String {
+    let value = scalar.of(analysis).map_or("-".to_owned(), short);
+    let unit = match scalar.unit {
+        "1" => "",
+        unit => unit,
+    };
+    let Scalar { name, meaning, .. } = scalar;
+    format!("  {name:26}{value:>10} {unit:10}  {meaning}")
+}
+
+fn dimension_line(dimension: &Dimension) -> String {
+    let way = match dimension.through {
+        Through::Space => "through space",
+        Through::Surface => "along the surface",
+    };
+    let found = match (dimension.dimension, dimension.error) {
+        (Some(value), Some(error)) => format!("{value:.3} +- {error:.3}"),
+        _ => "-".to_owned(),
+    };
+    let [from, to] = dimension.scaling.range.map(short);
+    let points = dimension.scaling.fit.map_or(0, |fit| fit.points);
+    let range = match points {
+        0 => "too small a lichen to fit".to_owned(),
+        n => format!("{n} points from {from} to {to}"),
+    };
+    let method = dimension.method.name();
+    format!("  {method:12}{way:19}{found:15}  {range}")
+}

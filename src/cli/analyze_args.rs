@@ -1,0 +1,40 @@
+//! The arguments of `thallus analyze`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use thallus::analysis::Centres;
+
+#[derive(Debug, Args)]
+pub(crate) struct AnalyzeArgs {
+    /// The folder of a run, or its elements.ply
+    #[arg(value_name = "DIR|elements.ply")]
+    pub(crate) from: PathBuf,
+    /// The mesh that the lichen grew on, for distances along it [default: the one that recipe.toml
+    /// beside the elements names]
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Everything as JSON: curves, local slopes, ranges and errors of the fits, histograms
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Folder for plots as SVG: the fits, their local slopes, widths of the branches, growth and
+    /// density
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plots: Option<PathBuf>,
+    /// Elements to average over through space, at most
+    #[arg(long, value_name = "N", default_value_t = Centres::default().space as u32, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    pub(crate) centres: u32,
+    /// Elements to average over along the surface, at most, which takes longer; 0 for no distances
+    /// along it
+    #[arg(long, value_name = "N", default_value_t = Centres::default().surface as u32, allow_negative_numbers = true)]
+    pub(crate) surface_centres: u32,
+    /// Overwrite plots that are there
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// No progress, notes or warnings: only the result and errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Threads to use; the result is the same for any number [default: all cores]
+    #[arg(allow_negative_numbers = true, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}

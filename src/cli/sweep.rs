@@ -1,0 +1,344 @@
+//! `thallus sweep`: grid → mesh → plan → runs → one page.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use thallus::run::{Execution, Settings};
+use thallus::substrate::Substrate;
+use thallus::sweep::{Grid, Outcome, Plan};
+
+use super::failure::Failure;
+use super::grow::named_mesh;
+use super::number::{count, duration, plural};
+use super::skin::start_threads;
+use super::sweep_args::{SweepArgs, SweepCommand};
+use super::sweep_page::Page;
+use super::sweep_record::{self as record, error_file};
+use super::sweep_run::{End, Sweep};
+use super::terminal::{self, Voice};
+use super::{grow, interrupt, memory, sweep_merge, warnings};
+
+pub(crate) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
+    match (&args.command, &args.from, &args.output) {
+        (Some(SweepCommand::Merge(merge)), ..) => sweep_merge::merge(merge),
+        (None, Some(from), Some(output)) => sweep_into(args, from, output),
+        _ => Err(Failure::usage(
+            "say what to grow on and where to: thallus sweep MESH -o DIR --L 5r,10r,20r",
+        )),
+    }
+}
+
+fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failure> {
+    let voice = Voice { quiet: args.quiet };
+    let mut grid = grid(args, from)?;
+    grid.cells()?;
+    let mesh = mesh_file(args, from, &grid)?;
+    start_threads(args.threads)?;
+    let execution = Execution {
+        threads: rayon::current_num_threads(),
+        ..Execution::default()
+    };
+    interrupt::listen(execution.cancel.clone());
+    let (substrate, _) = grow::load(&mesh)?;
+    let is_named = args.mesh.is_some() || !is_grid(from);
+    settle(&mut grid, &substrate, &mesh, is_named, voice)?;
+    let plan = plan(&grid, &substrate)?;
+    record::open(output, &grid)?;
+    let sweep = Sweep {
+        substrate: &substrate,
+        grid: &grid,
+        plan: &plan,
+        folder: output,
+        execution,
+        voice,
+    };
+    let runs = chosen(args, &sweep)?;
+    sweep.announce(&runs);
+    let ends = sweep.grow(&runs, args.only.is_some());
+    sweep.conclude(args, &runs, &ends)
+}
+
+/// The grid that file and flags say.
+fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
+    let flags = args.settings();
+    let mut grid = match is_grid(from) {
+        true => Grid::read(from)?,
+        false => Grid {
+            base: Settings::default(),
+            axes: Vec::new(),
+            seeds: 1,
+        },
+    };
+    if is_grid(from) && !args.axes.0.is_empty() && !grid.axes.is_empty() {
+        return Err(Failure::usage(format!(
+            "{} has axes already: vary them there, or leave out --L, --B and --axis",
+            from.display()
+        )));
+    }
+    grid.axes.extend(args.axes.0.iter().cloned());
+    grid.seeds = args.seeds.unwrap_or(grid.seeds);
+    grid.check_flags(&flags)?;
+    let recipe = args.recipe.as_deref().map(Settings::read).transpose()?;
+    let below = recipe.unwrap_or_default().over(grid.base);
+    grid.base = Settings {
+        version: None,
+        ..flags.over(below)
+    };
+    if !is_grid(from) {
+        grid.base.mesh = None;
+    }
+    Ok(grid)
+}
+
+fn is_grid(from: &Path) -> bool {
+    from.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// The mesh to grow on: MESH, --mesh, or the one that the grid or its recipe names.
+fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Failure> {
+    match (&args.mesh, is_grid(from), &grid.base.mesh) {
+        (Some(mesh), ..) => Ok(mesh.clone()),
+        (None, false, _) => Ok(from.to_owned()),
+        (None, true, None) => Err(Failure::usage(format!(
+            "{} names no mesh: add mesh = \"FILE\" to it, or give --mesh FILE",
+            from.display()
+        ))),
+        (None, true, Some(named)) => named_mesh(from, named).ok_or_else(|| {
+            Failure::Failed(anyhow::anyhow!(
+                "{named}: the mesh that {} names is neither here nor beside it; name it with --mesh",
+                from.display()
+            ))
+        }),
+    }
+}
+
+/// Says in the grid which mesh it is on.
+pub(super) fn settle(
+    grid: &mut Grid,
+    substrate: &Substrate,
+    mesh: &Path,
+    is_named: bool,
+    voice: Voice,
+) -> Result<(), Failure> {
+    let shown = mesh.display().to_string();
+    match grid.base.check_mesh(&shown, substrate.mesh_hash()) {
+        Err(other) if !is_named => return Err(Failure::Failed(other.into())),
+        Err(_) => voice.note(&format!(
+            "{shown} is another mesh than the grid was made for: lengths stay those of the grid"
+        )),
+        Ok(()) => {}
+    }
+    let is_same = grid.base.mesh_hash.as_deref() == Some(substrate.mesh_hash());
+    let file = grid.base.mesh.take().filter(|_| is_same);
+    grid.base.mesh = Some(file.unwrap_or(shown));
+    grid.base.mesh_hash = Some(substrate.mesh_hash().to_owned());
+    grid.base.version = Some(env!("CARGO_PKG_VERSION").to_owned());
+    Ok(())
+}
+
+/// The runs of a grid that was [settled](settle).
+pub(super) fn plan(grid: &Grid, substrate: &Substrate) -> Result<Plan, Failure> {
+    let file = grid.base.mesh.as_deref().unwrap_or_default();
+    Ok(grid.plan(substrate, file)?)
+}
+
+/// The runs to grow, the costliest first: all that are not finished, of the part or the cell that
+/// was asked for.
+fn chosen(args: &SweepArgs, sweep: &Sweep) -> Result<Vec<usize>, Failure> {
+    let plan = sweep.plan;
+    if let Some(name) = &args.only {
+        let Some(cell) = plan.cells.iter().position(|cell| cell.name == *name) else {
+            let first = &plan.cells[0].name;
+            return Err(Failure::usage(format!(
+                "--only {name}: there is no such cell; cells have names as {first}, that of their \
+                 folder in {}/cells",
+                sweep.folder.display()
+            )));
+        };
+        let order = plan.order().into_iter();
+        return Ok(order.filter(|&run| plan.runs[run].cell == cell).collect());
+    }
+    let runs = match args.shard {
+        None => plan.order(),
+        Some(shard) => plan.shard(shard.part, shard.parts),
+    };
+    let (finished, left): (Vec<_>, Vec<_>) = runs
+        .into_iter()
+        .partition(|&run| sweep.outcome(run).is_some());
+    finished.into_iter().for_each(|run| sweep.tidy(run));
+    Ok(left)
+}
+
+/// So many runs are worth a word about memory and time.
+const MANY_RUNS: usize = 500;
+
+impl Sweep<'_> {
+    /// Says what is about to happen.
+    fn announce(&self, runs: &[usize]) {
+        let (all, cells) = (self.plan.runs.len(), self.plan.cells.len());
+        warnings::warnings(self.substrate, self.plan.runs[0].recipe.radius)
+            .iter()
+            .for_each(|warning| self.voice.warn(warning));
+        if runs.is_empty() {
+            return self
+                .voice
+                .note("every run is finished: only the page is made again");
+        }
+        let threads = self.execution.threads;
+        let seconds = |&run: &usize| memory::seconds(self.substrate, &self.plan.runs[run].recipe);
+        let seconds = runs.iter().map(seconds).sum::<f64>() / threads.min(runs.len()) as f64;
+        let kept = match all - runs.len() {
+            0 => String::new(),
+            n => format!(
+                ", {} of them finished or not asked for now",
+                count(n as u64)
+            ),
+        };
+        self.voice.note(&format!(
+            "{} of {}{kept}: roughly {} on {}",
+            plural(all, "run", "runs"),
+            plural(cells, "cell", "cells"),
+            duration(seconds),
+            plural(threads, "thread", "threads"),
+        ));
+        self.warn_of_memory(runs, threads);
+        if runs.len() >= MANY_RUNS {
+            self.voice.note(
+                "that is a great many: --shard I/N spreads them over machines, and the same command \
+                 goes on after Ctrl-C",
+            );
+        }
+    }
+
+    /// The largest runs may be at work together.
+    fn warn_of_memory(&self, runs: &[usize], threads: usize) {
+        let recipe = |&run: &usize| &self.plan.runs[run].recipe;
+        let mut needed: Vec<f64> = runs
+            .iter()
+            .map(|run| memory::needed(self.substrate, recipe(run)))
+            .collect();
+        needed.sort_by(|a, b| b.total_cmp(a));
+        let together: f64 = needed.iter().take(threads).sum();
+        if let Some(free) = memory::available().filter(|free| together > *free) {
+            self.voice.warn(&format!(
+                "{} runs at a time may need {} of memory, and {} are free: give a smaller --threads",
+                threads,
+                memory::size(together),
+                memory::size(free)
+            ));
+        }
+    }
+
+    /// What came of it, and how the command ends.
+    fn conclude(&self, args: &SweepArgs, runs: &[usize], ends: &[End]) -> Result<(), Failure> {
+        let all = self.plan.runs.len();
+        let finished = (0..all).filter(|&run| self.outcome(run).is_some()).count();
+        let folder = self.folder.display();
+        if self.execution.is_cancelled() {
+            let (finished, all) = (count(finished as u64), count(all as u64));
+            terminal::warn(&format!(
+                "interrupted: {finished} of {all} runs of {folder} are finished; the same command \
+                 goes on"
+            ));
+            return Err(Failure::Interrupted);
+        }
+        let failures = self.failures(runs, ends);
+        let Some(outcomes) = self.outcomes(&failures) else {
+            self.tell_unfinished(args, finished, ends)?;
+            return self.fail(&failures);
+        };
+        let page = Page {
+            substrate: self.substrate,
+            grid: self.grid,
+            plan: self.plan,
+            folder: self.folder,
+            outcomes: &outcomes,
+            cancel: self.execution.cancel.clone(),
+            voice: self.voice,
+        };
+        page.make(&args.pictures)?;
+        self.fail(&failures)?;
+        page.tell()
+    }
+
+    /// The runs that failed, now or before, and why.
+    fn failures(&self, runs: &[usize], ends: &[End]) -> BTreeMap<usize, String> {
+        let recorded = |run| {
+            let reason = fs::read_to_string(error_file(&self.folder_of(run))).ok()?;
+            self.outcome(run)
+                .is_none()
+                .then(|| (run, reason.trim().to_owned()))
+        };
+        let before = (0..self.plan.runs.len()).filter_map(recorded);
+        let now = runs.iter().zip(ends).filter_map(|(&run, end)| match end {
+            End::Failed(reason) => Some((run, reason.clone())),
+            _ => None,
+        });
+        before.chain(now).collect()
+    }
+
+    /// What every run came to; none where some are still to grow.
+    fn outcomes(&self, failures: &BTreeMap<usize, String>) -> Option<Vec<Result<Outcome, String>>> {
+        let outcome = |run| match self.outcome(run) {
+            Some(outcome) => Some(Ok(outcome)),
+            None => failures.get(&run).cloned().map(Err),
+        };
+        (0..self.plan.runs.len()).map(outcome).collect()
+    }
+
+    /// Other parts, or another process, have yet to end.
+    fn tell_unfinished(
+        &self,
+        args: &SweepArgs,
+        finished: usize,
+        ends: &[End],
+    ) -> Result<(), Failure> {
+        let all = self.plan.runs.len();
+        let elsewhere = ends.iter().filter(|end| **end == End::Elsewhere).count();
+        let folder = self.folder.display();
+        let done = format!(
+            "{} of {} runs are finished",
+            count(finished as u64),
+            count(all as u64)
+        );
+        if args.shard.is_none() && args.only.is_none() && elsewhere > 0 {
+            let runs = plural(elsewhere, "run is", "runs are");
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{folder}: {done}, and {runs} being grown by another process: wait for it, then give \
+                 the same command again for the page"
+            )));
+        }
+        if !self.voice.quiet {
+            terminal::say(&format!(
+                "{folder}: {done}. The page is made by the part that ends last in this folder; \
+                 parts in several folders are joined by: thallus sweep merge DIR... -o OUT"
+            ))?;
+        }
+        Ok(())
+    }
+
+    /// The command fails when a run did.
+    fn fail(&self, failures: &BTreeMap<usize, String>) -> Result<(), Failure> {
+        let Some((_, reason)) = failures.first_key_value() else {
+            return Ok(());
+        };
+        let names: Vec<_> = failures.keys().map(|&run| self.plan.name(run)).collect();
+        Err(Failure::Failed(anyhow::anyhow!(
+            "{} failed: {}; the first one: {reason}; the same command tries again",
+            plural(names.len(), "run", "runs"),
+            first_of(&names),
+        )))
+    }
+}
+
+/// The first names of many.
+pub(super) fn first_of(names: &[String]) -> String {
+    const NAMED: usize = 8;
+    let named = names[..names.len().min(NAMED)].join(", ");
+    match names.len() {
+        n if n > NAMED => format!("{named} and {} more", n - NAMED),
+        _ => named,
+    }
+}

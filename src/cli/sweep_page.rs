@@ -1,0 +1,149 @@
+//! What a finished sweep is looked at by: tables, pictures, contact sheets, one page.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use thallus::export::write_file_atomically;
+use thallus::run::StopRule;
+use thallus::substrate::Substrate;
+use thallus::sweep::{Grid, Outcome, Plan, Results, page};
+
+use super::failure::Failure;
+use super::number::{count, duration, plural, short};
+use super::sweep_args::PictureArgs;
+use super::sweep_picture::Pictures;
+use super::terminal::{self, Voice};
+
+const CSV: &str = "results.csv";
+const PARQUET: &str = "results.parquet";
+const REPORT: &str = "report.html";
+
+/// Everything that is known of a sweep whose runs have ended.
+pub(super) struct Page<'a> {
+    pub(super) substrate: &'a Substrate,
+    pub(super) grid: &'a Grid,
+    pub(super) plan: &'a Plan,
+    pub(super) folder: &'a Path,
+    pub(super) outcomes: &'a [Result<Outcome, String>],
+    /// Set when somebody asks to stop.
+    pub(super) cancel: Arc<AtomicBool>,
+    pub(super) voice: Voice,
+}
+
+impl Page<'_> {
+    /// Makes all of it; what stood there is replaced.
+    pub(super) fn make(&self, args: &PictureArgs) -> Result<(), Failure> {
+        let results = self.results();
+        let table = results.table();
+        self.write(CSV, |out| table.write_csv(out))?;
+        self.write(PARQUET, |out| table.write_parquet(out))?;
+        let pictures = Pictures::take(self, args)?;
+        for number in 0..self.grid.layout().pages {
+            let png = pictures.sheet(&results, number, self.note()).to_png();
+            self.write(&self.sheet_name(number), |out| out.write_all(&png))?;
+        }
+        let html = page(&results, &pictures.for_page(), &self.facts());
+        self.write(REPORT, |out| out.write_all(html.as_bytes()))
+    }
+
+    pub(super) fn results(&self) -> Results<'_> {
+        Results {
+            grid: self.grid,
+            plan: self.plan,
+            outcomes: self.outcomes,
+        }
+    }
+
+    /// Ends the command when somebody asked to stop.
+    pub(super) fn check_cancelled(&self) -> Result<(), Failure> {
+        if !self.cancel.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        terminal::warn(&format!(
+            "interrupted: every run of {} is finished; the same command makes the page",
+            self.folder.display()
+        ));
+        Err(Failure::Interrupted)
+    }
+
+    /// `contact-sheet.png`, or one a page.
+    fn sheet_name(&self, page: usize) -> String {
+        match self.grid.layout().pages {
+            1 => "contact-sheet.png".to_owned(),
+            _ => format!("contact-sheet-{}.png", page + 1),
+        }
+    }
+
+    /// What all cells have in common, in one line.
+    fn note(&self) -> String {
+        format!("each grown to {}; same camera and scale", self.size())
+    }
+
+    /// How large the lichens were to get.
+    fn size(&self) -> String {
+        let rules: Vec<StopRule> = self.plan.runs.iter().map(|run| run.recipe.stop).collect();
+        if rules.iter().any(|rule| *rule != rules[0]) {
+            return "the size of its cell".to_owned();
+        }
+        match rules[0] {
+            StopRule::Elements(n) => plural(n as usize, "element", "elements"),
+            StopRule::Reach(length) => format!("R_e = {}", short(length)),
+            StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
+        }
+    }
+
+    /// What the page says of all cells.
+    fn facts(&self) -> Vec<(String, String)> {
+        let recipe = &self.plan.runs[0].recipe;
+        let radius = |r: f64| r == recipe.radius;
+        let fact = |name: &str, text: String| (name.to_owned(), text);
+        let mut facts = vec![fact("Mesh", recipe.mesh.file.clone())];
+        let triangles = self.substrate.triangles().len() as u64;
+        facts.push(fact("Triangles", count(triangles)));
+        if self.plan.runs.iter().all(|run| radius(run.recipe.radius)) {
+            facts.push(fact(
+                "Radius r",
+                format!("{} mesh units", short(recipe.radius)),
+            ));
+        }
+        facts.push(fact("Grown to", self.size()));
+        let runs = plural(self.plan.runs.len(), "run", "runs");
+        let seeds = plural(self.grid.seeds as usize, "seed", "seeds");
+        facts.push(fact("Runs", format!("{runs}, {seeds} a cell")));
+        let said = self.grid.base.flags();
+        if !said.is_empty() {
+            facts.push(fact("All cells", said));
+        }
+        facts.push(fact("Thallus", recipe.version.clone()));
+        facts
+    }
+
+    fn write(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        Ok(write_file_atomically(&self.folder.join(name), true, fill)?)
+    }
+
+    /// Tells what there is now.
+    pub(super) fn tell(&self) -> Result<(), Failure> {
+        if self.voice.quiet {
+            return Ok(());
+        }
+        let seconds = self.outcomes.iter().flatten().map(|o| o.seconds).sum();
+        terminal::say(&format!(
+            "{0}: {1} of {2}, {3} of growing; look at {4}\n  {REPORT}, {5}, {CSV}, {PARQUET}, \
+             pictures/, cells/",
+            self.folder.display(),
+            plural(self.plan.runs.len(), "run", "runs"),
+            plural(self.plan.cells.len(), "cell", "cells"),
+            duration(seconds),
+            self.folder.join(REPORT).display(),
+            self.sheet_name(0),
+        ))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,246 @@
+//! Pictures of the cells of a sweep, all from one side and at one scale.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use thallus::cluster::Cluster;
+use thallus::export::{read_elements, write_file_atomically};
+use thallus::picture::{
+    Camera, ContactSheet, Disc, Image, Scene, Settings, Tile, number, render, round_below,
+};
+use thallus::skin::{self, Paint, Shape};
+use thallus::sweep::{Axis, CellPicture, Results, captions, title};
+
+use super::failure::Failure;
+use super::output::ELEMENTS;
+use super::preview::{bare, granules, local_vertices};
+use super::render::Skin;
+use super::render_args::Size;
+use super::render_camera::View;
+use super::skin::spinner;
+use super::sweep_args::PictureArgs;
+use super::sweep_page::Page;
+
+/// The folder of the pictures.
+const PICTURES: &str = "pictures";
+
+/// The picture of each cell, and what they show.
+pub(super) struct Pictures {
+    /// None where no run of the cell was grown.
+    cells: Vec<Option<Taken>>,
+    /// Pixels of a tile of the contact sheet.
+    side: [u32; 2],
+    /// Width of what a picture shows where the lichens are, mesh units.
+    width: f64,
+}
+
+/// Discs of all lichens that the camera looks at, about.
+const LOOKED_AT: usize = 30_000;
+
+impl Pictures {
+    /// Takes them, and writes each as soon as it is taken.
+    pub(super) fn take(page: &Page, args: &PictureArgs) -> Result<Self, Failure> {
+        let results = page.results();
+        let sight = Sight::of(page, args, &results)?;
+        let folder = page.folder.join(PICTURES);
+        let side = side(&results, args.size);
+        let mut cells = Vec::new();
+        let all = page.plan.cells.len();
+        for (number, cell) in page.plan.cells.iter().enumerate() {
+            page.check_cancelled()?;
+            let doing = format!("picture {} of {all}: {}", number + 1, cell.name);
+            let spinner = spinner(page.voice, &doing);
+            cells.push(match results.pictured(number) {
+                None => None,
+                Some(run) => {
+                    let image = picture(page, &sight.camera, args, run)?;
+                    let file = folder.join(format!("{}.png", cell.name));
+                    let png = image.to_png();
+                    write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+                    Some(Taken::of(&image, side[0], all))
+                }
+            });
+            spinner.finish_and_clear();
+        }
+        Ok(Self {
+            cells,
+            side,
+            width: sight.width,
+        })
+    }
+
+    /// As the page has them.
+    pub(super) fn for_page(&self) -> Vec<CellPicture> {
+        let jpeg = |taken: &Taken| taken.jpeg.clone();
+        let picture = |taken: &Option<Taken>| CellPicture {
+            jpeg: taken.as_ref().map(jpeg).unwrap_or_default(),
+        };
+        self.cells.iter().map(picture).collect()
+    }
+
+    /// The contact sheet of a page of the grid (Sumner 2001, figure 9-4).
+    pub(super) fn sheet(&self, results: &Results, page: usize, note: String) -> Image {
+        let layout = results.grid.layout();
+        let titles = |axis: Option<&Axis>| match axis {
+            Some(axis) => (0..axis.len()).map(|i| axis.title(i)).collect(),
+            None => vec![String::new()],
+        };
+        let first = page * layout.columns * layout.rows;
+        let tile = |cell: usize| Tile {
+            image: self.cells[cell].as_ref().map(|taken| taken.tile.clone()),
+            captions: captions(results, cell)
+                .iter()
+                .map(|line| line.replace(" ± ", ", sd "))
+                .collect(),
+        };
+        let columns: Vec<String> = titles(results.grid.axes.first());
+        ContactSheet {
+            title: match results.grid.page_title(page) {
+                page if page.is_empty() => title(results),
+                page => format!("{}: {page}", title(results)),
+            },
+            rows: titles(results.grid.axes.get(1)),
+            tiles: (first..first + columns.len() * layout.rows)
+                .map(tile)
+                .collect(),
+            side: self.side,
+            columns,
+            scale: self.scale(),
+            note,
+        }
+        .draw()
+    }
+
+    /// A round length of about a quarter of the pictures' width.
+    fn scale(&self) -> Option<(String, f32)> {
+        let is_sound = self.width > 0.0 && self.width.is_finite();
+        is_sound.then(|| {
+            let length = round_below(self.width / 4.0);
+            let label = format!("{} mesh units", number(length, length));
+            (label, (length / self.width) as f32)
+        })
+    }
+}
+
+/// A picture as sheet and page have it: the whole of a large grid would not fit into memory.
+struct Taken {
+    tile: Image,
+    jpeg: Vec<u8>,
+}
+
+impl Taken {
+    /// One picture of so many: the page's are smaller the more there are.
+    fn of(image: &Image, tile: u32, all: usize) -> Self {
+        const QUALITY: u8 = 82;
+        const LARGE: f64 = 100.0;
+        let shrink = (all as f64 / LARGE).max(1.0).sqrt();
+        let width = (f64::from(image.width) / shrink) as u32;
+        Self {
+            tile: image.shrunk(tile),
+            jpeg: image.shrunk(width).to_jpeg(QUALITY),
+        }
+    }
+}
+
+/// Tiles are small where there are many, so that the sheet stays one that programs open.
+fn side(results: &Results, size: Size) -> [u32; 2] {
+    const WIDEST: u32 = 340;
+    const NARROWEST: u32 = 64;
+    const SHEET: u32 = 9000;
+    let layout = results.grid.layout();
+    let most = layout.columns.max(layout.rows) as u32;
+    let width = (SHEET / most).clamp(NARROWEST, WIDEST).min(size.width);
+    [width, (width * size.height / size.width).max(1)]
+}
+
+/// Where all pictures are taken from.
+struct Sight {
+    camera: Camera,
+    width: f64,
+}
+
+impl Sight {
+    /// Sees all lichens together.
+    fn of(page: &Page, args: &PictureArgs, results: &Results) -> Result<Self, Failure> {
+        let spinner = spinner(page.voice, "looking for the best side");
+        let pictured = |cell| results.pictured(cell);
+        let runs: Vec<usize> = (0..page.plan.cells.len()).filter_map(pictured).collect();
+        let each = LOOKED_AT / runs.len().max(1) + 1;
+        let mut discs: Vec<Disc> = Vec::new();
+        for &run in &runs {
+            page.check_cancelled()?;
+            discs.extend(some_granules(page, run, each)?);
+        }
+        let vertices = local_vertices(page.substrate);
+        let scene = Scene {
+            discs: &discs,
+            ..bare(page.substrate, &vertices)
+        };
+        let aspect = args.size.aspect();
+        let camera = args.camera.camera(page.substrate, &scene, aspect)?;
+        spinner.finish_and_clear();
+        let sum: glam::Vec3 = discs.iter().map(|d| glam::Vec3::from(d.center)).sum();
+        let middle = (sum / discs.len().max(1) as f32).to_array();
+        let camera = match args.camera {
+            View::Auto => nearer(&camera, &discs, middle, aspect),
+            _ => camera,
+        };
+        let width = camera.width_at(camera.depth(middle), aspect);
+        let width = page.substrate.units().length_to_file(f64::from(width));
+        Ok(Self { camera, width })
+    }
+}
+
+/// The camera as near as all lichens still fit in: a picture of a cell is small, and there is no need
+/// to show where on the mesh they are.
+fn nearer(camera: &Camera, discs: &[Disc], middle: [f32; 3], aspect: f32) -> Camera {
+    const FILLED: f32 = 0.86;
+    let off_center = |disc: &Disc| {
+        let [x, y] = camera.project(disc.center, aspect)?;
+        Some((2.0 * x - 1.0).abs().max((2.0 * y - 1.0).abs()))
+    };
+    let farthest = discs.iter().filter_map(off_center).fold(0.0, f32::max);
+    match farthest > 0.01 && farthest < FILLED {
+        true => camera.zoomed(camera.depth(middle), FILLED / farthest),
+        false => *camera,
+    }
+}
+
+/// Every so many elements of a run.
+fn some_granules(page: &Page, run: usize, most: usize) -> Result<Vec<Disc>, Failure> {
+    let cluster = cluster(page, run)?;
+    let step = cluster.len().div_ceil(most).max(1);
+    let grey = vec![[0; 3]; cluster.len()];
+    let discs = granules(page.substrate, &cluster, grey).into_iter();
+    Ok(discs.step_by(step).collect())
+}
+
+fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
+    let file: PathBuf = page.folder.join(page.plan.folder(run)).join(ELEMENTS);
+    let elements = read_elements(&file).map_err(anyhow::Error::new)?;
+    let cluster = elements.to_cluster(page.substrate);
+    Ok(cluster.with_context(|| file.display().to_string())?)
+}
+
+/// A run with its skin on, as `thallus render` draws it.
+fn picture(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<Image, Failure> {
+    let cluster = cluster(page, run)?;
+    let (shape, paint) = (Shape::default(), Paint::default());
+    let mesh = skin::skin(page.substrate, &cluster, &shape, &paint);
+    let mesh = mesh.map_err(|e| Failure::Failed(e.into()))?;
+    let skin = Skin::new(page.substrate, mesh, cluster.radius() as f32);
+    let vertices = local_vertices(page.substrate);
+    let skins = [skin.painted()];
+    let scene = Scene {
+        skins: &skins,
+        ..bare(page.substrate, &vertices)
+    };
+    let settings = Settings {
+        width: args.size.width,
+        height: args.size.height,
+        samples: args.samples,
+        ..Settings::default()
+    };
+    Ok(render(&scene, camera, &settings))
+}

@@ -1,0 +1,102 @@
+//! How far a sweep has come: a bar on a terminal, a line a run elsewhere.
+
+use std::io::{IsTerminal, stderr};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use thallus::sweep::{Outcome, Plan};
+
+use super::number::{count, duration};
+use super::progress::{FULL, bar};
+use super::sweep_run::{End, lock};
+use super::terminal::{self, Voice};
+
+/// Shows runs as they end.
+pub(super) struct Show<'a> {
+    plan: &'a Plan,
+    voice: Voice,
+    bar: Option<ProgressBar>,
+    started: Instant,
+    runs: usize,
+    /// Of all runs.
+    cost: f64,
+    done: Mutex<Done>,
+}
+
+#[derive(Default)]
+struct Done {
+    runs: usize,
+    cost: f64,
+}
+
+impl<'a> Show<'a> {
+    pub(super) fn new(plan: &'a Plan, runs: &[usize], voice: Voice) -> Self {
+        let shown = !voice.quiet && stderr().is_terminal();
+        Self {
+            plan,
+            voice,
+            bar: shown.then(bar),
+            started: Instant::now(),
+            runs: runs.len(),
+            cost: runs.iter().map(|&run| plan.costs[run]).sum(),
+            done: Mutex::default(),
+        }
+    }
+
+    /// A run ended.
+    pub(super) fn ended(&self, run: usize, end: &End, outcome: Option<&Outcome>, took: Duration) {
+        let mut done = lock(&self.done);
+        if *end != End::Interrupted {
+            done.runs += 1;
+            done.cost += self.plan.costs[run];
+        }
+        let share = done.cost / self.cost;
+        let left = self.started.elapsed().as_secs_f64() * (1.0 / share.max(1e-9) - 1.0);
+        let line = format!(
+            "{} of {} runs, {} left; {}: {}",
+            count(done.runs as u64),
+            count(self.runs as u64),
+            duration(left),
+            self.plan.name(run),
+            words(end, outcome, took)
+        );
+        match (&self.bar, end) {
+            (_, End::Failed(_)) => self.apart(|| self.voice.warn(&line)),
+            (Some(bar), _) => {
+                bar.set_position((FULL as f64 * share) as u64);
+                bar.set_message(line);
+            }
+            (None, _) if !self.voice.quiet => terminal::plain(&line),
+            (None, _) => {}
+        }
+    }
+
+    /// Writes lines without tearing the bar.
+    fn apart(&self, write: impl FnOnce()) {
+        match &self.bar {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    pub(super) fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn words(end: &End, outcome: Option<&Outcome>, took: Duration) -> String {
+    let elements = outcome.and_then(|o| o.measures.iter().find(|(name, _)| name == "elements"));
+    match (end, elements) {
+        (End::Failed(reason), _) => reason.clone(),
+        (End::Elsewhere, _) => "another process grows it".to_owned(),
+        (End::Interrupted, _) => "interrupted".to_owned(),
+        (End::Finished, Some((_, n))) => {
+            let seconds = duration(took.as_secs_f64());
+            format!("{} elements in {seconds}", count(*n as u64))
+        }
+        (End::Finished, None) => "done".to_owned(),
+    }
+}

@@ -1,0 +1,185 @@
+//! Growing the runs of a grid: the costliest first, each durable as soon as it is done.
+
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use thallus::export::{OutputDir, OutputError, write_file_atomically};
+use thallus::log::{LOG, Log, LogWriter};
+use thallus::run::{Execution, Recipe, Run, Stopped, Timings};
+use thallus::substrate::Substrate;
+use thallus::sweep::{Grid, Outcome, Plan};
+
+use super::failure::Failure;
+use super::output::Finished;
+use super::sweep_progress::Show;
+use super::sweep_record::{self as record, MEASURES};
+use super::terminal::Voice;
+use super::{memory, resume};
+
+/// A sweep that is ready to run.
+pub(super) struct Sweep<'a> {
+    pub(super) substrate: &'a Substrate,
+    pub(super) grid: &'a Grid,
+    pub(super) plan: &'a Plan,
+    pub(super) folder: &'a Path,
+    /// Threads are those of all runs together.
+    pub(super) execution: Execution,
+    pub(super) voice: Voice,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    Finished,
+    Failed(String),
+    /// Another process grows it now.
+    Elsewhere,
+    /// Somebody asked to stop; what there is of it is logged.
+    Interrupted,
+}
+
+impl Sweep<'_> {
+    /// The folder of a run.
+    pub(super) fn folder_of(&self, run: usize) -> PathBuf {
+        self.folder.join(self.plan.folder(run))
+    }
+
+    /// What a run came to, if it is finished.
+    pub(super) fn outcome(&self, run: usize) -> Option<Outcome> {
+        record::read(&self.folder_of(run), &self.plan.runs[run])
+    }
+
+    /// Clears what a process left in the folder of a finished run when it was killed in the moment
+    /// between the last file and the clearing.
+    pub(super) fn tidy(&self, run: usize) {
+        let entries = fs::read_dir(self.folder_of(run)).into_iter().flatten();
+        let is_stage = |e: fs::DirEntry| e.file_name().to_string_lossy().starts_with(".thallus-");
+        if entries.flatten().any(is_stage) {
+            drop(OutputDir::create(&self.folder_of(run), true));
+        }
+    }
+
+    /// Grows these runs in this order, as many at a time as there are threads; `anew` also those
+    /// that are finished. Tells how each ended, in the same order.
+    pub(super) fn grow(&self, runs: &[usize], anew: bool) -> Vec<End> {
+        let workers = self.execution.threads.min(runs.len());
+        // Two threads gain a run little (docs/performance.md).
+        let each = Execution {
+            threads: 1,
+            cancel: self.execution.cancel.clone(),
+        };
+        let next = AtomicUsize::new(0);
+        let ends = Mutex::new(vec![End::Interrupted; runs.len()]);
+        let show = Show::new(self.plan, runs, self.voice);
+        let work = || {
+            while !each.is_cancelled() {
+                let place = next.fetch_add(1, Ordering::Relaxed);
+                let Some(&run) = runs.get(place) else { break };
+                let started = Instant::now();
+                let end = self.try_run(run, &each, anew);
+                show.ended(run, &end, self.outcome(run).as_ref(), started.elapsed());
+                lock(&ends)[place] = end;
+            }
+        };
+        std::thread::scope(|scope| {
+            (0..workers).for_each(|_| {
+                scope.spawn(work);
+            });
+        });
+        show.finish();
+        ends.into_inner().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Grows a run, and leaves its error beside its folder where it fails.
+    fn try_run(&self, run: usize, execution: &Execution, anew: bool) -> End {
+        let folder = self.folder_of(run);
+        let done = catch_unwind(AssertUnwindSafe(|| self.run(run, &folder, execution, anew)));
+        let reason = match done {
+            Ok(Ok(end)) => {
+                let _ = fs::remove_file(record::error_file(&folder));
+                return end;
+            }
+            Ok(Err(failure)) => failure.reason(),
+            Err(_) => "the program failed at this run: please report it with the recipe".to_owned(),
+        };
+        let text = format!("{reason}\n");
+        let file = record::error_file(&folder);
+        let written = write_file_atomically(&file, true, |out| out.write_all(text.as_bytes()));
+        if let Err(error) = written {
+            self.voice.warn(&error.to_string());
+        }
+        End::Failed(reason)
+    }
+
+    fn run(
+        &self,
+        run: usize,
+        folder: &Path,
+        execution: &Execution,
+        anew: bool,
+    ) -> Result<End, Failure> {
+        let mut output = match OutputDir::create(folder, true) {
+            Err(OutputError::Locked { .. }) => return Ok(End::Elsewhere),
+            output => output?,
+        };
+        if !anew && self.outcome(run).is_some() {
+            return Ok(End::Finished);
+        }
+        let recipe = &self.plan.runs[run].recipe;
+        memory::check(self.substrate, recipe, Voice { quiet: true })?;
+        let (begun, mut log) = self.begin(&mut output, recipe, anew)?;
+        let started = Instant::now();
+        let growth = begun.grow(execution, &mut log);
+        let seconds = Timings {
+            grow: started.elapsed().as_secs_f64(),
+            ..Timings::default()
+        };
+        log.finish()?;
+        if growth.stopped == Stopped::Cancelled {
+            return Ok(End::Interrupted);
+        }
+        let mut finished = Finished {
+            substrate: self.substrate,
+            recipe,
+            growth: &growth,
+            log: &log,
+            execution,
+            seconds,
+            preview: None,
+        };
+        finished.write_into(&mut output)?;
+        let report = finished.report();
+        let measures = record::measures(self.substrate, &growth, &report);
+        record::write(&mut output, &self.plan.runs[run], measures, report.stopped)?;
+        output.commit()?;
+        Ok(End::Finished)
+    }
+
+    /// The run with what is sound of an interrupted one, and its log.
+    fn begin(
+        &self,
+        output: &mut OutputDir,
+        recipe: &Recipe,
+        anew: bool,
+    ) -> Result<(Run<'_>, LogWriter), Failure> {
+        output.remove(MEASURES)?;
+        let log = Log::read(&output.path().join(LOG));
+        let earlier = log.ok().filter(|log| !anew && log.check(recipe).is_ok());
+        if let Some(earlier) = earlier {
+            let (log, begun) = LogWriter::open(earlier)?;
+            let run = Run::new(self.substrate, recipe, begun)?;
+            resume::place_recipe(output, recipe)?;
+            return Ok((run, log));
+        }
+        let (log, begun) = LogWriter::open(resume::begin(output, recipe)?)?;
+        Ok((Run::new(self.substrate, recipe, begun)?, log))
+    }
+}
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|e| e.into_inner())
+}

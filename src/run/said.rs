@@ -1,0 +1,106 @@
+//! What settings say, key by key: for tables, for commands, and to vary one of them.
+
+use super::Settings;
+use super::recipe_text::{KEYS, unknown_name};
+
+/// A name that no setting has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no setting '{name}'{suggestion}")]
+pub struct UnknownSetting {
+    name: String,
+    /// What may have been meant, or what there is.
+    suggestion: String,
+}
+
+impl Settings {
+    /// The key that a name stands for: `curvature_radius` is `curvature-radius`.
+    ///
+    /// # Errors
+    /// When there is no such setting; the message names the nearest one.
+    pub fn key(name: &str) -> Result<&'static str, UnknownSetting> {
+        let dashed = name.replace('_', "-");
+        let known = KEYS.iter().find(|key| **key == dashed);
+        known.copied().ok_or_else(|| UnknownSetting {
+            name: name.to_owned(),
+            suggestion: unknown_name(name),
+        })
+    }
+
+    /// The keys that are said, each with its value as TOML.
+    pub fn said(&self) -> Vec<(&'static str, String)> {
+        let entries = self.entries().into_iter();
+        entries.map(|(key, value, _)| (key, value)).collect()
+    }
+
+    /// What is said as flags of `thallus grow`, each with its value in one word of a POSIX shell.
+    /// Version and mesh are no flags.
+    pub fn flags(&self) -> String {
+        let is_flag = |key: &str| !["version", "mesh", "mesh-hash"].contains(&key);
+        let said = self.said().into_iter().filter(|(key, _)| is_flag(key));
+        let flags: Vec<_> = said
+            .map(|(key, value)| format!("--{key}={}", shell_word(&as_typed(&value))))
+            .collect();
+        flags.join(" ")
+    }
+}
+
+/// A TOML value as it is typed after a flag: strings bare, lists without brackets.
+fn as_typed(value: &str) -> String {
+    let parsed = format!("v = {value}").parse::<toml::Table>();
+    match parsed.ok().and_then(|mut table| table.remove("v")) {
+        Some(toml::Value::String(text)) => text,
+        Some(toml::Value::Array(_)) => value.replace(['[', ']', ' '], ""),
+        _ => value.to_owned(),
+    }
+}
+
+/// One word of a POSIX shell, quoted where it must be.
+pub fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+%:@".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.to_owned(),
+        false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{Length, SeedPlace, StopSetting};
+
+    #[test]
+    fn names_are_found_or_the_nearest_is_named() {
+        assert_eq!(
+            Settings::key("curvature_radius").unwrap(),
+            "curvature-radius"
+        );
+        let message = Settings::key("biass").unwrap_err().to_string();
+        assert!(message.contains("did you mean 'bias'?"), "{message}");
+    }
+
+    #[test]
+    fn flags_are_what_was_said() {
+        let settings = Settings {
+            mesh: Some("rock.obj".to_owned()),
+            preset: Some("foliose".to_owned()),
+            curvature_radius: Some(Length::Radii(5.0)),
+            bias: Some(-0.25),
+            seed: Some(u64::MAX),
+            at: Some(SeedPlace::Point([-1.0, 0.5, 2.0])),
+            stop: Some(StopSetting::Reach(Length::Units(0.1))),
+            ..Settings::default()
+        };
+        assert_eq!(
+            settings.flags(),
+            "--preset=foliose --curvature-radius=5.0r --bias=-0.25 --seed=18446744073709551615 \
+             --at=-1.0,0.5,2.0 --reach=0.1"
+        );
+    }
+
+    #[test]
+    fn words_survive_the_shell() {
+        assert_eq!(shell_word("out/a-b_1.5r"), "out/a-b_1.5r");
+        assert_eq!(shell_word("my rock's.obj"), r"'my rock'\''s.obj'");
+        assert_eq!(shell_word(""), "''");
+    }
+}

@@ -1,0 +1,461 @@
+//! One self-contained HTML page of a sweep: pictures in a grid, charts, numbers, commands.
+//!
+//! It needs nothing beside it: pictures are data URLs, charts are SVG, style and script are in it.
+//! Nothing in it depends on when or how fast the runs were grown.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::chart::{chart, hue};
+use super::{Axis, Results, Summary};
+use crate::analysis::SCALARS;
+use crate::picture::number;
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// The picture of a cell.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CellPicture {
+    /// A JPEG file; empty for none.
+    pub jpeg: Vec<u8>,
+}
+
+/// What the script of the page knows of a cell.
+#[derive(Serialize)]
+struct CellData<'a> {
+    name: &'a str,
+    title: String,
+    seeds: Vec<u64>,
+    /// A text a measure: mean and deviation.
+    summaries: Vec<String>,
+    /// A list a measure: a text a seed.
+    values: Vec<Vec<String>>,
+    stopped: Vec<&'a str>,
+    errors: Vec<String>,
+    command: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Data<'a> {
+    measures: Vec<&'a str>,
+    cells: Vec<CellData<'a>>,
+}
+
+/// The page. `pictures` has one a cell; `facts` are lines about what all cells share.
+///
+/// # Panics
+/// When there are fewer pictures than cells.
+pub fn page(results: &Results, pictures: &[CellPicture], facts: &[(String, String)]) -> String {
+    let title = title(results);
+    let mut html = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{0}</h1>\n",
+        escaped(&title)
+    );
+    push_facts(&mut html, facts);
+    html.push_str("</header>\n<main>\n");
+    for page in 0..results.grid.layout().pages {
+        push_grid(&mut html, results, pictures, page);
+    }
+    push_charts(&mut html, results);
+    push_numbers(&mut html, results);
+    html.push_str("</main>\n");
+    html.push_str(DIALOG);
+    let data = serde_json::to_string(&data(results)).unwrap_or_default();
+    let data = data.replace('<', "\\u003c");
+    let _ = write!(
+        html,
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{SCRIPT}</script>\n\
+         </body>\n</html>\n"
+    );
+    html
+}
+
+const DIALOG: &str = "\
+<div id=\"tip\" hidden></div>
+<dialog id=\"cell\" aria-labelledby=\"cell-title\">
+<form method=\"dialog\"><h2 id=\"cell-title\"></h2><button aria-label=\"Close\">&times;</button></form>
+<div class=\"about\"><img id=\"cell-picture\" alt=\"\">
+<div><p id=\"cell-error\"></p>
+<h3>This picture again</h3>
+<div class=\"command\"><code id=\"cell-command\"></code><button type=\"button\" data-copy=\"cell-command\">Copy</button></div>
+<h3>All seeds of this cell again</h3>
+<div class=\"command\"><code id=\"cell-only\"></code><button type=\"button\" data-copy=\"cell-only\">Copy</button></div>
+<div class=\"scroll\"><table id=\"cell-numbers\"></table></div></div></div>
+</dialog>
+";
+
+/// What a sweep is called: `L × B on rock.obj`.
+pub fn title(results: &Results) -> String {
+    let names: Vec<_> = results.grid.axes.iter().map(Axis::symbol).collect();
+    let names = match names.is_empty() {
+        true => "Seeds".to_owned(),
+        false => names.join(" × "),
+    };
+    let mesh = results.grid.base.mesh.as_deref().unwrap_or("a mesh");
+    let file = mesh.rsplit(['/', '\\']).next().unwrap_or(mesh);
+    format!("{names} on {file}")
+}
+
+fn push_facts(html: &mut String, facts: &[(String, String)]) {
+    html.push_str("<dl>\n");
+    for (name, fact) in facts {
+        let _ = writeln!(
+            html,
+            "<div><dt>{}</dt><dd>{}</dd></div>",
+            escaped(name),
+            escaped(fact)
+        );
+    }
+    html.push_str("</dl>\n");
+}
+
+fn push_grid(html: &mut String, results: &Results, pictures: &[CellPicture], page: usize) {
+    let layout = results.grid.layout();
+    let title = results.grid.page_title(page);
+    html.push_str("<section>\n");
+    if !title.is_empty() {
+        let _ = writeln!(html, "<h2>{}</h2>", escaped(&title));
+    }
+    let has_rows = results.grid.axes.len() > 1;
+    let class = if has_rows { "grid rows" } else { "grid" };
+    let _ = writeln!(
+        html,
+        "<div class=\"scroll\"><div class=\"{class}\" style=\"--columns:{}\">",
+        layout.columns
+    );
+    if has_rows {
+        html.push_str("<span></span>\n");
+    }
+    if let Some(axis) = results.grid.axes.first() {
+        for i in 0..layout.columns {
+            let _ = writeln!(
+                html,
+                "<span class=\"column\">{}</span>",
+                escaped(&axis.title(i))
+            );
+        }
+    }
+    for row in 0..layout.rows {
+        if let Some(axis) = results.grid.axes.get(1) {
+            let _ = writeln!(
+                html,
+                "<span class=\"row\">{}</span>",
+                escaped(&axis.title(row))
+            );
+        }
+        for column in 0..layout.columns {
+            let cell = (page * layout.rows + row) * layout.columns + column;
+            push_cell(html, results, &pictures[cell], cell);
+        }
+    }
+    html.push_str("</div></div>\n</section>\n");
+}
+
+fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: usize) {
+    let name = escaped(&results.plan.cells[cell].name);
+    let _ = write!(html, "<button class=\"cell\" data-cell=\"{cell}\">");
+    match picture.jpeg.is_empty() {
+        true => html.push_str("<span class=\"failed\">failed</span>"),
+        false => {
+            let data = base64(&picture.jpeg);
+            let _ = write!(
+                html,
+                "<img loading=\"lazy\" alt=\"Lichen of {name}\" src=\"data:image/jpeg;base64,{data}\">"
+            );
+        }
+    }
+    html.push_str("<span class=\"caption\">");
+    for line in captions(results, cell) {
+        let _ = write!(html, "<span>{}</span>", escaped(&line));
+    }
+    html.push_str("</span></button>\n");
+}
+
+/// What stands under the picture of a cell: effective radius R_e in mesh units and number of
+/// elements n, with their standard deviations over several seeds.
+pub fn captions(results: &Results, cell: usize) -> Vec<String> {
+    let names = results.measures();
+    let of = |name: &str| names.iter().position(|n| *n == name);
+    let summary = |name: &str| of(name).map(|measure| results.summary(cell, measure));
+    let mut lines = Vec::new();
+    if let Some(radius) = summary("effective_radius").filter(|s| s.runs > 0) {
+        lines.push(format!("R_e {}", spread(&radius)));
+    }
+    if let Some(elements) = summary("elements").filter(|s| s.runs > 0) {
+        lines.push(format!("n {}", spread(&elements)));
+    }
+    if lines.is_empty() {
+        lines.push("failed".to_owned());
+    }
+    lines
+}
+
+/// Where there is no number.
+const NONE: &str = "–";
+
+/// Mean and standard deviation, to the decimals of the larger one.
+pub(super) fn spread(summary: &Summary) -> String {
+    let Summary {
+        mean, deviation, ..
+    } = *summary;
+    let decimals = decimals(mean.abs().max(deviation));
+    match (summary.runs, decimals) {
+        (0, _) => NONE.to_owned(),
+        (1, _) => short(mean),
+        (_, Some(0)) => format!("{} ± {}", number(mean, 1.0), number(deviation, 1.0)),
+        (_, Some(decimals)) => format!("{mean:.decimals$} ± {deviation:.decimals$}"),
+        (_, None) => format!("{mean:.2e} ± {deviation:.0e}"),
+    }
+}
+
+/// Decimals after which a number of this size has four digits that count; none where it is better
+/// written with a power of ten.
+fn decimals(size: f64) -> Option<usize> {
+    match size {
+        0.0 => Some(1),
+        _ if !(1e-4..1e7).contains(&size) => None,
+        _ => Some((3 - libm::floor(libm::log10(size)) as i32).max(0) as usize),
+    }
+}
+
+fn push_charts(html: &mut String, results: &Results) {
+    html.push_str("<section>\n<h2>Measures</h2>\n");
+    push_legend(html, results);
+    for page in 0..results.grid.layout().pages {
+        let title = results.grid.page_title(page);
+        if !title.is_empty() {
+            let _ = writeln!(html, "<h3>{}</h3>", escaped(&title));
+        }
+        html.push_str("<div class=\"charts\">\n");
+        for (measure, name) in results.measures().into_iter().enumerate() {
+            // An error is that of another measure, and in the table beside it.
+            let is_error = name.ends_with("_error");
+            if let Some(svg) = chart(results, measure, page).filter(|_| !is_error) {
+                let _ = writeln!(html, "<figure>{}{svg}</figure>", figure_caption(name));
+            }
+        }
+        html.push_str("</div>\n");
+    }
+    html.push_str("</section>\n");
+}
+
+/// What a chart is of, with its unit and its meaning where the analysis knows them.
+fn figure_caption(name: &str) -> String {
+    let shown = escaped(&name.replace('_', " "));
+    match SCALARS.iter().find(|scalar| scalar.name == name) {
+        None => format!("<figcaption>{shown}</figcaption>"),
+        Some(scalar) => {
+            let unit = match scalar.unit {
+                "1" => String::new(),
+                unit => format!(", {}", escaped(&unit.replace("^2", "²"))),
+            };
+            let meaning = escaped(&scalar.meaning.replace("^2", "²"));
+            format!("<figcaption>{shown}<small>{unit}</small><p>{meaning}</p></figcaption>")
+        }
+    }
+}
+
+/// Which line is which, and what the bars are.
+fn push_legend(html: &mut String, results: &Results) {
+    html.push_str("<p class=\"legend\">");
+    if let Some(axis) = results.grid.axes.get(1) {
+        for i in 0..axis.len() {
+            let hue = hue(i, axis.len());
+            let title = escaped(&axis.title(i));
+            let _ = write!(html, "<span style=\"--h:{hue}\"><i></i>{title}</span> ");
+        }
+    }
+    let seeds = results.grid.seeds;
+    if seeds > 1 {
+        let _ = write!(
+            html,
+            "<span>mean of {seeds} seeds, bars ± one standard deviation</span>"
+        );
+    }
+    html.push_str("</p>\n");
+}
+
+/// Every number, for those who cannot see the charts, or will not trust them.
+fn push_numbers(html: &mut String, results: &Results) {
+    html.push_str(
+        "<section>\n<details>\n<summary>All numbers</summary>\n<p>A row a cell, lengths in mesh \
+         units. A row a run is in results.csv and results.parquet.</p>\n<div \
+         class=\"scroll\"><table>\n<thead><tr><th>cell</th>",
+    );
+    let names = results.measures();
+    for name in &names {
+        let _ = write!(html, "<th>{}</th>", escaped(&name.replace('_', " ")));
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for (number, cell) in results.plan.cells.iter().enumerate() {
+        let _ = write!(html, "<tr><th>{}</th>", escaped(&cell.name));
+        for measure in 0..names.len() {
+            let summary = results.summary(number, measure);
+            let _ = write!(html, "<td>{}</td>", spread(&summary));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody></table></div>\n</details>\n</section>\n");
+}
+
+fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
+    let measures = results.measures();
+    let cell = |cell: usize| {
+        let runs = || results.runs_of(cell);
+        let axes = results.grid.axes.iter().zip(&results.plan.cells[cell].at);
+        let titles: Vec<_> = axes.map(|(axis, &i)| axis.title(i)).collect();
+        let value = |run, measure| match results.value(run, measure) {
+            x if x.is_finite() => short(x),
+            _ => NONE.to_owned(),
+        };
+        CellData {
+            name: &results.plan.cells[cell].name,
+            title: match titles.is_empty() {
+                true => "all".to_owned(),
+                false => titles.join(", "),
+            },
+            seeds: runs()
+                .map(|run| results.plan.runs[run].recipe.seed)
+                .collect(),
+            summaries: (0..measures.len())
+                .map(|measure| spread(&results.summary(cell, measure)))
+                .collect(),
+            values: (0..measures.len())
+                .map(|measure| runs().map(|run| value(run, measure)).collect())
+                .collect(),
+            stopped: runs()
+                .map(|run| {
+                    results.outcomes[run]
+                        .as_ref()
+                        .map_or("failed", |o| o.stopped.as_str())
+                })
+                .collect(),
+            errors: runs().filter_map(|run| error(results, run)).collect(),
+            command: results.pictured(cell).map(|run| results.command(run)),
+        }
+    };
+    Data {
+        cells: (0..results.plan.cells.len()).map(cell).collect(),
+        measures,
+    }
+}
+
+fn error(results: &Results, run: usize) -> Option<String> {
+    let reason = results.outcomes[run].as_ref().err()?;
+    let seed = results.plan.runs[run].recipe.seed;
+    Some(format!("seed {seed}: {reason}"))
+}
+
+/// A number with four digits that count.
+pub(super) fn short(value: f64) -> String {
+    match decimals(value.abs()) {
+        _ if value == 0.0 => "0".to_owned(),
+        None => format!("{value:.2e}"),
+        Some(0) => number(value, 1.0),
+        Some(decimals) => {
+            let digits = format!("{value:.decimals$}");
+            digits
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
+        }
+    }
+}
+
+/// A text in HTML, also within quotes.
+pub(super) fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for k in 0..4 {
+            match k <= chunk.len() {
+                true => text.push(DIGITS[(bits >> (18 - 6 * k) & 63) as usize] as char),
+                false => text.push('='),
+            }
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_rfc() {
+        let cases = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (plain, text) in cases {
+            assert_eq!(base64(plain.as_bytes()), text);
+        }
+    }
+
+    #[test]
+    fn texts_cannot_break_out() {
+        assert_eq!(
+            escaped("<b a='1'>&\""),
+            "&lt;b a=&#39;1&#39;&gt;&amp;&quot;"
+        );
+    }
+
+    #[test]
+    fn spreads_have_the_decimals_of_the_larger() {
+        let spread = |mean, deviation, runs| {
+            spread(&Summary {
+                mean,
+                deviation,
+                runs,
+            })
+        };
+        assert_eq!(spread(0.099_812, 0.000_029, 2), "0.09981 ± 0.00003");
+        assert_eq!(spread(5723.2, 28.3, 3), "5,723 ± 28");
+        assert_eq!(spread(0.5, 0.0, 1), "0.5");
+        assert_eq!(spread(0.0, 2.5, 2), "0.000 ± 2.500");
+        assert_eq!(spread(3e-7, 1e-8, 2), "3.00e-7 ± 1e-8");
+        assert_eq!(spread(f64::NAN, 0.0, 0), NONE);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (0.5, "0.5"),
+            (0.123_456, "0.1235"),
+            (12_345.6, "12,346"),
+            (1e-9, "1.00e-9"),
+            (342.819, "342.8"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(short(value), text);
+        }
+    }
+}

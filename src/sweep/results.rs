@@ -1,0 +1,223 @@
+//! What the runs of a grid came to.
+
+use super::{Axis, Cell, Grid, Plan};
+use crate::export::{Table, TableColumn, TableValues};
+use crate::run::{COVER, ELEMENTS, REACH, Settings, shell_word};
+
+/// What a run came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Why it ended: one word.
+    pub stopped: String,
+    /// Named numbers, NaN for none: the same names in the same order in each run.
+    pub measures: Vec<(String, f64)>,
+    /// Seconds that growing took: different every time.
+    pub seconds: f64,
+}
+
+/// What all runs of a grid came to: an error in words for those that failed.
+#[derive(Clone, Copy, Debug)]
+pub struct Results<'a> {
+    /// The grid.
+    pub grid: &'a Grid,
+    /// Its runs.
+    pub plan: &'a Plan,
+    /// One a run.
+    pub outcomes: &'a [Result<Outcome, String>],
+}
+
+/// A measure over the seeds of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    /// Mean of the runs that have a number; NaN for none.
+    pub mean: f64,
+    /// Their sample standard deviation; 0 for one.
+    pub deviation: f64,
+    /// How many they are.
+    pub runs: usize,
+}
+
+impl Summary {
+    fn of(values: &[f64]) -> Self {
+        let runs = values.len();
+        let mean = values.iter().sum::<f64>() / runs as f64;
+        let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let deviation = match runs {
+            0 | 1 => 0.0,
+            _ => (squares / (runs - 1) as f64).sqrt(),
+        };
+        Self {
+            mean,
+            deviation,
+            runs,
+        }
+    }
+}
+
+/// The word for a run that failed, where others say why they ended.
+const FAILED: &str = "failed";
+
+impl<'a> Results<'a> {
+    /// Names of the measures.
+    pub fn measures(&self) -> Vec<&'a str> {
+        let first = self.outcomes.iter().find_map(|o| o.as_ref().ok());
+        let names = first.map(|o| o.measures.iter().map(|(name, _)| name.as_str()));
+        names.into_iter().flatten().collect()
+    }
+
+    /// The runs of a cell, in the order of their seeds.
+    pub fn runs_of(&self, cell: usize) -> std::ops::Range<usize> {
+        let seeds = self.grid.seeds as usize;
+        cell * seeds..(cell + 1) * seeds
+    }
+
+    /// The run of a cell that stands for it in pictures: the first that was grown.
+    pub fn pictured(&self, cell: usize) -> Option<usize> {
+        self.runs_of(cell).find(|&run| self.outcomes[run].is_ok())
+    }
+
+    /// The command that grows a run again, and the same bytes.
+    pub fn command(&self, run: usize) -> String {
+        let cell = self.cell_of(run);
+        let settings = Settings {
+            seed: Some(self.plan.runs[run].recipe.seed),
+            ..cell.settings.clone()
+        };
+        let mesh = settings.mesh.clone().unwrap_or_default();
+        format!(
+            "thallus grow {} -o {} {}",
+            shell_word(&mesh),
+            shell_word(&cell.name),
+            settings.flags()
+        )
+    }
+
+    /// A measure of a run, NaN for none.
+    pub fn value(&self, run: usize, measure: usize) -> f64 {
+        let outcome = self.outcomes[run].as_ref();
+        outcome.map_or(f64::NAN, |o| o.measures[measure].1)
+    }
+
+    /// A measure over the seeds of a cell.
+    pub fn summary(&self, cell: usize, measure: usize) -> Summary {
+        let values = self.runs_of(cell).map(|run| self.value(run, measure));
+        Summary::of(&values.filter(|x| x.is_finite()).collect::<Vec<_>>())
+    }
+
+    /// A row a run: cell, the axes as they were written, seed, every parameter in mesh units, why it
+    /// ended, every measure; last what took how long, which is different every time.
+    pub fn table(&self) -> Table {
+        let mut columns = vec![self.texts("cell", |run| self.cell_of(run).name.clone())];
+        for (k, axis) in self.grid.axes.iter().enumerate() {
+            columns.push(self.axis_column(k, axis));
+        }
+        let seed = |run: usize| self.plan.runs[run].recipe.seed;
+        columns.push(self.column("seed", TableValues::U64(self.runs().map(seed).collect())));
+        columns.extend(self.parameter_columns());
+        columns.push(self.texts("stopped", |run| match &self.outcomes[run] {
+            Ok(outcome) => outcome.stopped.clone(),
+            Err(_) => FAILED.to_owned(),
+        }));
+        for (measure, name) in self.measures().into_iter().enumerate() {
+            columns.push(self.numbers(name, |run| self.value(run, measure)));
+        }
+        columns.push(self.numbers("seconds_grow", |run| {
+            let outcome = self.outcomes[run].as_ref();
+            outcome.map_or(f64::NAN, |o| o.seconds)
+        }));
+        Table { columns }
+    }
+
+    fn runs(&self) -> std::ops::Range<usize> {
+        0..self.plan.runs.len()
+    }
+
+    fn cell_of(&self, run: usize) -> &'a Cell {
+        &self.plan.cells[self.plan.runs[run].cell]
+    }
+
+    fn column(&self, name: &str, values: TableValues) -> TableColumn {
+        TableColumn {
+            name: name.to_owned(),
+            values,
+        }
+    }
+
+    fn texts(&self, name: &str, of: impl Fn(usize) -> String) -> TableColumn {
+        self.column(name, TableValues::Text(self.runs().map(of).collect()))
+    }
+
+    fn numbers(&self, name: &str, of: impl Fn(usize) -> f64) -> TableColumn {
+        self.column(name, TableValues::F64(self.runs().map(of).collect()))
+    }
+
+    /// The values of an axis as they were written: numbers where all of them are.
+    fn axis_column(&self, k: usize, axis: &Axis) -> TableColumn {
+        let name = format!("axis_{}", axis.symbol());
+        let label = |run: usize| axis.values()[self.cell_of(run).at[k]].label().to_owned();
+        let is_number = |v: &super::AxisValue| v.label().parse::<f64>().is_ok();
+        match axis.values().iter().all(is_number) {
+            true => self.numbers(&name, |run| label(run).parse().unwrap_or(f64::NAN)),
+            false => self.texts(&name, label),
+        }
+    }
+
+    /// A column a parameter. Those that are numbers in every run are columns of numbers.
+    fn parameter_columns(&self) -> Vec<TableColumn> {
+        let said: Vec<Vec<(&str, String)>> = self
+            .runs()
+            .map(|run| Settings::from(&self.plan.runs[run].recipe).said())
+            .collect();
+        let mut keys: Vec<&str> = Vec::new();
+        for (key, _) in said.iter().flatten() {
+            if *key != "seed" && !keys.contains(key) {
+                keys.push(key);
+            }
+        }
+        let column = |key: &&str| {
+            let value = |run: usize| {
+                let entry = said[run].iter().find(|(k, _)| k == key);
+                entry.map_or_else(String::new, |(_, value)| value.clone())
+            };
+            let is_number = |text: &String| text.is_empty() || text.parse::<f64>().is_ok();
+            let name = column_name(key);
+            match self.runs().map(value).all(|text| is_number(&text)) {
+                true => self.numbers(&name, |run| value(run).parse().unwrap_or(f64::NAN)),
+                false => self.texts(&name, |run| unquoted(&value(run))),
+            }
+        };
+        keys.iter().map(column).collect()
+    }
+}
+
+/// What a parameter is called: where growth was to stop, and where it stopped, are two things.
+fn column_name(key: &str) -> String {
+    let name = key.replace('-', "_");
+    match [ELEMENTS.name, REACH.name, COVER.name].contains(&key) {
+        true => format!("stop_{name}"),
+        false => name,
+    }
+}
+
+/// The text that a TOML value holds.
+fn unquoted(value: &str) -> String {
+    let parsed = format!("v = {value}").parse::<toml::Table>();
+    match parsed.ok().and_then(|mut table| table.remove("v")) {
+        Some(toml::Value::String(text)) => text,
+        _ => value.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn summaries_are_mean_and_sample_deviation() {
+        let summary = Summary::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]);
+        assert_eq!((summary.mean, summary.runs), (5.0, 8));
+        assert!((summary.deviation - (32.0f64 / 7.0).sqrt()).abs() < 1e-15);
+        assert_eq!(Summary::of(&[3.0]).deviation, 0.0);
+        assert!(Summary::of(&[]).mean.is_nan());
+    }
+}

@@ -1,0 +1,185 @@
+//! `thallus analyze` as it is called.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::fs;
+use std::process::{Command, Output};
+
+use desk::{Desk, names, said};
+use serde_json::Value;
+use thallus::analysis::{SCALARS, plot_names};
+
+/// Plain DLA, which is large enough for every fit.
+const GROWN: &str = "rock.obj --radius 0.04% --gain 0 --bias 1 --join touch --elements 6000 -o out";
+
+fn analyze(desk: &Desk, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("analyze").args(words.split_whitespace());
+    command.current_dir(desk.0.path()).output().unwrap()
+}
+
+fn answered(desk: &Desk, words: &str) -> String {
+    let output = analyze(desk, words);
+    assert!(output.status.success(), "{words}: {}", said(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(desk: &Desk, words: &str) -> Value {
+    serde_json::from_str(&answered(desk, &format!("{words} --json"))).unwrap()
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = analyze(desk, words);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    assert!(
+        said.lines().count() == 1 && !said.contains("panicked"),
+        "{said}"
+    );
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.done(GROWN);
+    desk
+}
+
+#[test]
+fn json_has_every_scalar_and_what_it_was_read_from() {
+    let desk = desk();
+    let found = json(&desk, "out");
+    let scalars = found["scalars"].as_object().unwrap();
+    assert_eq!(scalars.len(), SCALARS.len());
+    for scalar in SCALARS {
+        assert!(scalars.contains_key(scalar.name), "{}", scalar.name);
+    }
+    assert_eq!(scalars["elements"], 6000.0);
+    let dimensions = found["dimensions"].as_array().unwrap();
+    assert_eq!(dimensions.len(), 9);
+    for dimension in dimensions {
+        let scaling = &dimension["scaling"];
+        let [points, slopes] =
+            ["points", "local_slopes"].map(|k| scaling[k].as_array().unwrap().len());
+        assert!(points >= 5 && slopes == points - 2, "{dimension}");
+        let [from, to] = [0, 1].map(|k| scaling["range"][k].as_f64().unwrap());
+        assert!(from < to);
+        let value = dimension["dimension"].as_f64().unwrap();
+        assert!((1.0..2.4).contains(&value), "{dimension}");
+    }
+    let radius = found["radius"].as_f64().unwrap();
+    let report = desk.report("out");
+    assert!(
+        (found["effective_radius"].as_f64().unwrap()
+            / report["effective_radius"].as_f64().unwrap()
+            - 1.0)
+            .abs()
+            < 1e-4
+    );
+    let covered = found["covered_area"].as_f64().unwrap();
+    assert!((covered / (6000.0 * std::f64::consts::PI * radius * radius) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn text_says_every_scalar_and_dimension() {
+    let desk = desk();
+    let text = answered(&desk, "out");
+    for scalar in SCALARS.iter().filter(|s| !s.name.contains("dimension_")) {
+        assert!(
+            text.contains(scalar.name) && text.contains(scalar.meaning),
+            "{text}"
+        );
+    }
+    for method in ["mass-radius", "gyration", "sandbox", "correlation"] {
+        let lines = text.matches(&format!("\n  {method} ")).count();
+        assert_eq!(lines, 2, "{text}");
+    }
+    assert_eq!(text.matches("along the surface").count(), 4, "{text}");
+    assert_eq!(
+        answered(&desk, "out/elements.ply"),
+        text.replace("out:", "out/elements.ply:")
+    );
+}
+
+#[test]
+fn without_its_mesh_a_lichen_is_measured_through_space() {
+    let desk = desk();
+    fs::copy(desk.path("out/elements.ply"), desk.path("alone.ply")).unwrap();
+    let output = analyze(&desk, "alone.ply --json");
+    assert!(output.status.success() && said(&output).contains("give the mesh with --mesh"));
+    let alone: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(alone["dimensions"].as_array().unwrap().len(), 5);
+    assert!(alone["scalars"]["surface_dimension_sandbox"].is_null());
+    let quiet = analyze(&desk, "alone.ply --json --quiet");
+    assert!(quiet.stderr.is_empty() && quiet.stdout == output.stdout);
+    let with = json(&desk, "alone.ply --mesh rock.obj");
+    assert_eq!(with, json(&desk, "out"));
+    let without = json(&desk, "out --surface-centres 0");
+    assert_eq!(without["dimensions"].as_array().unwrap().len(), 5);
+}
+
+#[test]
+fn any_number_of_threads_says_the_same() {
+    let desk = desk();
+    let said = |threads: u32| answered(&desk, &format!("out --json --threads {threads}"));
+    assert!(said(1) == said(2) && said(1) == said(5));
+}
+
+#[test]
+fn plots_are_whole_files_that_are_not_overwritten() {
+    let desk = desk();
+    let text = answered(&desk, "out --plots plots --surface-centres 10");
+    assert!(text.contains("sandbox"), "{text}");
+    let mut expected: Vec<_> = plot_names().map(str::to_owned).collect();
+    expected.sort();
+    assert_eq!(names(&desk.path("plots")), expected);
+    for name in &expected {
+        let svg = String::from_utf8(desk.read(&format!("plots/{name}"))).unwrap();
+        assert!(
+            svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"),
+            "{name}"
+        );
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+    }
+    refused(&desk, "out --plots plots", 1, &["plots", "--force"]);
+    let before = desk.read("plots/growth.svg");
+    answered(
+        &desk,
+        "out --plots plots --force --surface-centres 10 --threads 1",
+    );
+    assert!(before == desk.read("plots/growth.svg"));
+}
+
+#[test]
+fn a_lichen_of_one_element_is_no_failure() {
+    let desk = Desk::new();
+    desk.done("rock.obj --elements 1 -o one");
+    let found = json(&desk, "one --plots plots");
+    assert_eq!(found["scalars"]["elements"], 1.0);
+    assert!(found["scalars"]["dimension_sandbox"].is_null());
+    assert!(answered(&desk, "one").contains("too small a lichen to fit"));
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_in_one_line() {
+    let desk = desk();
+    refused(&desk, "nowhere", 1, &["nowhere"]);
+    refused(&desk, "rock.obj", 1, &["rock.obj"]);
+    refused(&desk, "out --mesh gone.obj", 1, &["gone.obj"]);
+    refused(&desk, "out --centres 0", 2, &["--centres"]);
+    refused(&desk, "out --surface-centres -1", 2, &["--surface-centres"]);
+    let plane = "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n";
+    fs::write(desk.path("plane.obj"), plane).unwrap();
+    refused(
+        &desk,
+        "out --mesh plane.obj",
+        1,
+        &["plane.obj", "not on this mesh"],
+    );
+    fs::remove_file(desk.path("rock.obj")).unwrap();
+    let output = analyze(&desk, "out");
+    assert!(output.status.success() && said(&output).contains("--mesh"));
+}

@@ -1,0 +1,435 @@
+//! `thallus sweep` as it is called: resumed, killed, sharded, merged.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use desk::{Desk, said};
+use thallus::run::Settings;
+
+/// Four cells of two seeds, and pictures that cost nothing.
+const GRID: &str = "plane.obj --L 5r,10r --B 0.3,0.9 --seeds 2 --radius 0.4% --reach 18r \
+                    --size 48x40 --samples 1 --quiet";
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    let plane = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
+    fs::copy(plane, desk.path("plane.obj")).unwrap();
+    desk
+}
+
+fn command(desk: &Desk, words: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    command.arg("sweep").args(words.split_whitespace());
+    command.current_dir(desk.0.path());
+    command
+}
+
+fn done(desk: &Desk, words: &str) -> Output {
+    let output = command(desk, words).output().unwrap();
+    assert!(output.status.success(), "{words}: {}", said(&output));
+    output
+}
+
+fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
+    let output = command(desk, words).output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+/// Every file below a folder, by its path in it. What is not promised is taken out: seconds, and
+/// the whole of `results.parquet`, whose columns are those of `results.csv`.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let name = path.strip_prefix(folder).unwrap().to_owned();
+            files.insert(name, promised(&path));
+        }
+    }
+    files
+}
+
+fn promised(path: &Path) -> Vec<u8> {
+    let bytes = fs::read(path).unwrap();
+    match path.file_name().unwrap().to_str().unwrap() {
+        "results.parquet" => Vec::new(),
+        "results.csv" => {
+            let text = String::from_utf8(bytes).unwrap();
+            let kept = |line: &str| line.rsplit_once(',').unwrap().0.to_owned() + "\n";
+            assert!(text.lines().next().unwrap().ends_with(",seconds_grow"));
+            text.lines().map(kept).collect::<String>().into_bytes()
+        }
+        "report.json" => {
+            let mut report: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+            report["seconds"].take();
+            report.to_string().into_bytes()
+        }
+        _ => bytes,
+    }
+}
+
+fn assert_same(desk: &Desk, found: &str, expected: &str) {
+    let [found, expected] = [found, expected].map(|folder| files(&desk.path(folder)));
+    assert_eq!(
+        found.keys().collect::<Vec<_>>(),
+        expected.keys().collect::<Vec<_>>()
+    );
+    for (name, bytes) in &expected {
+        assert!(found[name] == *bytes, "{} differs", name.display());
+    }
+}
+
+fn is_done(run: &Path) -> bool {
+    run.join("measures.json").is_file()
+}
+
+fn runs(desk: &Desk, folder: &str) -> Vec<PathBuf> {
+    let mut runs = Vec::new();
+    let Ok(cells) = fs::read_dir(desk.path(folder).join("cells")) else {
+        return runs;
+    };
+    for cell in cells.flatten() {
+        let seeds = fs::read_dir(cell.path()).into_iter().flatten().flatten();
+        runs.extend(seeds.map(|seed| seed.path()).filter(|path| path.is_dir()));
+    }
+    runs
+}
+
+fn finished(desk: &Desk, folder: &str) -> usize {
+    runs(desk, folder).iter().filter(|run| is_done(run)).count()
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o whole --threads 1"));
+    let names: Vec<_> = files(&desk.path("whole")).into_keys().collect();
+    assert_eq!(names.len(), 8 * 5 + 4 + 5, "{names:?}");
+    done(&desk, &format!("{GRID} -o threads --threads 3"));
+    assert_same(&desk, "threads", "whole");
+
+    // Parts in folders of their own, joined.
+    for part in 1..=3 {
+        done(&desk, &format!("{GRID} -o part{part} --shard {part}/3"));
+    }
+    assert_eq!(
+        [1, 2, 3].map(|p| finished(&desk, &format!("part{p}"))),
+        [3, 3, 2]
+    );
+    let pictures = "--size 48x40 --samples 1 --quiet";
+    refused(
+        &desk,
+        &format!("merge part1 part3 -o joined {pictures}"),
+        1,
+        &["3 runs are in none of the parts", "seed"],
+    );
+    assert!(!desk.path("joined").exists(), "nothing is written");
+    done(
+        &desk,
+        &format!("merge part1 part2 part3 -o joined {pictures}"),
+    );
+    assert_same(&desk, "joined", "whole");
+    refused(
+        &desk,
+        &format!("merge part1 part2 -o joined {pictures}"),
+        1,
+        &["exists already"],
+    );
+
+    // A doubled run is told; one that differs is refused.
+    let loud = "--size 48x40 --samples 1";
+    let output = done(
+        &desk,
+        &format!("merge part1 part2 part3 whole -o twice {loud}"),
+    );
+    assert!(
+        said(&output).contains("is in part1 and in whole"),
+        "{}",
+        said(&output)
+    );
+    assert_same(&desk, "twice", "whole");
+    let measures = runs(&desk, "part2")[0].join("measures.json");
+    let text = fs::read_to_string(&measures)
+        .unwrap()
+        .replace("\"reach\"", "\"full\"");
+    fs::write(&measures, text).unwrap();
+    let words = format!("merge whole part2 -o wrong {pictures}");
+    refused(
+        &desk,
+        &words,
+        1,
+        &["differs between whole and part2", "measures.json"],
+    );
+
+    // Parts that share a folder: the last to end makes the page.
+    for part in [2, 3, 1] {
+        assert!(!desk.path("shared/report.html").exists());
+        done(&desk, &format!("{GRID} -o shared --shard {part}/3"));
+    }
+    assert_same(&desk, "shared", "whole");
+}
+
+#[test]
+fn a_grid_file_is_the_same_sweep() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o first"));
+    done(
+        &desk,
+        "first/grid.toml -o second --size 48x40 --samples 1 --quiet",
+    );
+    assert_same(&desk, "second", "first");
+    let text = "mesh = \"plane.obj\"\nradius = \"0.4%\"\nreach = \"18r\"\nseeds = 2\n\
+                [axes]\nL = [\"5r\", \"10r\"]\nB = \"0.3,0.9\"\n";
+    fs::write(desk.path("hand.toml"), text).unwrap();
+    done(&desk, "hand.toml -o third --size 48x40 --samples 1 --quiet");
+    assert_same(&desk, "third", "first");
+}
+
+#[test]
+fn the_commands_of_the_page_make_the_same_lichen() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o out"));
+    let html = String::from_utf8(desk.read("out/report.html")).unwrap();
+    let data = html
+        .split("id=\"data\">")
+        .nth(1)
+        .unwrap()
+        .split("</script>")
+        .next()
+        .unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    let cell = &data["cells"][2];
+    let words = cell["command"].as_str().unwrap();
+    let mut grow = Command::new(env!("CARGO_BIN_EXE_thallus"));
+    grow.args(words.split_whitespace().skip(1))
+        .args(["--quiet", "--preview", "16"]);
+    assert!(
+        grow.current_dir(desk.0.path()).status().unwrap().success(),
+        "{words}"
+    );
+    let name = cell["name"].as_str().unwrap();
+    let again = desk.read(&format!("{name}/elements.ply"));
+    assert!(again == desk.read(&format!("out/cells/{name}/seed-1/elements.ply")));
+
+    // One cell alone, in another folder and in its place.
+    done(
+        &desk,
+        &format!("out/grid.toml -o only --only {name} --quiet"),
+    );
+    assert_eq!(finished(&desk, "only"), 2);
+    assert!(again == desk.read(&format!("only/cells/{name}/seed-1/elements.ply")));
+    let before = files(&desk.path("out"));
+    let page = "--size 48x40 --samples 1 --quiet";
+    done(&desk, &format!("out/grid.toml -o out --only {name} {page}"));
+    assert!(files(&desk.path("out")) == before);
+    refused(
+        &desk,
+        &format!("{GRID} -o out --only L=7r"),
+        2,
+        &["no such cell", "L=5r_B=0.3"],
+    );
+}
+
+/// Runs that take a while.
+const LONG: &str = "plane.obj --L 5r,10r,20r --B 0.3,0.9 --radius 0.1% --elements 6000 \
+                    --size 48x40 --samples 1 --threads 2 --quiet";
+
+fn start(desk: &Desk, words: &str) -> Child {
+    let mut command = command(desk, words);
+    command
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn wait_for(mut there: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !there() {
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "it never came"
+        );
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_killed_sweep_goes_on_and_leaves_finished_runs_alone() {
+    let desk = desk();
+    done(&desk, &format!("{LONG} -o whole"));
+    for kills in 1..=2 {
+        let folder = format!("killed{kills}");
+        for kill in 1..=kills {
+            let mut child = start(&desk, &format!("{LONG} -o {folder}"));
+            wait_for(|| finished(&desk, &folder) >= 2 * kill);
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        assert!(finished(&desk, &folder) < 6, "killed before the end");
+        let is_kept = |run: &PathBuf| is_done(run);
+        let kept: Vec<_> = runs(&desk, &folder).into_iter().filter(is_kept).collect();
+        let times = |kept: &[PathBuf]| -> Vec<_> {
+            let file = |run: &PathBuf| run.join("elements.ply").metadata().unwrap();
+            kept.iter()
+                .map(|run| file(run).modified().unwrap())
+                .collect()
+        };
+        let before = times(&kept);
+        done(&desk, &format!("{LONG} -o {folder}"));
+        assert_eq!(times(&kept), before, "finished runs are not touched");
+        assert_same(&desk, &folder, "whole");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_cleanly_and_the_same_command_goes_on() {
+    let desk = desk();
+    let mut child = start(&desk, &format!("{LONG} -o out"));
+    wait_for(|| finished(&desk, "out") >= 1);
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!desk.path("out/report.html").exists());
+    let stages = runs(&desk, "out")
+        .iter()
+        .filter(|run| run.join(".thallus-run").exists())
+        .count();
+    assert_eq!(stages, 0, "nothing half-written is left");
+    done(&desk, &format!("{LONG} -o out"));
+    done(&desk, &format!("{LONG} -o whole"));
+    assert_same(&desk, "out", "whole");
+}
+
+#[test]
+fn a_run_that_fails_is_told_and_the_others_go_on() {
+    let desk = desk();
+    let blocked = desk.path("out/cells/L=10r_B=0.3/seed-2");
+    fs::create_dir_all(blocked.parent().unwrap()).unwrap();
+    fs::write(&blocked, "in the way").unwrap();
+    refused(
+        &desk,
+        &format!("{GRID} -o out"),
+        1,
+        &[
+            "1 run failed: L=10r_B=0.3 seed 2",
+            "is a file",
+            "tries again",
+        ],
+    );
+    assert_eq!(finished(&desk, "out"), 7);
+    let error = desk.read("out/cells/L=10r_B=0.3/seed-2.error.txt");
+    assert!(String::from_utf8_lossy(&error).contains("is a file"));
+    let csv = String::from_utf8(desk.read("out/results.csv")).unwrap();
+    assert_eq!(csv.matches(",failed,").count(), 1);
+    assert!(desk.path("out/report.html").is_file());
+    fs::remove_file(&blocked).unwrap();
+    done(&desk, &format!("{GRID} -o out"));
+    done(&desk, &format!("{GRID} -o clean"));
+    assert_same(&desk, "out", "clean");
+}
+
+#[test]
+fn another_grid_in_the_folder_is_refused() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o out --only L=5r_B=0.3"));
+    let grid = desk.read("out/grid.toml");
+    for (old, new, part) in [
+        ("--seeds 2", "--seeds 3", "seeds was 2 and is 3"),
+        ("5r,10r", "5r,20r", "axes were"),
+        ("18r", "19r", "the size was reach = \"18.0r\""),
+        ("0.4%", "0.5%", "radius was"),
+        ("plane.obj", "rock.obj", "mesh-hash was"),
+    ] {
+        refused(
+            &desk,
+            &format!("{} -o out", GRID.replace(old, new)),
+            1,
+            &["out holds another sweep", part, "choose another folder"],
+        );
+    }
+    assert!(desk.read("out/grid.toml") == grid);
+    fs::create_dir(desk.path("full")).unwrap();
+    fs::write(desk.path("full/notes.txt"), "mine").unwrap();
+    refused(&desk, &format!("{GRID} -o full"), 1, &["full is not empty"]);
+}
+
+#[test]
+fn wrong_grids_are_named_before_anything_is_written() {
+    let desk = desk();
+    fs::write(
+        desk.path("bad.toml"),
+        "mesh = \"plane.obj\"\n[axes]\nbiass = [1]\n",
+    )
+    .unwrap();
+    fs::write(desk.path("none.toml"), "[axes]\nbias = [1]\n").unwrap();
+    for (words, code, parts) in [
+        ("plane.obj", 2, ["nothing to compare", "--L 5r,10r,20r"]),
+        ("plane.obj --B 0.2,7", 2, ["cell B=7", "-1 to 2"]),
+        ("plane.obj --B 0.2,x", 2, ["axis bias", "x"]),
+        (
+            "plane.obj --axis biass=1,2",
+            2,
+            ["biass", "did you mean 'bias'"],
+        ),
+        (
+            "plane.obj --axis seed=1,2",
+            2,
+            ["seed cannot be an axis", "--seeds"],
+        ),
+        (
+            "plane.obj --B 0.2 --bias 0.3",
+            2,
+            ["bias is an axis", "keep one"],
+        ),
+        (
+            "plane.obj --B 0.2,0.3 --shard 3/2",
+            2,
+            ["--shard", "from 1"],
+        ),
+        ("plane.obj --B 0.2,0.3 --seeds 0", 2, ["--seeds", "0"]),
+        ("plane.obj --L 5r,1r", 2, ["cell L=1r", "2r to 1000r"]),
+        ("bad.toml", 2, ["bad.toml: line 3", "did you mean 'bias'"]),
+        ("none.toml", 2, ["none.toml names no mesh", "--mesh"]),
+        ("gone.toml", 1, ["gone.toml", "reading the grid failed"]),
+        ("gone.obj --B 0.2,0.3", 1, ["gone.obj", "No such file"]),
+    ] {
+        refused(&desk, &format!("{words} -o out"), code, &parts);
+        assert!(!desk.path("out").exists(), "{words}");
+    }
+}
+
+#[test]
+fn further_axes_are_pages() {
+    let desk = desk();
+    let words = "plane.obj --L 5r,10r --B 0.5 --axis join=pack,touch --radius 0.4% --elements 60 \
+                 --size 48x40 --samples 1 --quiet -o out";
+    done(&desk, words);
+    for name in ["contact-sheet-1.png", "contact-sheet-2.png"] {
+        assert!(desk.path("out").join(name).is_file(), "{name}");
+    }
+    let html = String::from_utf8(desk.read("out/report.html")).unwrap();
+    assert!(html.contains("<h2>join = pack</h2>") && html.contains("<h2>join = touch</h2>"));
+    let recipe = desk.path("out/cells/L=5r_B=0.5_join=touch/seed-1/recipe.toml");
+    assert_eq!(Settings::read(&recipe).unwrap().seed, Some(1));
+}
