@@ -117,7 +117,7 @@ pub(crate) struct PictureArgs {
     )]
     pub(crate) size: Size,
     /// Rays through a pixel, at most: more take out grain, and time
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
     pub(crate) samples: u32,
 }
 

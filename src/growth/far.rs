@@ -5,6 +5,8 @@
 //! know nothing of it. On the copy bumps are flatter, so far jumps go over them straighter; what that
 //! changes in where walkers come to the lichen is measured in `tests/far.rs`.
 
+use std::sync::Arc;
+
 use super::Parameters;
 use crate::substrate::{Coarse, Substrate, SurfacePoint};
 use crate::walk::Stand;
@@ -23,7 +25,7 @@ const MOST_WALKS: usize = 3;
 
 /// A coarser copy, and when to walk on it.
 pub(super) struct Far {
-    coarse: Coarse,
+    coarse: Arc<Coarse>,
     /// A walker on the copy with a smaller bound lands.
     pub(super) land: f64,
     /// One on the surface with a larger bound is lifted.
@@ -33,7 +35,7 @@ pub(super) struct Far {
 impl Far {
     /// None where a copy would not be worth having.
     pub(super) fn new(substrate: &Substrate, parameters: &Parameters) -> Option<Self> {
-        let coarse = Coarse::new(substrate, ERROR * parameters.radius)?;
+        let coarse = substrate.coarser(ERROR * parameters.radius)?;
         let land = coarse.deviation().max(LEAST_LAND * parameters.radius);
         Some(Self {
             coarse,

@@ -6,6 +6,7 @@
 //! own, and a walker that comes back from the copy is on the face that it left from.
 
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -42,6 +43,29 @@ struct Cells {
 
 /// No triangle.
 const NONE: u32 = u32::MAX;
+
+/// The last copy that was made of a substrate, by its error: runs of one radius share it.
+#[derive(Default)]
+pub(super) struct Kept(Mutex<Option<(f64, Option<Arc<Coarse>>)>>);
+
+impl Substrate {
+    /// A [`Coarse`] copy for this error, made now if the last one asked for had another.
+    pub(crate) fn coarser(&self, error: f64) -> Option<Arc<Coarse>> {
+        let kept = || {
+            self.coarser
+                .0
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some((_, copy)) = kept().as_ref().filter(|(made_for, _)| *made_for == error) {
+            return copy.clone();
+        }
+        // Not under the lock: a thread that helps to make it may begin another run meanwhile.
+        let copy = Coarse::new(self, error).map(Arc::new);
+        *kept() = Some((error, copy.clone()));
+        copy
+    }
+}
 
 impl Coarse {
     /// A copy of which no part is much farther than `error` from the surface, in local units. None

@@ -108,6 +108,7 @@ pub struct Substrate {
     report: SubstrateReport,
     hash: String,
     up: DVec3,
+    coarser: coarse::Kept,
 }
 
 impl Substrate {
@@ -188,6 +189,7 @@ impl Substrate {
             report,
             hash: String::new(),
             up: DVec3::Y,
+            coarser: coarse::Kept::default(),
         }
     }
 

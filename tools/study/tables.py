@@ -1,0 +1,194 @@
+"""Prints the tables of docs/study.md from the folders of its sweeps. Standard library only.
+
+    python3 tools/study/tables.py FOLDER
+"""
+
+import csv
+import math
+import random
+import statistics
+import sys
+from pathlib import Path
+
+SHUFFLES = 20_000
+FALSE_ALARM = 0.05
+
+# Measures that one lichen is compared to another by: name, whether it is a length.
+MEASURES = [
+    ("elements", False),
+    ("radius_of_gyration", True),
+    ("effective_radius", True),
+    ("density", False),
+    ("circularity", False),
+    ("branch_width", True),
+    ("tips", False),
+    ("roughness", False),
+    ("growth_exponent", False),
+    ("dimension_mass_radius", False),
+    ("dimension_gyration", False),
+    ("dimension_sandbox", False),
+    ("dimension_correlation", False),
+]
+
+
+def rows(folder):
+    with open(folder / "results.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def value(row, name, is_length=False):
+    """A measure, lengths in element radii; NaN where the lichen has none."""
+    text = row[name]
+    x = float(text) if text else math.nan
+    return x / float(row["radius"]) if is_length else x
+
+
+def numbers(some, name, is_length=False):
+    found = [value(row, name, is_length) for row in some]
+    return [x for x in found if not math.isnan(x)]
+
+
+def ranks(xs):
+    """Ranks from 0, ties sharing their mean."""
+    ordered = sorted(xs)
+    return [(ordered.index(x) + len(ordered) - 1 - ordered[::-1].index(x)) / 2 for x in xs]
+
+
+def correlation(xs, ys):
+    mx, my = statistics.fmean(xs), statistics.fmean(ys)
+    xy = sum((x - mx) * (y - my) for x, y in zip(xs, ys))
+    xx, yy = sum((x - mx) ** 2 for x in xs), sum((y - my) ** 2 for y in ys)
+    return xy / math.sqrt(xx * yy) if xx * yy > 0 else 0.0
+
+
+def trend(data, across, within, name, is_length):
+    """Mean of Spearman's rank correlation of a measure with one axis, over the values of the other,
+    and the share of shufflings within these values that come as far in either direction."""
+    strata = []
+    for fixed in sorted({row[within] for row in data}):
+        some = [row for row in data if row[within] == fixed]
+        pairs = [(float(row[across].rstrip("r")), value(row, name, is_length)) for row in some]
+        pairs = [p for p in pairs if not math.isnan(p[1])]
+        if len({x for x, _ in pairs}) > 1:
+            strata.append([ranks(side) for side in zip(*pairs)])
+    found = statistics.fmean(correlation(x, y) for x, y in strata)
+    shuffle = random.Random(1)
+    as_far = 0
+    for _ in range(SHUFFLES):
+        for x, _ in strata:
+            shuffle.shuffle(x)
+        as_far += abs(statistics.fmean(correlation(x, y) for x, y in strata)) >= abs(found)
+    return found, (as_far + 1) / (SHUFFLES + 1)
+
+
+def grid_table(data, name, is_length, digits):
+    across = sorted({row["axis_L"] for row in data}, key=lambda L: float(L[:-1]))
+    down = sorted({row["axis_B"] for row in data}, key=float)
+    print(f"\n| {name}{' / r' if is_length else ''} | " + " | ".join(f"L = {L}" for L in across) + " |")
+    print("| --- |" + " --- |" * len(across))
+    for B in down:
+        cells = []
+        for L in across:
+            some = numbers([r for r in data if (r["axis_L"], r["axis_B"]) == (L, B)], name, is_length)
+            if not some:
+                cells.append("-")
+                continue
+            spread = statistics.stdev(some) / math.sqrt(len(some)) if len(some) > 1 else math.nan
+            cells.append(f"{statistics.fmean(some):.{digits}f} ± {spread:.{digits}f}")
+        print(f"| B = {B} | " + " | ".join(cells) + " |")
+
+
+def grid(folder):
+    data = rows(folder)
+    print("## Figure 9-4 on the rock\n")
+    print("| measure | against | rank correlation | p |")
+    print("| --- | --- | --- | --- |")
+    for name, is_length, axis, other in [
+        ("branch_width", True, "axis_L", "axis_B"),
+        ("roughness", False, "axis_B", "axis_L"),
+        ("dimension_mass_radius", False, "axis_B", "axis_L"),
+        ("dimension_sandbox", False, "axis_B", "axis_L"),
+        ("dimension_correlation", False, "axis_B", "axis_L"),
+        ("circularity", False, "axis_B", "axis_L"),
+        ("branch_width", True, "axis_B", "axis_L"),
+    ]:
+        found, p = trend(data, axis, other, name, is_length)
+        print(f"| {name} | {axis[5:]} | {found:+.2f} | {p:.1g} |")
+    for name, is_length, digits in [
+        ("branch_width", True, 1),
+        ("roughness", False, 3),
+        ("dimension_mass_radius", False, 3),
+        ("dimension_sandbox", False, 3),
+        ("circularity", False, 3),
+        ("elements", False, 0),
+    ]:
+        grid_table(data, name, is_length, digits)
+
+
+def difference(a, b):
+    """Of means, and the share of relabellings that come as far (Fisher's permutation test)."""
+    found = statistics.fmean(b) - statistics.fmean(a)
+    both, n = a + b, len(a)
+    shuffle = random.Random(1)
+    as_far = 0
+    for _ in range(SHUFFLES):
+        shuffle.shuffle(both)
+        as_far += abs(statistics.fmean(both[n:]) - statistics.fmean(both[:n])) >= abs(found) * (1 - 1e-12)
+    return found, (as_far + 1) / (SHUFFLES + 1)
+
+
+def seen(a, b):
+    """The difference that a test at the false alarm of one in these measures sees nine times in ten."""
+    normal = statistics.NormalDist()
+    z = normal.inv_cdf(1 - FALSE_ALARM / len(MEASURES) / 2) + normal.inv_cdf(0.9)
+    return z * math.sqrt(statistics.variance(a) / len(a) + statistics.variance(b) / len(b))
+
+
+def compare(folder, axis, title):
+    data = rows(folder)
+    sides = list(dict.fromkeys(row[axis] for row in data))
+    strata = sorted({row["axis_B"] for row in data}, key=float)
+    for B in strata:
+        some = [row for row in data if row["axis_B"] == B]
+        print(f"\n## {title}, B = {B}\n")
+        print(f"| measure | {sides[0]} | {sides[1]} | difference | p | seen 9 times in 10 from |")
+        print("| --- | --- | --- | --- | --- | --- |")
+        for name, is_length in MEASURES:
+            a, b = (numbers([r for r in some if r[axis] == side], name, is_length) for side in sides)
+            if min(len(a), len(b)) < 3 or statistics.variance(a + b) == 0:
+                continue
+            mean, (found, p) = statistics.fmean(a), difference(a, b)
+            share = lambda x: f"{100 * x / abs(mean):+.1f} %"
+            print(
+                f"| {name}{' / r' if is_length else ''} | {mean:.4g} | {statistics.fmean(b):.4g} "
+                f"| {share(found)} | {p:.2g} | {share(seen(a, b)).lstrip('+')} |"
+            )
+        print(f"\nA p below {FALSE_ALARM / len(MEASURES):.4f} would be a difference.")
+
+
+def presets(folder):
+    data = rows(folder)
+    print("\n## The presets\n")
+    print("| preset | L | B | elements | branch width / r | tips | roughness | dimension (mass-radius) | circularity |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name in dict.fromkeys(row["axis_preset"] for row in data):
+        some = [row for row in data if row["axis_preset"] == name]
+        mean = lambda m, length=False: statistics.fmean(numbers(some, m, length) or [math.nan])
+        length = value(some[0], "curvature_radius", True)
+        print(
+            f"| `{name}` | {length:.0f}r | {float(some[0]['bias']):g} | {mean('elements'):.0f} "
+            f"| {mean('branch_width', True):.1f} | {mean('tips'):.0f} | {mean('roughness'):.3f} "
+            f"| {mean('dimension_mass_radius'):.2f} | {mean('circularity'):.2f} |"
+        )
+
+
+def main():
+    out = Path(sys.argv[1])
+    grid(out / "grid")
+    compare(out / "copy", "axis_steps", "Far steps on a coarser copy against exact ones, boulder")
+    compare(out / "steps", "axis_steps", "Large steps against small ones, rock")
+    compare(out / "law", "axis_law", "The two laws of motion, rock")
+    presets(out / "presets")
+
+
+main()
