@@ -44,6 +44,8 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;
+    let only = args.only.as_deref().map(|name| cell(name, &plan));
+    let only = only.transpose()?;
     record::open(output, &grid)?;
     let sweep = Sweep {
         substrate: &substrate,
@@ -53,7 +55,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         execution,
         voice,
     };
-    let runs = chosen(args, &sweep)?;
+    let runs = chosen(args, only, &sweep);
     sweep.announce(&runs);
     let ends = sweep.grow(&runs, args.only.is_some());
     sweep.conclude(args, &runs, &ends)
@@ -144,21 +146,25 @@ pub(super) fn plan(grid: &Grid, substrate: &Substrate) -> Result<Plan, Failure> 
     Ok(grid.plan(substrate, file)?)
 }
 
+/// The cell of this name.
+fn cell(name: &str, plan: &Plan) -> Result<usize, Failure> {
+    let found = plan.cells.iter().position(|cell| cell.name == name);
+    found.ok_or_else(|| {
+        let first = &plan.cells[0].name;
+        Failure::usage(format!(
+            "--only {name}: there is no such cell; cells have names as {first}, those of the folders \
+             in cells/"
+        ))
+    })
+}
+
 /// The runs to grow, the costliest first: all that are not finished, of the part or the cell that
 /// was asked for.
-fn chosen(args: &SweepArgs, sweep: &Sweep) -> Result<Vec<usize>, Failure> {
+fn chosen(args: &SweepArgs, only: Option<usize>, sweep: &Sweep) -> Vec<usize> {
     let plan = sweep.plan;
-    if let Some(name) = &args.only {
-        let Some(cell) = plan.cells.iter().position(|cell| cell.name == *name) else {
-            let first = &plan.cells[0].name;
-            return Err(Failure::usage(format!(
-                "--only {name}: there is no such cell; cells have names as {first}, that of their \
-                 folder in {}/cells",
-                sweep.folder.display()
-            )));
-        };
+    if let Some(cell) = only {
         let order = plan.order().into_iter();
-        return Ok(order.filter(|&run| plan.runs[run].cell == cell).collect());
+        return order.filter(|&run| plan.runs[run].cell == cell).collect();
     }
     let runs = match args.shard {
         None => plan.order(),
@@ -168,7 +174,7 @@ fn chosen(args: &SweepArgs, sweep: &Sweep) -> Result<Vec<usize>, Failure> {
         .into_iter()
         .partition(|&run| sweep.outcome(run).is_some());
     finished.into_iter().for_each(|run| sweep.tidy(run));
-    Ok(left)
+    left
 }
 
 /// So many runs are worth a word about memory and time.

@@ -62,7 +62,8 @@ impl Page<'_> {
             return Ok(());
         }
         terminal::warn(&format!(
-            "interrupted: every run of {} is finished; the same command makes the page",
+            "interrupted: every run is finished, the page is not: thallus sweep {0}/grid.toml -o {0} \
+             makes it",
             self.folder.display()
         ));
         Err(Failure::Interrupted)

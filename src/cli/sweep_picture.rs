@@ -13,6 +13,7 @@ use thallus::skin::{self, Paint, Shape};
 use thallus::sweep::{Axis, CellPicture, Results, captions, title};
 
 use super::failure::Failure;
+use super::number::plural;
 use super::output::ELEMENTS;
 use super::preview::{bare, granules, local_vertices};
 use super::render::Skin;
@@ -47,6 +48,8 @@ impl Pictures {
         let side = side(&results, args.size);
         let mut cells = Vec::new();
         let all = page.plan.cells.len();
+        let pictures = plural(all, "picture", "pictures");
+        page.voice.note(&format!("taking {pictures}"));
         for (number, cell) in page.plan.cells.iter().enumerate() {
             page.check_cancelled()?;
             let doing = format!("picture {} of {all}: {}", number + 1, cell.name);
