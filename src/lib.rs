@@ -24,10 +24,10 @@
 //! [`Observer`](run::Observer) sees each one being born, and may stop the run: growth itself
 //! neither prints nor writes. One of them is the [`log`]'s: a [`Run`](run::Run) goes on from what it
 //! wrote as if it had never stopped. [`export::Elements`] makes the cluster a table for files,
-//! [`morphometry`] measures its elements and [`analysis`] the whole of it, an [`export::Scene`] holds both for another program,
-//! [`skin`](mod@skin) makes a triangle mesh of the cluster, [`bake`](mod@bake) textures for the
-//! substrate, [`picture`] draws it, and [`animate`] says when each element comes in an animation of
-//! its growth.
+//! [`morphometry`] measures each of its elements and [`analysis`] the whole of it, an
+//! [`export::Scene`] holds table and measures for another program, [`skin`](mod@skin) makes a
+//! triangle mesh of the cluster, [`bake`](mod@bake) textures for the substrate, [`picture`] draws
+//! it, and [`animate`] says when each element comes in an animation of its growth.
 //!
 //! ```
 //! use thallus::growth::SeedPlace;

@@ -92,10 +92,7 @@ fn tips(sample: &Sample<'_>, neighbours: &Neighbours, widths: &[Option<f64>]) ->
         highest
     });
     let mut peaks: Vec<usize> = (0..ways.len()).filter(|&i| highest[i]).collect();
-    peaks.sort_unstable_by(|&a, &b| match farther(a, b) {
-        true => std::cmp::Ordering::Less,
-        false => std::cmp::Ordering::Greater,
-    });
+    peaks.sort_unstable_by(|&a, &b| ways[b].total_cmp(&ways[a]).then(a.cmp(&b)));
     let apart = |i: usize, j: usize| {
         let [p, q] = [i, j].map(|i| DVec3::from(sample.positions[i]));
         let [n, m] = [i, j].map(|i| Vec3::from(sample.normals[i]));

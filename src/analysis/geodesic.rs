@@ -83,8 +83,9 @@ impl Window {
 /// ways from nearer are lost in round-off. Distances may change by as much.
 const LEAST_HEIGHT: f64 = 1e-8;
 
-/// Round-off of an edge's length, as a share of it.
-const SLACK: f64 = 1e-9;
+/// How far beside a window a place is still seen by it, in lengths of the edge: more than windows
+/// that should meet may be apart. Distances change by its square.
+const SLACK: f64 = 1e-6;
 
 impl<'a> SurfaceMetric<'a> {
     /// Of places of a mesh.
@@ -164,7 +165,7 @@ impl<'a> SurfaceMetric<'a> {
 
 /// Whether the triangles at a vertex make more than a full turn, or do not close.
 fn bends(substrate: &Substrate, vertex: u32) -> bool {
-    const SLACK: f64 = 1e-9;
+    const ROUND_OFF: f64 = 1e-9;
     let corners = substrate.half_edges_at(vertex);
     let border = |h: &HalfEdge| {
         [*h, previous(*h)]
@@ -177,7 +178,7 @@ fn bends(substrate: &Substrate, vertex: u32) -> bool {
         let (e, f) = (b - a, c - a);
         libm::atan2(e.cross(f).length(), e.dot(f))
     };
-    corners.iter().any(border) || corners.iter().map(angle).sum::<f64>() > TAU + SLACK
+    corners.iter().any(border) || corners.iter().map(angle).sum::<f64>() > TAU + ROUND_OFF
 }
 
 fn next(half_edge: HalfEdge) -> HalfEdge {
@@ -336,7 +337,7 @@ impl<'a> Search<'a> {
             let source = metric.in_frame(half_edge, source);
             let length = metric.lengths[half_edge as usize];
             self.reach(metric.start(half_edge), source.length());
-            if source.length() <= SLACK * length {
+            if source.length() <= LEAST_HEIGHT * length {
                 self.turn_at(metric.start(half_edge) as u32, 0.0);
             }
             self.put_window(metric.across(half_edge, [0.0, length], source, 0.0));

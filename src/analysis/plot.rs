@@ -93,6 +93,7 @@ struct Panel<'a> {
     title: &'a str,
     x: &'a str,
     y: &'a str,
+    key: SeriesLabelPosition,
 }
 
 /// Of M. Okabe and K. Ito (2008), told apart by the colour-blind too.
@@ -138,19 +139,19 @@ fn fits(area: &Area<'_>, analysis: &Analysis) -> Drawn {
     let panels: [(&[Method], Panel<'_>); 4] = [
         (
             &[MassRadius, Sandbox],
-            panel("Mass", LENGTH, "elements within"),
+            rising("Mass", LENGTH, "elements within"),
         ),
         (
             &[Correlation],
-            panel("Density-density correlation", LENGTH, "elements per area"),
+            falling("Density-density correlation", LENGTH, "elements per area"),
         ),
         (
             &[Boxes],
-            panel("Box counting", "edge of a box, mesh units", "boxes"),
+            falling("Box counting", "edge of a box, mesh units", "boxes"),
         ),
         (
             &[Gyration],
-            panel("Radius of gyration", "elements", "radius, mesh units"),
+            rising("Radius of gyration", "elements", "radius, mesh units"),
         ),
     ];
     for (area, (methods, panel)) in area.split_evenly((2, 2)).iter().zip(&panels) {
@@ -197,8 +198,8 @@ fn slopes(area: &Area<'_>, analysis: &Analysis) -> Drawn {
     ] {
         let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
         let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
-        let panel = panel("Dimension by local slope", x, "dimension");
-        draw(area, &panel, x_range.log_scale(), 0.5..2.5, &curves)?;
+        let panel = rising("Dimension by local slope", x, "dimension");
+        draw(area, &panel, x_range.log_scale(), 0.0..2.5, &curves)?;
     }
     Ok(())
 }
@@ -214,7 +215,7 @@ fn widths(area: &Area<'_>, analysis: &Analysis) -> Drawn {
     let bars: Vec<_> = histogram.counts.iter().enumerate().map(bar).collect();
     let widest = bars.last().map_or(histogram.bin, |(bar, _)| bar[1]);
     let highest = bars.iter().map(|(_, share)| *share).fold(0.01, f64::max);
-    let panel = panel(
+    let panel = falling(
         "Width of the branches",
         "width, mesh units",
         "share of the elements",
@@ -248,7 +249,7 @@ fn growth(area: &Area<'_>, analysis: &Analysis) -> Drawn {
         points: pairs(&growth.points),
         fit: line(growth),
     };
-    let of_growth = panel("Growth", "births", "effective radius, mesh units");
+    let of_growth = rising("Growth", "births", "effective radius, mesh units");
     log_log(&areas[0], &of_growth, &[curve])?;
     let points = pairs(&analysis.front.profile);
     let [far, high] = points
@@ -261,7 +262,7 @@ fn growth(area: &Area<'_>, analysis: &Analysis) -> Drawn {
         points,
         fit: Vec::new(),
     };
-    let of_profile = panel(
+    let of_profile = falling(
         "Density profile",
         "distance from the centroid, mesh units",
         "share covered",
@@ -275,18 +276,30 @@ fn growth(area: &Area<'_>, analysis: &Analysis) -> Drawn {
     )
 }
 
-fn panel<'a>(title: &'a str, x: &'a str, y: &'a str) -> Panel<'a> {
-    Panel { title, x, y }
+/// With the key below curves that rise.
+fn rising<'a>(title: &'a str, x: &'a str, y: &'a str) -> Panel<'a> {
+    let key = SeriesLabelPosition::LowerRight;
+    Panel { title, x, y, key }
 }
 
-/// From the least to the greatest of positive values, with some room.
+/// With the key above curves that fall.
+fn falling<'a>(title: &'a str, x: &'a str, y: &'a str) -> Panel<'a> {
+    let key = SeriesLabelPosition::UpperRight;
+    Panel { title, x, y, key }
+}
+
+/// From the least to the greatest of positive values, with some room: to whole decades where there
+/// would be few of them.
 fn positive_range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    const FEW: f64 = 100.0;
+    let decade = |value: f64, whole: fn(f64) -> f64| libm::exp10(whole(libm::log10(value)));
     let (least, greatest) = values.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| {
         (a.min(v), b.max(v))
     });
-    match least < greatest {
-        true => least / 1.2..greatest * 1.2,
-        false => 0.5..2.0,
+    match () {
+        () if least >= greatest => 0.5..2.0,
+        () if greatest < FEW * least => decade(least, libm::floor)..decade(greatest, libm::ceil),
+        () => least / 1.2..greatest * 1.2,
     }
 }
 
@@ -317,24 +330,25 @@ where
         let points = curve.points.iter().copied();
         let drawn = match dashed {
             true => {
-                chart.draw_series(DashedLineSeries::new(points, 6, 4, color.stroke_width(1)))?
+                chart.draw_series(DashedLineSeries::new(points, 6, 4, color.stroke_width(2)))?
             }
-            false => chart.draw_series(LineSeries::new(points, color.stroke_width(1)))?,
+            false => chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?,
         };
         let key = move |(x, y)| {
             PathElement::new(
                 [(x, y), (x + 22, y)],
-                color.stroke_width(if dashed { 1 } else { 3 }),
+                color.stroke_width(if dashed { 1 } else { 4 }),
             )
         };
         drawn.label(&curve.label).legend(key);
         chart.draw_series(LineSeries::new(
             curve.fit.iter().copied(),
-            color.mix(0.45).stroke_width(4),
+            color.mix(0.35).stroke_width(7),
         ))?;
     }
     chart
         .configure_series_labels()
+        .position(panel.key.clone())
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(0xc8, 0xc8, 0xc8))
         .label_font(("sans-serif", 14))
@@ -369,7 +383,7 @@ where
 /// A number at an axis, without the zeros that say nothing.
 fn tick(value: f64) -> String {
     let size = value.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
         return format!("{value:.0e}");
     }
     let text = format!("{value:.4}");

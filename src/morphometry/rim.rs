@@ -206,6 +206,26 @@ mod tests {
         assert!(both[0] > 20 && both[1] > 20, "{both:?}");
     }
 
+    /// Points on the edges of the discs, counted where no other disc holds them.
+    #[test]
+    fn exposed_angles_are_what_no_other_disc_covers() {
+        const POINTS: u32 = 720;
+        let lichen = flat(250, 6);
+        let (rim, neighbours) = rim_of(&lichen, 0.25);
+        for (i, angle) in exposed_angles(&neighbours).into_iter().enumerate() {
+            let free = |k: &u32| {
+                let (sin, cos) = (f64::from(*k) * TAU / f64::from(POINTS)).sin_cos();
+                let point = lichen.position(i) + DVec3::new(cos, sin, 0.0) * 0.125;
+                let holds = |j| j != i && lichen.position(j).distance(point) < 0.125;
+                !(0..rim.len()).any(holds)
+            };
+            let counted = (0..POINTS).filter(free).count() as f64 / f64::from(POINTS) * TAU;
+            // Each end of an open arc lies between two of the points.
+            assert!((angle - counted).abs() < 0.05, "{i}: {angle} {counted}");
+            assert_eq!(angle > 0.0, rim[i], "{i}: {angle}");
+        }
+    }
+
     #[test]
     fn the_rim_of_a_younger_lichen_is_told_by_the_grown_one() {
         for lichen in [flat(400, 9), blob(400, 4)] {
