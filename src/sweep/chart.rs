@@ -9,7 +9,7 @@ use crate::picture::{number, round_below};
 /// Size of a chart and of the space about its frame: left, top, right, bottom; SVG units.
 const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 230.0;
-const SPACE: [f64; 4] = [52.0, 10.0, 14.0, 40.0];
+const SPACE: [f64; 4] = [62.0, 10.0, 14.0, 40.0];
 
 /// Where values of an axis lie, 0 to 1 from end to end.
 enum Scale {
