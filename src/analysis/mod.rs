@@ -39,7 +39,7 @@ pub use width::{Distribution, Histogram};
 
 use crate::cluster::Cluster;
 use crate::export::Elements;
-use crate::morphometry::{Neighbours, Sample, density, is_rim, rim_distance, smooth_normals};
+use crate::morphometry::{Neighbours, Sample, density, smooth_normals};
 use crate::substrate::Substrate;
 use dimension::Scales;
 use front::Distances;
@@ -86,6 +86,9 @@ pub struct Analysis {
     pub branch_width: Option<Distribution>,
     /// The same, in bins of one element's diameter.
     pub branch_widths: Histogram,
+    /// The same where gaps narrower than [`LOBE`] radii count as lichen: of lobes, whatever the
+    /// pattern inside them.
+    pub lobe_width: Option<Distribution>,
     /// Tips, angles and orders.
     pub branching: Branching,
     /// Growth and front.
@@ -97,6 +100,10 @@ pub struct Analysis {
 /// How far an element looks for neighbours, in element radii, as in the colours of skins. Gaps
 /// narrower than this count as lichen.
 pub const LOOK: f64 = 6.0;
+
+/// Gaps narrower than this many radii are part of a lobe. With L = 20 r and more, lobes are made of
+/// plumes with gaps of up to a dozen radii between them.
+pub const LOBE: f64 = 16.0;
 
 impl Analysis {
     /// Measures a grown lichen on all of rayon's threads, through space and along the surface, in
@@ -149,9 +156,11 @@ pub fn dimensions(
 pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
     let dimensions = dimensions(sample, surface, centres);
     let n = sample.positions.len();
-    let neighbours = Neighbours::new(sample.positions, sample.normals, LOOK * sample.radius);
-    let rim_distance = rim_distance(&is_rim(&neighbours), &neighbours);
-    let widths = branch_widths(sample.radius, &rim_distance, &neighbours);
+    let within =
+        |radii: f64| Neighbours::new(sample.positions, sample.normals, radii * sample.radius);
+    let neighbours = within(LOOK);
+    let widths = branch_widths(sample.radius, &neighbours);
+    let lobe_widths = branch_widths(sample.radius, &within(LOBE));
     let known: Vec<f64> = widths.iter().copied().flatten().collect();
     Analysis {
         elements: n,
@@ -163,6 +172,7 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
         outline: Outline::new(&neighbours),
         branch_widths: Histogram::of(&known, 2.0 * sample.radius),
         branch_width: Distribution::of(known),
+        lobe_width: Distribution::of(lobe_widths.into_iter().flatten().collect()),
         branching: Branching::new(sample, &neighbours, &widths),
         front: Front::new(sample),
         dimensions,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::morphometry::Neighbours;
+use crate::morphometry::{Neighbours, is_rim, rim_distance};
 
 /// What the distance from the rim must gain on the way for the way to lead towards the middle.
 const SLOPE: f64 = 0.5;
@@ -16,11 +16,8 @@ const SLOPE: f64 = 0.5;
 /// of a branch that widens by less than 60°, counts. Width by the greatest disc within (T. Hildebrand
 /// and P. Rüegsegger, *A new method for the model-independent assessment of thickness*, 1997) agrees
 /// on strips and discs. Right to about one element.
-pub(super) fn branch_widths(
-    radius: f64,
-    rim_distance: &[Option<f64>],
-    neighbours: &Neighbours,
-) -> Vec<Option<f64>> {
+pub(super) fn branch_widths(radius: f64, neighbours: &Neighbours) -> Vec<Option<f64>> {
+    let rim_distance = rim_distance(&is_rim(neighbours), neighbours);
     let depth = |i: usize| rim_distance[i].unwrap_or(0.0);
     let next = neighbours.map(|i| {
         let mut best = (0.0, i as u32);

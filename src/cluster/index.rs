@@ -13,7 +13,7 @@ pub trait ElementIndex: Sync {
     type Notes: Default + Send + Sync;
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
-    /// corner; `wide` is the largest radius that [`count`](Self::count) and
+    /// corner; `wide` is the largest radius that [`at_most`](Self::at_most) and
     /// [`within`](Self::within) will be asked for often, none where that is a few element radii.
     fn new(radius: f64, wide: Option<f64>, bounds: [DVec3; 2]) -> Self
     where

@@ -21,6 +21,7 @@ MEASURES = [
     ("density", False),
     ("circularity", False),
     ("branch_width", True),
+    ("lobe_width", True),
     ("tips", False),
     ("roughness", False),
     ("growth_exponent", False),
@@ -104,6 +105,7 @@ def grid(folder):
     print("| measure | against | rank correlation | p |")
     print("| --- | --- | --- | --- |")
     for name, is_length, axis, other in [
+        ("lobe_width", True, "axis_L", "axis_B"),
         ("branch_width", True, "axis_L", "axis_B"),
         ("roughness", False, "axis_B", "axis_L"),
         ("dimension_mass_radius", False, "axis_B", "axis_L"),
@@ -115,6 +117,7 @@ def grid(folder):
         found, p = trend(data, axis, other, name, is_length)
         print(f"| {name} | {axis[5:]} | {found:+.2f} | {p:.1g} |")
     for name, is_length, digits in [
+        ("lobe_width", True, 1),
         ("branch_width", True, 1),
         ("roughness", False, 3),
         ("dimension_mass_radius", False, 3),
@@ -169,15 +172,15 @@ def compare(folder, axis, title):
 def presets(folder):
     data = rows(folder)
     print("\n## The presets\n")
-    print("| preset | L | B | elements | branch width / r | tips | roughness | dimension (mass-radius) | circularity |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| preset | L | B | elements | branch width / r | lobe width / r | tips | roughness | dimension (mass-radius) | circularity |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in dict.fromkeys(row["axis_preset"] for row in data):
         some = [row for row in data if row["axis_preset"] == name]
         mean = lambda m, length=False: statistics.fmean(numbers(some, m, length) or [math.nan])
         length = value(some[0], "curvature_radius", True)
         print(
             f"| `{name}` | {length:.0f}r | {float(some[0]['bias']):g} | {mean('elements'):.0f} "
-            f"| {mean('branch_width', True):.1f} | {mean('tips'):.0f} | {mean('roughness'):.3f} "
+            f"| {mean('branch_width', True):.1f} | {mean('lobe_width', True):.1f} | {mean('tips'):.0f} | {mean('roughness'):.3f} "
             f"| {mean('dimension_mass_radius'):.2f} | {mean('circularity'):.2f} |"
         )
 
