@@ -329,18 +329,19 @@ impl<I: ElementIndex> Walk<'_, I> {
     ///
     /// Under lichen on the other face of a thin plate a walker is near elements that it can never
     /// touch, and would cross below them in steps of a radius. What it can touch within a ball is
-    /// what the surface joins to it inside a slightly larger one.
+    /// what the surface joins to it inside a slightly larger one; so what only a ball twice as large
+    /// joins to it, round a rim, cannot be touched within the first.
     pub(super) fn clear_on_sheet(&mut self, here: &Stand) -> f64 {
         let radius = self.around.parameters.radius;
-        let mut ball = 8.0 * radius;
+        let (mut free, mut ball) = (0.0, 8.0 * radius);
         loop {
-            let nearest = self.nearest_on_sheet(here, ball);
+            let nearest = self.nearest_on_sheet(here, ball).max(free);
             let full = self.scratch.reached().len() > MOST_REACHED;
             if nearest < ball || full || ball > MOST_BALL * radius {
                 self.asked(here.position, ball, 0);
                 return nearest;
             }
-            ball *= 2.0;
+            (free, ball) = (ball, 2.0 * ball);
         }
     }
 
