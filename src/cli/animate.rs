@@ -30,7 +30,7 @@ use super::terminal;
 
 pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
     let target = Target::of(args)?;
-    start_threads(args.threads)?;
+    start_threads(args.run.threads)?;
     let started = Instant::now();
     let lichen = Growth::read(args)?;
     let moments = timing(&args.time, &lichen.cluster)?.moments(&lichen.cluster);
@@ -41,7 +41,7 @@ pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
         Subject::Curves => scenes(args, &target, lichen, &moments, What::Curves)?,
         Subject::Picture => animate_picture::pictures(args, &target, &lichen, &moments)?,
     }
-    if !args.quiet {
+    if !args.run.quiet {
         let frames = plural(args.time.frames as usize, "frame", "frames");
         let seconds = duration(started.elapsed().as_secs_f64());
         terminal::say(&format!("{}: {frames} in {seconds}", args.output.display()))?;
@@ -309,7 +309,7 @@ fn spooling(error: std::io::Error) -> Failure {
 
 /// How many frames are done, on a terminal.
 pub(super) fn bar(args: &AnimateArgs) -> ProgressBar {
-    if args.quiet {
+    if args.run.quiet {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(u64::from(args.time.frames));

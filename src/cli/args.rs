@@ -13,6 +13,7 @@ use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
 use super::render_args::RenderArgs;
+use super::run_args::RUN;
 use super::skin_args::SkinArgs;
 use super::sweep_args::SweepArgs;
 
@@ -181,8 +182,6 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
 }
-
-const RUN: &str = "Run";
 
 const AFTER_GROW: &str = "\
 Ctrl-C finishes the current element, writes what there is and exits with 130.

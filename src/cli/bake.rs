@@ -37,8 +37,8 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         samples: args.maps.samples,
     };
     settings.check().map_err(|e| Failure::Usage(e.into()))?;
-    start_threads(args.threads)?;
-    let voice = Voice { quiet: args.quiet };
+    start_threads(args.run.threads)?;
+    let voice = args.run.voice();
     let started = Instant::now();
     let lichen = Lichen::read(args)?;
     let (shape, paint) = lichen.look(args)?;
@@ -415,7 +415,7 @@ fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> {
     if args.json {
         let json = serde_json::to_string_pretty(report).context("writing JSON")?;
         terminal::say(&json)?;
-    } else if !args.quiet {
+    } else if !args.run.quiet {
         let (elements, size) = (count(report.elements as u64), report.size);
         let seconds = duration(report.seconds.total);
         let glb = Path::new(&report.folder).join(GLB);

@@ -30,6 +30,7 @@ mod render_args;
 mod render_by;
 mod render_camera;
 mod resume;
+mod run_args;
 mod skin;
 mod skin_args;
 mod skin_paint;

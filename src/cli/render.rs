@@ -30,8 +30,8 @@ use super::terminal::{self, Voice};
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     check_name(&args.output)?;
     check_free(std::slice::from_ref(&args.output), args.force)?;
-    start_threads(args.threads)?;
-    let voice = Voice { quiet: args.quiet };
+    start_threads(args.run.threads)?;
+    let voice = args.run.voice();
     let mut clock = Clock::new();
     let lichens = Lichens::read(args)?;
     let mut seconds = Seconds::default();
@@ -354,7 +354,7 @@ fn conclude(args: &RenderArgs, report: &Report) -> Result<(), Failure> {
     if args.json {
         let json = serde_json::to_string_pretty(report).context("writing JSON")?;
         terminal::say(&json)?;
-    } else if !args.quiet {
+    } else if !args.run.quiet {
         let Report { width, height, .. } = report;
         let elements = count(report.elements as u64);
         let seconds = duration(report.seconds.total);

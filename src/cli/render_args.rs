@@ -11,6 +11,7 @@ use thallus::skin::parse_color;
 use super::args::choice;
 use super::render_by::Quantity;
 use super::render_camera::View;
+use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ShapeArgs};
 
 #[derive(Debug, Args)]
@@ -45,15 +46,9 @@ pub(crate) struct RenderArgs {
     /// Overwrite the picture if it is there
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
-    /// No progress, notes or warnings: only errors
-    #[arg(long, help_heading = RUN)]
-    pub(crate) quiet: bool,
-    /// Threads to use; the result is the same for any number [default: all cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
-
-const RUN: &str = "Run";
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "View")]

@@ -26,8 +26,8 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
     check_free(&files, args.force)?;
-    start_threads(args.threads)?;
-    let voice = Voice { quiet: args.quiet };
+    start_threads(args.run.threads)?;
+    let voice = args.run.voice();
     let started = Instant::now();
     let (substrate, cluster) = Grown::read(&args.from)?.on_mesh(args.mesh.as_deref())?;
     let convention = Convention {
@@ -296,14 +296,14 @@ fn conclude(args: &SkinArgs, report: &Report) -> Result<(), Failure> {
         terminal::say(&json)?;
         return Ok(());
     }
-    for file in report.files.iter().filter(|_| !args.quiet) {
+    for file in report.files.iter().filter(|_| !args.run.quiet) {
         let [triangles, vertices] = [file.triangles, file.vertices].map(|n| count(n as u64));
         let name = &file.file;
         terminal::say(&format!(
             "{name}: {triangles} triangles, {vertices} vertices"
         ))?;
     }
-    if !args.quiet {
+    if !args.run.quiet {
         let elements = count(report.elements as u64);
         let seconds = duration(report.seconds.total);
         terminal::say(&format!("  a skin on {elements} elements in {seconds}"))?;

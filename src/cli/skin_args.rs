@@ -8,6 +8,7 @@ use thallus::run::Length;
 use thallus::skin::PALETTE;
 
 use super::axes::AxesArgs;
+use super::run_args::{RUN, RunArgs};
 
 #[derive(Debug, Args)]
 pub(crate) struct SkinArgs {
@@ -33,15 +34,9 @@ pub(crate) struct SkinArgs {
     /// Overwrite files that are there
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
-    /// No progress, notes or warnings: only errors
-    #[arg(long, help_heading = RUN)]
-    pub(crate) quiet: bool,
-    /// Threads to use; the result is the same for any number [default: all cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
-
-const RUN: &str = "Run";
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]

@@ -11,6 +11,7 @@ use thallus::sweep::Axis;
 use super::args::{LookArgs, PlaceArgs, StopArgs, WalkArgs, settings};
 use super::render_args::Size;
 use super::render_camera::View;
+use super::run_args::{RUN, RunArgs};
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = AFTER)]
@@ -86,12 +87,8 @@ pub(crate) struct MergeArgs {
     pub(crate) mesh: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pictures: PictureArgs,
-    /// Threads to use; the result is the same for any number [default: all cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
-    /// No progress, notes or warnings: only errors
-    #[arg(long, help_heading = RUN)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
 
 /// How the pictures of the cells are taken.
@@ -123,7 +120,6 @@ pub(crate) struct PictureArgs {
 
 const AXES: &str = "Axes";
 const PARTS: &str = "Parts of a sweep";
-const RUN: &str = "Run";
 
 const AFTER: &str = "\
 An axis takes VALUES: a list, as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five values

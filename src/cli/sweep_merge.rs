@@ -21,10 +21,10 @@ use super::sweep_record::{self as record, GRID, MEASURES};
 use super::terminal::Voice;
 
 pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
-    let voice = Voice { quiet: args.quiet };
+    let voice = args.run.voice();
     let mut grid = common_grid(&args.parts)?;
     check_new(&args.output)?;
-    start_threads(args.threads)?;
+    start_threads(args.run.threads)?;
     let cancel = Arc::default();
     interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
