@@ -1,0 +1,176 @@
+//! `thallus check` as a user meets it.
+
+#[path = "common/shell.rs"]
+mod shell;
+
+use shell::{Desk, PLANE, sheet};
+
+#[test]
+fn check_answers_in_json() {
+    let desk = Desk::new();
+    desk.put(
+        "two.obj",
+        format!(
+            "{}\nv 50 0 0\nv 51 0 0\nv 50 0 1\nf 5 6 7\n",
+            PLANE.trim_end()
+        ),
+    );
+    let answer: serde_json::Value =
+        serde_json::from_str(&desk.done("check two.obj --json").out).unwrap();
+    let mut keys: Vec<_> = answer
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    keys.sort_unstable();
+    let mut expected = KEYS.to_vec();
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert_eq!(answer["triangles_read"], 3);
+    assert_eq!(answer["components"].as_array().unwrap().len(), 2);
+    assert_eq!(answer["components"][0]["area"], 100.0);
+    assert_eq!(answer["boundary_edges"], 7);
+    assert_eq!(answer["fit"], true);
+    let warnings = answer["warnings"].to_string();
+    assert!(
+        warnings.contains("2 separate pieces: lichen cannot cross between them"),
+        "{warnings}"
+    );
+    assert!(warnings.contains("7 open edges"), "{warnings}");
+    let diagonal = (51f64 * 51.0 + 100.0).sqrt();
+    assert!((answer["auto_radius"].as_f64().unwrap() - diagonal / 2000.0).abs() < 1e-12);
+}
+
+const KEYS: [&str; 15] = [
+    "triangles_read",
+    "triangles",
+    "vertices",
+    "components",
+    "boundary_edges",
+    "non_manifold_edges",
+    "degenerate_triangles",
+    "duplicate_triangles",
+    "area",
+    "bounding_box",
+    "edge_length",
+    "auto_radius",
+    "repairs",
+    "warnings",
+    "fit",
+];
+
+#[test]
+fn check_of_an_unfit_mesh_answers_in_json_too() {
+    let desk = Desk::new();
+    desk.put("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    let ran = desk.run("check line.obj --json");
+    assert_eq!(ran.code, 1);
+    let answer: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    assert_eq!(answer["fit"], false);
+    assert!(KEYS.iter().all(|key| answer.get(key).is_some()), "{answer}");
+    assert!(answer["warnings"][0].as_str().unwrap().contains("line.obj"));
+}
+
+/// Triangles of side 1 that touch nowhere.
+fn confetti(n: usize) -> String {
+    let triangle = |i: usize| {
+        let (x, z) = (2 * (i % 5), 2 * (i / 5));
+        let corner = 3 * i + 1;
+        format!(
+            "v {x} 0 {z}\nv {} 0 {z}\nv {x} 0 {}\nf {corner} {} {}\n",
+            x + 1,
+            z + 1,
+            corner + 2,
+            corner + 1
+        )
+    };
+    (0..n).map(triangle).collect()
+}
+
+#[test]
+fn a_surface_without_room_is_unfit() {
+    let desk = Desk::new();
+    desk.put("loose.obj", confetti(20));
+    desk.put(
+        "speck.obj",
+        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
+    );
+    for (mesh, cure) in [
+        ("loose.obj", "merge vertices"),
+        ("speck.obj", "give --radius"),
+    ] {
+        desk.fails(&format!("check {mesh}"), 1, &["unfit", mesh, cure]);
+        let ran = desk.run(&format!("check {mesh} --json"));
+        assert_eq!(ran.code, 1);
+        let answer: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+        assert_eq!(answer["fit"], false);
+        assert!(answer["auto_radius"].as_f64().unwrap() > 0.0, "{answer}");
+        let warning = answer["warnings"][0].as_str().unwrap();
+        assert!(warning.contains(cure), "{warning}");
+    }
+}
+
+#[test]
+fn the_radius_that_check_proposes_is_one_to_grow_with() {
+    let desk = Desk::new();
+    desk.put(
+        "speck.obj",
+        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
+    );
+    let said = desk.run("check speck.obj").err;
+    let proposed = said.split("--radius ").nth(1).unwrap();
+    let radius = proposed.split(',').next().unwrap();
+    desk.done(&format!("grow speck.obj --radius {radius} --elements 200"));
+}
+
+#[test]
+fn no_radius_is_proposed_that_would_be_refused() {
+    let desk = Desk::new();
+    desk.put(
+        "far.obj",
+        format!("{PLANE}v 0 1e9 0\nv 1 1e9 0\nv 0 1e9 1\nf 5 6 7\n"),
+    );
+    let said = desk.run("check far.obj").err;
+    assert!(
+        said.contains("remove what lies far") && !said.contains("--radius"),
+        "{said}"
+    );
+}
+
+#[test]
+fn few_loose_triangles_are_still_a_surface() {
+    let desk = Desk::new();
+    desk.put("tiles.obj", confetti(10));
+    desk.done("check tiles.obj");
+}
+
+#[test]
+fn check_warns_in_words() {
+    let desk = Desk::new();
+    desk.put(
+        "fine.obj",
+        sheet(400, |_, _| 0.0).replace("v 10 ", "v 4000 "),
+    );
+    desk.put("fin.obj", format!("{PLANE}v 5 5 5\nf 1 3 5\n"));
+    let far = PLANE
+        .replace("v 10 ", "v 50000010 ")
+        .replace("v 0 ", "v 50000000 ");
+    desk.put("far.obj", far);
+    desk.put("large.obj", PLANE.replace("10", "1000000"));
+    desk.put("small.obj", PLANE.replace("10", "0.0000001"));
+    for (mesh, said) in [
+        ("fine.obj", "consider simplifying"),
+        (
+            "fin.obj",
+            "1 edge with more than two triangles (near (5, 0, 5))",
+        ),
+        ("far.obj", "from its origin"),
+        ("large.obj", "units across"),
+        ("small.obj", "units across"),
+    ] {
+        let ran = desk.done(&format!("check {mesh}"));
+        let words = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains(said), "{mesh}: {words}");
+    }
+}
