@@ -4,9 +4,9 @@
 mod desk;
 
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use desk::{Desk, names, said};
+use desk::{Desk, assert_refused_in_a_line, names, said};
 use serde_json::Value;
 use thallus::analysis::{SCALARS, plot_names};
 
@@ -14,9 +14,7 @@ use thallus::analysis::{SCALARS, plot_names};
 const GROWN: &str = "rock.obj --radius 0.04% --gain 0 --bias 1 --join touch --elements 6000 -o out";
 
 fn analyze(desk: &Desk, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("analyze").args(words.split_whitespace());
-    command.current_dir(desk.0.path()).output().unwrap()
+    desk.call("analyze", words).output().unwrap()
 }
 
 fn answered(desk: &Desk, words: &str) -> String {
@@ -30,16 +28,7 @@ fn json(desk: &Desk, words: &str) -> Value {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = analyze(desk, words);
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    assert!(
-        said.lines().count() == 1 && !said.contains("panicked"),
-        "{said}"
-    );
+    assert_refused_in_a_line(&analyze(desk, words), code, parts);
 }
 
 fn desk() -> Desk {

@@ -6,7 +6,7 @@ mod desk;
 use std::fs;
 use std::process::{Command, Output};
 
-use desk::{Desk, names, said};
+use desk::{Desk, assert_refused_in_a_line, names, said};
 use gltf::animation::{Interpolation, util::ReadOutputs};
 use thallus::export::read_elements;
 use thallus::substrate::Substrate;
@@ -14,9 +14,7 @@ use thallus::substrate::Substrate;
 const GROWN: &str = "rock.obj --radius 0.4% --elements 400 -o out";
 
 fn animate(desk: &Desk, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("animate").args(words.split_whitespace());
-    command.current_dir(desk.0.path()).output().unwrap()
+    desk.call("animate", words).output().unwrap()
 }
 
 fn made(desk: &Desk, words: &str) {
@@ -25,16 +23,7 @@ fn made(desk: &Desk, words: &str) {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = animate(desk, words);
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    assert!(
-        said.lines().count() == 1 && !said.contains("panicked"),
-        "{said}"
-    );
+    assert_refused_in_a_line(&animate(desk, words), code, parts);
 }
 
 fn desk() -> Desk {

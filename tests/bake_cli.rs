@@ -4,9 +4,9 @@
 mod desk;
 
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use desk::{Desk, names, said};
+use desk::{Desk, assert_refused_in_a_line, names, said};
 
 /// A box whose sides are charts in a row of six.
 fn cube() -> String {
@@ -42,9 +42,7 @@ fn desk() -> Desk {
 }
 
 fn bake(desk: &Desk, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("bake").args(words.split_whitespace());
-    command.current_dir(desk.0.path()).output().unwrap()
+    desk.call("bake", words).output().unwrap()
 }
 
 fn made(desk: &Desk, words: &str) -> String {
@@ -55,16 +53,7 @@ fn made(desk: &Desk, words: &str) -> String {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = bake(desk, words);
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    assert!(
-        said.lines().count() == 1 && !said.contains("panicked"),
-        "{said}"
-    );
+    assert_refused_in_a_line(&bake(desk, words), code, parts);
 }
 
 const MAPS: [&str; 8] = [

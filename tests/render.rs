@@ -5,9 +5,9 @@ mod desk;
 
 use std::fs;
 use std::io::Cursor;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use desk::{Desk, names, said};
+use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::picture::{Background, Camera, Disc, Image, Painted, Scene, Settings, render};
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
@@ -270,9 +270,7 @@ const GROWN: &str = "rock.obj --radius 0.6% --elements 250 -o out";
 const SMALL: &str = "--size 96x72 --samples 4";
 
 fn run(desk: &Desk, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("render").args(words.split_whitespace());
-    command.current_dir(desk.0.path()).output().unwrap()
+    desk.call("render", words).output().unwrap()
 }
 
 fn made(desk: &Desk, words: &str) -> serde_json::Value {
@@ -282,14 +280,7 @@ fn made(desk: &Desk, words: &str) -> serde_json::Value {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = run(desk, words);
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    let lines = said.lines().count();
-    assert!(lines == 1 && !said.contains("panicked"), "{said}");
+    assert_refused_in_a_line(&run(desk, words), code, parts);
 }
 
 fn desk() -> Desk {

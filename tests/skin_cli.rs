@@ -5,17 +5,15 @@ mod desk;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use desk::{Desk, names, said};
+use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::substrate::Substrate;
 
 const GROWN: &str = "rock.obj --radius 0.4% --elements 400 -o out";
 
 fn skin(desk: &Desk, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("skin").args(words.split_whitespace());
-    command.current_dir(desk.0.path()).output().unwrap()
+    desk.call("skin", words).output().unwrap()
 }
 
 fn made(desk: &Desk, words: &str) -> String {
@@ -25,16 +23,7 @@ fn made(desk: &Desk, words: &str) -> String {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = skin(desk, words);
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    assert!(
-        said.lines().count() == 1 && !said.contains("panicked"),
-        "{said}"
-    );
+    assert_refused_in_a_line(&skin(desk, words), code, parts);
 }
 
 fn desk() -> Desk {

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use desk::{Desk, said};
+use desk::{Desk, assert_refused, said};
 use thallus::run::Settings;
 
 /// Four cells of two seeds, and pictures that cost nothing.
@@ -25,10 +25,7 @@ fn desk() -> Desk {
 }
 
 fn command(desk: &Desk, words: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
-    command.arg("sweep").args(words.split_whitespace());
-    command.current_dir(desk.0.path());
-    command
+    desk.call("sweep", words)
 }
 
 fn done(desk: &Desk, words: &str) -> Output {
@@ -38,13 +35,7 @@ fn done(desk: &Desk, words: &str) -> Output {
 }
 
 fn refused(desk: &Desk, words: &str, code: i32, parts: &[&str]) {
-    let output = command(desk, words).output().unwrap();
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-    for part in parts {
-        assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-    }
-    assert!(!said.contains("panicked"), "{said}");
+    assert_refused(&command(desk, words).output().unwrap(), code, parts);
 }
 
 /// Every file below a folder, by its path in it. What is not promised is taken out: seconds, and

@@ -73,6 +73,8 @@ impl Coarse {
     pub(crate) fn new(fine: &Substrate, error: f64) -> Option<Self> {
         let least = LEAST_TRIANGLES * fine.components().len();
         let simplified = simplify(fine.vertices(), fine.triangles(), error, least);
+        debug_assert!(simplified.error <= error, "{}", simplified.error);
+        debug_assert_eq!(simplified.source.len(), simplified.triangles.len());
         if simplified.triangles.len() as f64 > WORTH * fine.triangles().len() as f64 {
             return None;
         }

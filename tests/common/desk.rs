@@ -35,12 +35,18 @@ impl Desk {
 
     /// `thallus grow` with these words.
     pub(crate) fn command(&self, words: &str) -> Command {
+        let mut command = self.call("grow --preview 32 --threads 1", words);
+        command.stdout(Stdio::null());
+        command
+    }
+
+    /// A command of the program, with these words.
+    pub(crate) fn call(&self, name: &str, words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_thallus"));
         command
-            .args(["grow", "--preview", "32", "--threads", "1"])
+            .args(name.split_whitespace())
             .args(words.split_whitespace())
-            .current_dir(self.0.path())
-            .stdout(Stdio::null());
+            .current_dir(self.0.path());
         command
     }
 
@@ -53,13 +59,7 @@ impl Desk {
 
     /// Grows what must fail with this code and say these words.
     pub(crate) fn fails(&self, words: &str, code: i32, parts: &[&str]) {
-        let output = self.command(words).output().unwrap();
-        let said = said(&output);
-        assert_eq!(output.status.code(), Some(code), "{words}: {said}");
-        for part in parts {
-            assert!(said.contains(part), "{words}\n'{part}' not in: {said}");
-        }
-        assert!(!said.contains("panicked"), "{said}");
+        assert_refused(&self.command(words).output().unwrap(), code, parts);
     }
 
     pub(crate) fn start(&self, words: &str) -> Child {
@@ -110,4 +110,20 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> = entries.map(name).collect();
     names.sort();
     names
+}
+
+/// The program ended with this code and said these words, and not by a panic.
+pub(crate) fn assert_refused(output: &Output, code: i32, parts: &[&str]) {
+    let said = said(output);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    for part in parts {
+        assert!(said.contains(part), "'{part}' not in: {said}");
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+/// The same, in one line.
+pub(crate) fn assert_refused_in_a_line(output: &Output, code: i32, parts: &[&str]) {
+    assert_refused(output, code, parts);
+    assert_eq!(said(output).lines().count(), 1, "{}", said(output));
 }

@@ -53,11 +53,9 @@ pub(super) struct Simplified {
     /// Corners are numbers of the given vertices.
     pub(super) triangles: Vec<[u32; 3]>,
     /// For each, the number of the given triangle that it comes from.
-    #[cfg_attr(not(test), allow(dead_code, reason = "tests hold the result to it"))]
     pub(super) source: Vec<u32>,
     /// For each given vertex, the one that it went into: itself where it stayed.
     pub(super) onto: Vec<u32>,
-    #[cfg_attr(not(test), allow(dead_code, reason = "tests hold the result to it"))]
     /// How far vertices have strayed at most; not more than the error allowed.
     pub(super) error: f64,
 }
