@@ -12,6 +12,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Steps;
 use super::flight::Way;
 use super::passage::{Arrival, Lune};
 use super::step::RandomStep;
@@ -60,14 +61,18 @@ impl<I: ElementIndex> Walk<'_, I> {
             self.around.contact_distance(),
         );
         let near = self.near(here);
-        let free = (near.second - contact).min(SPAN * radius);
+        let longest = match self.around.parameters.steps {
+            Steps::Small => radius,
+            Steps::Large | Steps::Exact => f64::INFINITY,
+        };
+        let free = (near.second - contact).min(SPAN * radius).min(longest);
         let Some((distance, _, centre)) = near.first else {
             let free = if near.elsewhere {
                 self.clear_on_sheet(here) - contact
             } else {
                 free
             };
-            return (*here, random.of_length(free.max(radius)));
+            return (*here, random.of_length(free.max(radius).min(longest)));
         };
         if let Some((lune, foot)) = self.lune(here, centre, free) {
             return match lune.first_arrival(random.cauchy()) {
@@ -79,7 +84,8 @@ impl<I: ElementIndex> Walk<'_, I> {
                 }
             };
         }
-        (*here, random.of_length(distance - contact + SHELL * radius))
+        let length = distance - contact + SHELL * radius;
+        (*here, random.of_length(length.min(longest)))
     }
 
     /// The elements that a walker may touch soon.
