@@ -10,6 +10,8 @@ mod finest;
 mod lists;
 mod touching;
 
+use std::hint::select_unpredictable;
+
 use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
@@ -404,13 +406,10 @@ impl SparseIndex {
                     Touch::No => false,
                     Touch::Unsure => self.touches(position),
                 });
-        let clear = match least {
-            _ if touching => 0.0,
-            bound if bound < NEAR => CONTACT,
-            bound => bound,
-        };
+        // How near it is here is not to be foreseen either.
+        let clear = select_unpredictable(least < NEAR, CONTACT, least);
         Look {
-            clear: clear * self.radius,
+            clear: select_unpredictable(touching, 0.0, clear) * self.radius,
             touching,
         }
     }

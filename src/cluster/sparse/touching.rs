@@ -141,10 +141,10 @@ impl Lines {
     /// The ids of those that may touch a point in the block.
     pub(super) fn touching(&self, list: List, offset: DVec3) -> impl Iterator<Item = u32> {
         let at = Place::new(offset);
-        self.lines(list).flat_map(move |(line, taken)| {
-            let distances = line.distances_sq(at);
-            (0..taken).filter_map(move |i| (distances[i] < POSSIBLE).then_some(line.id[i]))
-        })
+        let chosen = self.chosen(list, move |line| {
+            bits(line.distances_sq(at).map(|d| d < POSSIBLE))
+        });
+        chosen.map(|(line, i)| line.id[i])
     }
 
     /// The ids of those that may be in the block itself and within a distance of a place.
@@ -155,14 +155,39 @@ impl Lines {
         reach: f64,
     ) -> impl Iterator<Item = u32> {
         let limit = (reach + ERROR) * (reach + ERROR);
+        let chosen = self.chosen(list, |line| {
+            bits(std::array::from_fn(|i| may_be_inside(line.place(i))))
+        });
+        chosen.filter_map(move |(line, i)| {
+            let near = place_of(line.place(i)).distance_squared(offset) < limit;
+            near.then_some(line.id[i])
+        })
+    }
+
+    /// Those of a list whose bits are set. That they are worked out for a whole line at once spares
+    /// a branch for each, which no processor foresees.
+    fn chosen(
+        &self,
+        list: List,
+        choose: impl Fn(&Line) -> u8,
+    ) -> impl Iterator<Item = (&Line, usize)> {
         self.lines(list).flat_map(move |(line, taken)| {
-            (0..taken).filter_map(move |i| {
-                let place = [line.x[i], line.y[i], line.z[i]];
-                let near = || place_of(place).distance_squared(offset) < limit;
-                (may_be_inside(place) && near()).then_some(line.id[i])
+            let mut left = choose(line) & (u8::MAX >> (LANES - taken));
+            std::iter::from_fn(move || {
+                let i = left.trailing_zeros() as usize;
+                (left != 0).then(|| {
+                    left &= left - 1;
+                    (line, i)
+                })
             })
         })
     }
+}
+
+/// A bit for each that is true, the first lowest.
+#[inline(always)]
+fn bits(all: [bool; LANES]) -> u8 {
+    (0..LANES).fold(0, |bits, i| bits | u8::from(all[i]) << i)
 }
 
 /// The middle of the bytes' steps.
@@ -171,10 +196,12 @@ fn place_of([x, y, z]: [u8; 3]) -> DVec3 {
 }
 
 /// Whether a centre is in its list's block, or beside it by no more than rounding.
-fn may_be_inside(place: [u8; 3]) -> bool {
+#[inline(always)]
+fn may_be_inside([x, y, z]: [u8; 3]) -> bool {
     const LOW: u8 = (CONTACT / STEP) as u8 - 1;
     const HIGH: u8 = ((CONTACT + BLOCK) / STEP) as u8;
-    place.iter().all(|x| (LOW..=HIGH).contains(x))
+    let inside = |x: u8| x.wrapping_sub(LOW) <= HIGH - LOW;
+    inside(x) & inside(y) & inside(z)
 }
 
 /// A point relative to a block, in half steps.
@@ -191,6 +218,11 @@ impl Place {
 }
 
 impl Line {
+    #[inline(always)]
+    fn place(&self, i: usize) -> [u8; 3] {
+        [self.x[i], self.y[i], self.z[i]]
+    }
+
     /// Squared distances in half steps, as far as sixteen bits reach: twice that of contact.
     #[inline(always)]
     fn distances_sq(&self, Place([x, y, z]): Place) -> [u16; LANES] {
