@@ -20,6 +20,8 @@ pub struct Cluster {
     radius: f64,
     elements: Vec<Element>,
     extent: Extent,
+    /// A bit for each triangle up to the last one that holds an element's centre.
+    overgrown: Vec<u64>,
 }
 
 impl Cluster {
@@ -29,6 +31,7 @@ impl Cluster {
             radius,
             elements: Vec::new(),
             extent: Extent::default(),
+            overgrown: Vec::new(),
         }
     }
 
@@ -62,9 +65,24 @@ impl Cluster {
         std::f64::consts::PI * self.radius * self.radius * self.len() as f64
     }
 
+    /// Whether some element's centre is on a triangle.
+    pub fn is_on(&self, triangle: u32) -> bool {
+        let (word, bit) = place_of_bit(triangle);
+        self.overgrown.get(word).is_some_and(|w| w & bit != 0)
+    }
+
     /// Adds an element as the youngest.
     pub fn push(&mut self, element: Element) {
+        let (word, bit) = place_of_bit(element.at.triangle);
+        if word >= self.overgrown.len() {
+            self.overgrown.resize(word + 1, 0);
+        }
+        self.overgrown[word] |= bit;
         self.elements.push(element);
         self.extent.add(&self.elements);
     }
+}
+
+fn place_of_bit(triangle: u32) -> (usize, u64) {
+    (triangle as usize / 64, 1 << (triangle % 64))
 }

@@ -351,6 +351,10 @@ impl<I: ElementIndex> Walk<'_, I> {
         let larger = ball + around.parameters.radius;
         self.scratch
             .reach(around.substrate, here.triangle, here.position, larger);
+        let overgrown = |t: &u32| around.cluster.is_on(*t);
+        if !self.scratch.reached().iter().any(overgrown) {
+            return ball;
+        }
         let elements = around.cluster.elements();
         let mut nearest = ball;
         around.index.within(here.position, ball, &mut |id, q| {
