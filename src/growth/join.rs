@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::orbit::Orbit;
+use super::orbit::{Orbit, USUALLY_NEAR};
 use super::{Join, Surroundings};
 use crate::cluster::ElementIndex;
 use crate::substrate::{HalfEdge, Substrate, SurfacePoint};
@@ -65,7 +65,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// [`last_place_clear`](Self::last_place_clear).
     fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32, bool) {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
-        let mut nearby: Vec<(u32, DVec3)> = Vec::new();
+        let mut nearby: Vec<(u32, DVec3)> = Vec::with_capacity(USUALLY_NEAR);
         self.index
             .within(path.end(), reach, &mut |id, q| nearby.push((id, q)));
         let touch = path
@@ -83,7 +83,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         nearby: &[(u32, DVec3)],
     ) -> Option<(SurfacePoint, u32)> {
         let touch = |&(id, q): &(u32, DVec3)| Some((leg.meets(q, self.contact_distance())?, id));
-        let mut touches: Vec<(f64, u32)> = nearby.iter().filter_map(touch).collect();
+        let mut touches: Vec<(f64, u32)> = Vec::with_capacity(nearby.len());
+        touches.extend(nearby.iter().filter_map(touch));
         touches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let element = |id: u32| &self.cluster.elements()[id as usize];
         touches.into_iter().find_map(|(t, id)| {

@@ -20,6 +20,10 @@ const MOST_ARCS: u32 = 4096;
 /// Angles this close before the start are at the start, up to round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Elements that there seldom are more of within a few radii. Lists are made for as many at once: one
+/// that grows takes the allocator's lock, and threads wait for each other there.
+pub(super) const USUALLY_NEAR: usize = 24;
+
 /// A rotation about one element.
 pub(super) struct Orbit<'a, I> {
     around: &'a Surroundings<'a, I>,
@@ -61,7 +65,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         let element = &around.cluster.elements()[about as usize];
         let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
-        let mut others = Vec::new();
+        let mut others = Vec::with_capacity(USUALLY_NEAR);
         around.index.within(centre, 2.0 * reach, &mut |id, q| {
             if id != about {
                 others.push((id, q));
@@ -150,7 +154,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         here: &Here,
         end: f64,
     ) -> Option<(f64, SurfacePoint)> {
-        let mut meetings: Vec<(f64, u32)> = Vec::new();
+        let mut meetings: Vec<(f64, u32)> = Vec::with_capacity(USUALLY_NEAR);
         for &(id, q) in &self.others {
             let Some((centre, radius)) = circle_in(&here.plane, q, self.reach) else {
                 continue;

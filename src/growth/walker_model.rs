@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ const LEAST_TRIANGLES: usize = 20_000;
 /// Walkers on their way for each thread, at most.
 const FLEET_PER_THREAD: usize = 3;
 
-/// Looks at whether the fleet flies again before a thread may sleep: some hundred microseconds.
+/// Looks at what a thread waits for before it may sleep: some hundred microseconds.
 const MOST_WAITS: u32 = 10_000;
 
 /// Diffusion-limited aggregation with curvature-based sticking.
@@ -151,15 +151,19 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         };
         let this = &*self;
         self.flown.fetch_add(1, Ordering::Relaxed);
-        fleet
-            .par_iter_mut()
-            .enumerate()
+        let all = fleet.len();
+        let waiting = Mutex::new(fleet.iter_mut().enumerate());
+        (0..self.threads)
+            .into_par_iter()
             .with_max_len(1)
-            .for_each(|(i, flight)| {
-                let again = this.advance(flight, cluster, interrupts);
-                conflicts.fetch_add(again.into(), Ordering::Relaxed);
-                stopped.fetch_add(1, Ordering::Relaxed);
-                first_ended.fetch_or(i == 0, Ordering::Relaxed);
+            .for_each(|_| {
+                while let Some((i, flight)) = next_of(&waiting) {
+                    let again = this.advance(flight, cluster, interrupts);
+                    conflicts.fetch_add(again.into(), Ordering::Relaxed);
+                    stopped.fetch_add(1, Ordering::Relaxed);
+                    first_ended.fetch_or(i == 0, Ordering::Relaxed);
+                }
+                wait_while(|| stopped.load(Ordering::Relaxed) < all);
             });
         self.parallel.seconds += started.elapsed().as_secs_f64();
         self.parallel.conflicts += conflicts.into_inner();
@@ -172,12 +176,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let flown = self.flown.load(Ordering::Relaxed);
         for _ in 1..self.threads {
             let latest = Arc::clone(&self.flown);
-            rayon::spawn(move || {
-                let waits = |_: &u32| latest.load(Ordering::Relaxed) == flown;
-                (0..MOST_WAITS)
-                    .take_while(waits)
-                    .for_each(|_| std::hint::spin_loop());
-            });
+            rayon::spawn(move || wait_while(|| latest.load(Ordering::Relaxed) == flown));
         }
     }
 
@@ -267,6 +266,19 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
         self.landed.push(flight);
     }
+}
+
+/// The next one, for whichever thread asks first.
+fn next_of<T>(all: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+    all.lock().unwrap_or_else(PoisonError::into_inner).next()
+}
+
+/// Waits, but not for ever, without letting the thread fall asleep: to wake it takes longer than the
+/// others mostly do.
+fn wait_while(not_yet: impl Fn() -> bool) {
+    (0..MOST_WAITS)
+        .take_while(|_| not_yet())
+        .for_each(|_| std::hint::spin_loop());
 }
 
 impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {

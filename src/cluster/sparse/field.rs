@@ -52,6 +52,8 @@ pub(super) struct Grid {
     occupied: BlockMap,
     /// Which boxes of a block are occupied.
     boxes: Vec<u64>,
+    /// The last centre that occupied one; nothing here has changed since.
+    pub(super) changed_by: u32,
 }
 
 impl Grid {

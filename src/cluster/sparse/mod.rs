@@ -143,6 +143,7 @@ impl ElementIndex for SparseIndex {
             if !grid.occupy(coarsen(cell, i + 2)) {
                 break;
             }
+            grid.changed_by = id;
         }
     }
 
@@ -165,7 +166,11 @@ impl ElementIndex for SparseIndex {
     }
 
     fn held(&self, notes: &Notes) -> Mark {
+        let unchanged_since = self.unchanged_since(notes.known);
         let same = |read: &Read| {
+            if unchanged_since[usize::from(read.level)] {
+                return true;
+            }
             let grid = self.grid(read.level.into());
             grid[read.block as usize][usize::from(read.within)] == read.distance_sq
         };
@@ -315,6 +320,15 @@ impl SparseIndex {
             self.roots.least(distance_sq) - aside,
             self.roots.most(distance_sq) + aside,
         ]
+    }
+
+    /// For each grid, whether no element after the first so many changed what it says.
+    fn unchanged_since(&self, known: usize) -> [bool; MOST_LEVELS] {
+        let mut unchanged = [false; MOST_LEVELS];
+        for (unchanged, grid) in unchanged[1..].iter_mut().zip(&self.coarser) {
+            *unchanged = (grid.changed_by as usize) < known;
+        }
+        unchanged
     }
 
     /// In units of the radius, from the grids' origin.
