@@ -86,3 +86,27 @@ impl Cluster {
 fn place_of_bit(triangle: u32) -> (usize, u64) {
     (triangle as usize / 64, 1 << (triangle % 64))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::substrate::SurfacePoint;
+
+    #[test]
+    fn a_cluster_is_on_the_triangles_of_its_elements() {
+        let mut cluster = Cluster::new(1.0);
+        let grown = [63, 64, 3, 700, 3];
+        for triangle in grown {
+            cluster.push(Element {
+                at: SurfacePoint::centroid(triangle),
+                position: DVec3::ZERO,
+                parent: NO_PARENT,
+                colony: 0,
+                probability: 1.0,
+            });
+        }
+        assert!((0..1000).all(|t| cluster.is_on(t) == grown.contains(&t)));
+    }
+}
