@@ -9,9 +9,11 @@
 
 mod camera;
 mod color;
+mod drawing;
 mod gif;
 mod image;
 mod legend;
+mod marked;
 mod material;
 mod render;
 mod sample;
@@ -24,6 +26,7 @@ mod view;
 
 pub use camera::Camera;
 pub use color::{age_color, hue_color};
+pub use drawing::Drawing;
 pub use gif::GifWriter;
 pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
