@@ -243,6 +243,37 @@ fn plain_dla_has_dimension_1_71() {
     }
 }
 
+/// The table of docs/analysis.md: box counts of the first so many elements of ten seeds.
+#[test]
+#[ignore = "the study that docs/analysis.md quotes: ten lichens of 300,000 take minutes; plain_dla_has_dimension_1_71 holds the method to it"]
+fn the_table_of_box_counts_over_sizes() {
+    const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
+    let of_seed = |seed| {
+        let elements = dla(seed, 300_000);
+        let whole = elements.sample();
+        SIZES.map(|n| {
+            let first = Sample {
+                radius: whole.radius,
+                positions: &whole.positions[..n],
+                normals: &whole.normals[..n],
+                parents: &whole.parents[..n],
+            };
+            let few = Centres {
+                space: 1,
+                surface: 0,
+            };
+            vec![found(&dimensions(&first, None, few), Method::Boxes).clone()]
+        })
+    };
+    let seeds: Vec<_> = (1..=10u64).into_par_iter().map(of_seed).collect();
+    for (k, n) in SIZES.into_iter().enumerate() {
+        let boxes: Vec<_> = seeds.iter().map(|sizes| sizes[k].clone()).collect();
+        let [mean, error, stated] = over_seeds(&boxes);
+        let truths = boxes.iter().filter(|d| states(&d[0], 1.71)).count();
+        println!("| {n} | {mean:.3} ± {error:.3} | {stated:.3} | {truths} of 10 |");
+    }
+}
+
 /// Plain DLA with its distances along the surface.
 fn dla_on(ground: &Substrate, radius: f64, at: SeedPlace, seed: u64) -> Vec<Dimension> {
     let mut recipe = common::recipe(radius, 100_000);
