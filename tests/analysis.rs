@@ -74,8 +74,9 @@ const METHODS: [Method; 5] = [
     Method::Boxes,
 ];
 
-/// Every method gives this dimension within this, and within the error that it states.
-fn assert_dimension(places: &[DVec2], expected: f64, within: f64) {
+/// Every method gives this dimension within this, and beyond the error that it states by no more than
+/// a `lattice`'s rows show in the curves.
+fn assert_dimension(places: &[DVec2], expected: f64, within: f64, lattice: f64) {
     let dimensions = dimensions_of(places);
     for method in METHODS {
         let Dimension {
@@ -87,9 +88,8 @@ fn assert_dimension(places: &[DVec2], expected: f64, within: f64) {
         let (d, error) = (d.expect("a range to fit"), error.expect("with its error"));
         let off = (d - expected).abs();
         assert!(off < within, "{method:?}: {d}, not {expected}");
-        // Log-periodic curves come round to within a hundredth.
         assert!(
-            off <= error + 0.01,
+            off <= error + lattice,
             "{method:?}: {d} ± {error}, not {expected}"
         );
     }
@@ -128,9 +128,9 @@ fn copies(corners: &[DVec2], factor: f64, levels: u32) -> Vec<DVec2> {
 #[test]
 fn a_disc_has_dimension_2_and_a_line_1_as_far_as_finite_ones_can() {
     let disc = packing(150).filter(|p| p.length() < 250.0).collect();
-    assert_dimension(&outwards(disc), 2.0, 0.13);
+    assert_dimension(&outwards(disc), 2.0, 0.13, 0.05);
     let line = (-2000..=2000).map(|i| DVec2::new(2.0 * f64::from(i), 0.0));
-    assert_dimension(&outwards(line.collect()), 1.0, 0.08);
+    assert_dimension(&outwards(line.collect()), 1.0, 0.08, 0.05);
 }
 
 /// The share of pairs of points of a disc of radius 1 that are nearer than s (disc line picking).
@@ -159,14 +159,14 @@ fn a_sierpinski_gasket_has_dimension_1_585() {
         DVec2::new(1.0, 0.0),
         DVec2::new(0.5, 0.75f64.sqrt()),
     ];
-    assert_dimension(&copies(&corners, 2.0, 9), 3f64.ln() / 2f64.ln(), 0.08);
+    assert_dimension(&copies(&corners, 2.0, 9), 3f64.ln() / 2f64.ln(), 0.08, 0.01);
 }
 
 /// ln 5 / ln 3: five copies, each a third as large.
 #[test]
 fn a_vicsek_fractal_has_dimension_1_465() {
     let corners = [DVec2::ZERO, DVec2::X, -DVec2::X, DVec2::Y, -DVec2::Y];
-    assert_dimension(&copies(&corners, 3.0, 7), 5f64.ln() / 3f64.ln(), 0.06);
+    assert_dimension(&copies(&corners, 3.0, 7), 5f64.ln() / 3f64.ln(), 0.06, 0.01);
 }
 
 /// A walk's radius grows with the root of its steps.

@@ -106,7 +106,10 @@ fn fit(points: &[[f64; 2]], lengths: f64) -> Option<Fit> {
         .sum();
     let scatter = squares / parts.len() as f64;
     let change = parts.last()? - parts.first()?;
-    let rest = change * remainder(lengths);
+    let rest = match change {
+        0.0 => 0.0,
+        change => change * remainder(lengths),
+    };
     Some(Fit {
         slope,
         error: (scatter + rest * rest).sqrt(),
@@ -206,6 +209,15 @@ mod tests {
         let fit = Scaling::of_growth(turned, 0.5).fit.unwrap();
         let off = (1.0 / fit.slope - 1.71).abs();
         assert!(off <= fit.error / (fit.slope * fit.slope), "{off} {fit:?}");
+    }
+
+    /// Nothing grows: the law is level, and exact.
+    #[test]
+    fn a_level_curve_has_no_error() {
+        let fit = Scaling::of_growth(ladder(9).map(|x| [x, 1.0]), 0.5)
+            .fit
+            .unwrap();
+        assert_eq!((fit.slope, fit.error), (0.0, 0.0));
     }
 
     #[test]

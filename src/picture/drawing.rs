@@ -13,7 +13,7 @@ use super::{Image, text};
 /// An opaque picture as a backend of plotters, with smooth edges: lines, rectangles and texts are
 /// covered as far as they cover each pixel. Coordinates are those of a picture `SCALE` times
 /// smaller, at whose size the fonts are chosen.
-pub struct Drawing<'a> {
+pub(crate) struct Drawing<'a> {
     image: &'a mut Image,
 }
 
@@ -27,7 +27,7 @@ impl Image {
     ///
     /// # Errors
     /// Those of `draw`.
-    pub fn drawn<E>(
+    pub(crate) fn drawn<E>(
         [width, height]: [u32; 2],
         draw: impl FnOnce(Drawing<'_>) -> Result<(), E>,
     ) -> Result<Self, E> {
@@ -101,6 +101,11 @@ fn line_height(style: &impl BackendTextStyle) -> f32 {
     (style.size() / HEIGHT) as f32 * LINE
 }
 
+/// In letters that the font has.
+fn spelled(words: &str) -> String {
+    words.replace('±', "+-")
+}
+
 /// A line of text, white on black.
 struct Line {
     ink: Image,
@@ -110,9 +115,10 @@ impl Line {
     fn new(words: &str, height: f32) -> Self {
         /// Share of the height above the line that letters stand on.
         const ABOVE: f32 = 0.78;
-        let [width, height] = [text::width(words, height), height].map(f32::ceil);
-        let mut ink = Image::sheet(width as u32 + 1, height as u32, [0; 3]);
-        text::write(&mut ink, words, [0.0, ABOVE * height], height, [255; 3]);
+        let words = spelled(words);
+        let width = text::width(&words, height).ceil() as u32 + 1;
+        let mut ink = Image::sheet(width, height.ceil() as u32, [0; 3]);
+        text::write(&mut ink, &words, [0.0, ABOVE * height], height, [255; 3]);
         Self { ink }
     }
 
@@ -210,7 +216,7 @@ impl DrawingBackend for Drawing<'_> {
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
         let height = line_height(style);
-        let width = text::width(words, height).ceil();
+        let width = text::width(&spelled(words), height).ceil();
         Ok((width as u32, height.ceil() as u32))
     }
 
@@ -279,6 +285,23 @@ mod tests {
             let path = [(10, 10), to, (10, 10)];
             let back = ink(|drawing| drawing.draw_path(path, &Thick(width, alpha)));
             assert!((back - found).abs() < 1e-9);
+        }
+    }
+
+    /// A line of text is whole: as much ink as its words one by one.
+    #[test]
+    fn no_letter_is_cut_off() {
+        for height in [20.0, 29.27, 41.9] {
+            let ink = |words: &str| {
+                let shares = Line::new(words, height).pixels();
+                shares.map(|(_, _, share)| f64::from(share)).sum::<f64>()
+            };
+            let letters: f64 = "gyration,1.71+-units"
+                .chars()
+                .map(|c| ink(&c.to_string()))
+                .sum();
+            let line = ink("gyration, 1.71 ± units");
+            assert!((line / letters - 1.0).abs() < 0.02, "{line} {letters}");
         }
     }
 

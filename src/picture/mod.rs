@@ -26,7 +26,6 @@ mod view;
 
 pub use camera::Camera;
 pub use color::{age_color, hue_color};
-pub use drawing::Drawing;
 pub use gif::GifWriter;
 pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
