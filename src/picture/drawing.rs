@@ -293,8 +293,9 @@ mod tests {
     fn no_letter_is_cut_off() {
         for height in [20.0, 29.27, 41.9] {
             let ink = |words: &str| {
-                let shares = Line::new(words, height).pixels();
-                shares.map(|(_, _, share)| f64::from(share)).sum::<f64>()
+                let line = Line::new(words, height);
+                let shares = line.pixels().map(|(_, _, share)| f64::from(share));
+                shares.sum::<f64>()
             };
             let letters: f64 = "gyration,1.71+-units"
                 .chars()
