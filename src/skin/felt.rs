@@ -94,9 +94,19 @@ impl Felt {
         self.grid.runs().filter(is_marked).collect()
     }
 
+    /// The elements near a vertex, in their order.
+    pub(super) fn near<'a>(
+        &self,
+        vertex: u32,
+        granules: &'a [Granule],
+    ) -> impl Iterator<Item = &'a Granule> {
+        let near = self.near[vertex as usize].iter();
+        near.map(|&(i, _)| &granules[i as usize])
+    }
+
     /// Whether an element near a vertex has moved.
     pub(super) fn has_moved(&self, vertex: u32, moved: &[bool]) -> bool {
-        let near = self.near[vertex as usize].iter();
-        near.into_iter().any(|&(i, _)| moved[i as usize])
+        let mut near = self.near[vertex as usize].iter();
+        near.any(|&(i, _)| moved[i as usize])
     }
 }

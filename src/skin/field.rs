@@ -132,18 +132,30 @@ impl<'a> Field<'a> {
 
     /// What there is at a place that lies on a triangle of the substrate; `facing` is its normal.
     pub(super) fn sample(&self, p: DVec3, home: u32, facing: Vec3, sheet: &mut Sheet) -> Sample {
+        let runs = self.grid.around(p);
+        let near = runs.flat_map(|run| &self.lichen.granules[run]);
+        self.sample_among(near, p, home, facing, sheet)
+    }
+
+    /// The same where these elements, in the order of the list, are all that may be felt.
+    pub(super) fn sample_among<'g>(
+        &self,
+        near: impl Iterator<Item = &'g Granule>,
+        p: DVec3,
+        home: u32,
+        facing: Vec3,
+        sheet: &mut Sheet,
+    ) -> Sample {
         let mut sums = Sums::default();
-        for run in self.grid.around(p) {
-            for granule in &self.lichen.granules[run] {
-                let away = p - granule.position;
-                let within = away.length_squared() < self.reach_sq;
-                let felt = granule.influence > 0.0 && within;
-                if felt && sheet.joins(p, facing, home, granule) {
-                    let away = away.as_vec3();
-                    self.add(&mut sums, away, self.falloff_at(away), granule);
-                }
+        near.for_each(|granule| {
+            let away = p - granule.position;
+            let within = away.length_squared() < self.reach_sq;
+            let felt = granule.influence > 0.0 && within;
+            if felt && sheet.joins(p, facing, home, granule) {
+                let away = away.as_vec3();
+                self.add(&mut sums, away, self.falloff_at(away), granule);
             }
-        }
+        });
         self.finish(sums, facing)
     }
 

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::base::{Face, Winding};
@@ -19,6 +20,7 @@ use super::history::{History, RimDistances};
 use super::lichen::{Granule, Lichen, far};
 use super::march::{Outline, Samples, close, is_touched};
 use super::refine::{NEVER, Tree};
+use super::sheet::Sheet;
 use super::{Paint, Shape, SkinError, UNDERSIDE, finish, refine};
 use crate::cluster::{Cluster, Presence};
 use crate::export::TriMesh;
@@ -197,6 +199,30 @@ impl<'a> SkinFrames<'a> {
         }
     }
 
+    /// The outline, read anew where something has moved between the ends of a side.
+    fn outline_across(&self, samples: &Samples, sides: Vec<u64>) -> Outline {
+        let (field, tree) = (self.field(), &self.tree);
+        let longest = self.shape.resolution * self.cluster.radius();
+        let changed = |a: u32, b: u32| {
+            let [p, q] = [a, b].map(|v| tree.positions[v as usize]);
+            let moved = [a, b].iter().any(|&v| self.felt.has_moved(v, &self.moved));
+            moved || p.distance(q) > longest
+        };
+        let read = |place: DVec3, [inner, nearer]: [u32; 2], sheet: &mut Sheet| {
+            let home = tree.homes[inner as usize];
+            let facing = self.winding.normal(self.substrate, home).as_vec3();
+            match place.distance(tree.positions[nearer as usize]) <= 0.5 * longest {
+                true => {
+                    let near = self.felt.near(nearer, &self.lichen.granules);
+                    field.sample_among(near, place, home, facing, sheet)
+                }
+                false => field.sample(place, home, facing, sheet),
+            }
+        };
+        self.outline
+            .moved(&field, tree, samples, sides, &changed, &read)
+    }
+
     fn frame(&mut self, presence: &Presence) -> TriMesh {
         self.move_elements(presence);
         self.sample();
@@ -206,22 +232,7 @@ impl<'a> SkinFrames<'a> {
         let leaves = leaves.filter(|leaf| leaf.lives(elements) && is_touched(leaf, &self.levels));
         let leaves: Vec<Face> = leaves.copied().collect();
         let samples = Samples::new(&self.levels, &self.samples, &leaves);
-        let longest = self.shape.resolution * self.cluster.radius();
-        let positions = &self.tree.positions;
-        let crossing_changed = |a: u32, b: u32| {
-            let length = positions[a as usize].distance(positions[b as usize]);
-            length > longest || [a, b].iter().any(|&v| self.felt.has_moved(v, &self.moved))
-        };
-        let cross = |sides| {
-            self.outline.moved(
-                &self.field(),
-                &self.winding,
-                &self.tree,
-                &samples,
-                sides,
-                &crossing_changed,
-            )
-        };
+        let cross = |sides| self.outline_across(&samples, sides);
         let underside = UNDERSIDE * self.cluster.radius();
         let (marched, outline) = close(&self.tree, elements, leaves, &samples, underside, cross);
         self.outline = outline;

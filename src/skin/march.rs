@@ -46,7 +46,12 @@ pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f6
     let leaves = tree.leaves().into_par_iter();
     let leaves: Vec<Face> = leaves.filter(|leaf| is_touched(leaf, &levels)).collect();
     let samples = Samples::new(&levels, &inside, &leaves);
-    let cross = |sides| Outline::new(field, winding, tree, &samples, sides);
+    let read = |place: DVec3, [inner, _]: [u32; 2], sheet: &mut Sheet| {
+        let home = tree.homes[inner as usize];
+        let facing = winding.normal(field.substrate, home).as_vec3();
+        field.sample(place, home, facing, sheet)
+    };
+    let cross = |sides| Outline::default().moved(field, tree, &samples, sides, &|_, _| true, &read);
     close(tree, ALL, leaves, &samples, underside, cross).0
 }
 
@@ -184,34 +189,29 @@ pub(super) struct Outline {
 /// A place of the outline and what the field says there.
 type Crossing = (DVec3, Sample);
 
-impl Outline {
-    pub(super) fn new(
-        field: &Field,
-        winding: &Winding,
-        tree: &Tree,
-        samples: &Samples,
-        sides: Vec<u64>,
-    ) -> Self {
-        Self::default().moved(field, winding, tree, samples, sides, &|_, _| true)
-    }
+/// Reads the field between the ends of a side: the inner one is told, and the nearer one.
+pub(super) type Read<'s, 'a> = dyn Fn(DVec3, [u32; 2], &mut Sheet<'s>) -> Sample + Sync + 'a;
 
+impl Outline {
     /// The outline across these sides, where this one's crossings serve as far as nothing has
-    /// `changed` between the ends.
-    pub(super) fn moved(
+    /// `changed` between the ends, and the others are read.
+    pub(super) fn moved<'s>(
         &self,
-        field: &Field,
-        winding: &Winding,
+        field: &Field<'s>,
         tree: &Tree,
         samples: &Samples,
         sides: Vec<u64>,
         changed: &(dyn Fn(u32, u32) -> bool + Sync),
+        read: &Read<'s, '_>,
     ) -> Self {
         let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-        let cross = |sheet: &mut Sheet, side: &u64| {
+        let cross = |sheet: &mut Sheet<'s>, side: &u64| {
             let [a, b] = [(*side >> 32) as u32, *side as u32];
             match self.find(a, b) {
                 Some(known) if !changed(a, b) => self.crossings[known as usize],
-                _ => cross(field, winding, tree, samples, [a, b], sheet),
+                _ => cross(tree, samples, [a, b], |place, ends| {
+                    read(place, ends, sheet)
+                }),
             }
         };
         let crossings = sides.par_iter().map_init(sheet, cross).collect();
@@ -243,22 +243,21 @@ impl Outline {
 
 /// Where the outline crosses the side between two vertices.
 fn cross(
-    field: &Field,
-    winding: &Winding,
     tree: &Tree,
     samples: &Samples,
     ends: [u32; 2],
-    sheet: &mut Sheet,
+    mut read: impl FnMut(DVec3, [u32; 2]) -> Sample,
 ) -> Crossing {
-    let [mut a, mut b] = ends.map(|v| v as usize);
-    if samples.levels[a] <= 0.0 {
+    let [mut a, mut b] = ends;
+    if samples.levels[a as usize] <= 0.0 {
         (a, b) = (b, a);
     }
-    let home = tree.homes[a];
-    let facing = winding.normal(field.substrate, home).as_vec3();
-    crossing([samples.levels[a], samples.levels[b]], |share| {
-        let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
-        (place, field.sample(place, home, facing, sheet))
+    let levels = [a, b].map(|v| samples.levels[v as usize]);
+    let [inner, outer] = [a, b].map(|v| tree.positions[v as usize]);
+    crossing(levels, |share| {
+        let place = inner.lerp(outer, f64::from(share));
+        let nearer = if share <= 0.5 { a } else { b };
+        (place, read(place, [a, nearer]))
     })
 }
 

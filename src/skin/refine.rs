@@ -29,6 +29,8 @@ pub(super) struct Tree {
     middles: Vec<Middles>,
     /// For how many elements each side is halved; [`NEVER`].
     halved: Vec<Counts>,
+    /// Where the first of what each is cut into is, and where they end.
+    cut_into: Vec<[u32; 2]>,
     /// The middle of each side that is ever halved.
     middle_of: WordMap<u32>,
 }
@@ -52,6 +54,7 @@ impl Tree {
             faces: base.faces,
             middles: Vec::new(),
             halved: Vec::new(),
+            cut_into: Vec::new(),
             middle_of: WordMap::default(),
         };
         let mut first = 0;
@@ -60,8 +63,18 @@ impl Tree {
             let below = tree.children(first);
             first = tree.faces.len();
             tree.faces.extend(below);
+            tree.find_children(first);
         }
         tree
+    }
+
+    /// Notes where the children are that begin here.
+    fn find_children(&mut self, first: usize) {
+        self.cut_into.resize(first, [0; 2]);
+        for (i, face) in (first as u32..).zip(&self.faces[first..]) {
+            let run = &mut self.cut_into[face.parent as usize];
+            *run = [if run[1] == 0 { i } else { run[0] }, i + 1];
+        }
     }
 
     /// Makes the middles of the sides that are halved while their triangles live, from a triangle on.
@@ -124,22 +137,40 @@ impl Tree {
         wanted: impl Fn(&Face) -> bool + Sync,
     ) -> Vec<Face> {
         let kept = self.kept_middles(elements, needed);
-        let cut = |root: &Face| {
+        let cut = |root: usize| {
             let mut coarse = Vec::new();
-            self.cut_where_kept(root, &kept, &mut coarse);
+            self.cut_where_kept(root, elements, &kept, &mut coarse);
             coarse.retain(&wanted);
             coarse
         };
-        let roots = &self.faces[..self.roots];
-        roots.par_iter().flat_map_iter(cut).collect()
+        let roots = (0..self.roots).into_par_iter();
+        roots.flat_map_iter(cut).collect()
     }
 
-    fn cut_where_kept(&self, face: &Face, kept: &[AtomicBool], coarse: &mut Vec<Face>) {
-        let middles = sides(face).map(|(a, b)| {
-            let middle = self.middle_of.get(&side_key(a.min(b), a.max(b)));
-            let kept = middle.filter(|&&middle| kept[middle as usize].load(Relaxed));
-            kept.copied().unwrap_or(NONE)
-        });
+    /// Cuts one of the tree's triangles as the tree has it, as long as all middles are kept.
+    fn cut_where_kept(
+        &self,
+        face: usize,
+        elements: u32,
+        kept: &[AtomicBool],
+        coarse: &mut Vec<Face>,
+    ) {
+        let reached = by_count(self.middles[face], self.halved[face], elements);
+        let kept_of = reached.map(|m| if is_kept(m, kept) { m } else { NONE });
+        if kept_of != reached || reached == [NONE; 3] {
+            self.cut_anew(&self.faces[face], kept_of, kept, coarse);
+            return;
+        }
+        let [first, end] = self.cut_into[face];
+        for child in (first..end).map(|child| child as usize) {
+            if self.faces[child].lives(elements) {
+                self.cut_where_kept(child, elements, kept, coarse);
+            }
+        }
+    }
+
+    /// Cuts a triangle in a way that the tree may not have.
+    fn cut_anew(&self, face: &Face, middles: Middles, kept: &[AtomicBool], coarse: &mut Vec<Face>) {
         let (count, pieces) = pieces(face, middles, &self.positions);
         if count == 0 {
             coarse.push(*face);
@@ -151,7 +182,14 @@ impl Tree {
                 open,
                 ..*face
             };
-            self.cut_where_kept(&piece, kept, coarse);
+            let middles = sides(&piece).map(|(a, b)| {
+                let middle = self.middle_of.get(&side_key(a.min(b), a.max(b)));
+                middle
+                    .copied()
+                    .filter(|m| is_kept(*m, kept))
+                    .unwrap_or(NONE)
+            });
+            self.cut_anew(&piece, middles, kept, coarse);
         }
     }
 
@@ -196,6 +234,10 @@ impl Tree {
         })
         .collect()
     }
+}
+
+fn is_kept(middle: u32, kept: &[AtomicBool]) -> bool {
+    middle != NONE && kept[middle as usize].load(Relaxed)
 }
 
 fn marks(count: usize) -> Vec<AtomicBool> {
