@@ -1,6 +1,8 @@
 //! Colour spaces: sRGB as files have it, linear light, and Oklab (Ottosson 2020), in which equal
 //! steps look equal.
 
+use std::sync::LazyLock;
+
 /// Linear light of an sRGB byte.
 pub(crate) fn to_linear(byte: u8) -> f32 {
     let x = f32::from(byte) / 255.0;
@@ -23,7 +25,52 @@ pub(crate) fn encode(x: f32) -> f32 {
 
 /// The sRGB byte of linear light.
 pub(crate) fn to_byte(x: f32) -> u8 {
+    static STEPS: LazyLock<Steps> = LazyLock::new(Steps::new);
+    STEPS.byte(x)
+}
+
+/// The nearest byte to what [`encode`] says.
+fn rounded(x: f32) -> u8 {
     (encode(x) * 255.0 + 0.5) as u8
+}
+
+/// Where linear light comes to the next byte, so that no power is taken for each colour.
+struct Steps {
+    /// The least light of each byte.
+    least: [f32; 256],
+    /// The byte of k shares of all light.
+    low: [u8; Self::SHARES + 1],
+}
+
+impl Steps {
+    const SHARES: usize = 1024;
+
+    fn new() -> Self {
+        // The bits of positive floats ascend with them.
+        let least = |byte: usize| {
+            let (mut low, mut high) = (0, 1f32.to_bits());
+            while low < high {
+                let middle = low.midpoint(high);
+                match usize::from(rounded(f32::from_bits(middle))) >= byte {
+                    true => high = middle,
+                    false => low = middle + 1,
+                }
+            }
+            f32::from_bits(low)
+        };
+        let share = |k: usize| rounded(k as f32 / Self::SHARES as f32);
+        Self {
+            least: std::array::from_fn(least),
+            low: std::array::from_fn(share),
+        }
+    }
+
+    fn byte(&self, x: f32) -> u8 {
+        let x = x.clamp(0.0, 1.0);
+        let low = self.low[(x * Self::SHARES as f32) as usize];
+        let above = &self.least[usize::from(low) + 1..];
+        low + above.iter().take_while(|least| x >= **least).count() as u8
+    }
 }
 
 /// Linear sRGB of an Oklab colour.
@@ -63,6 +110,21 @@ mod tests {
                 assert_eq!(from_oklab(to_oklab(rgb)).map(to_byte), rgb);
             }
         }
+    }
+
+    #[test]
+    fn bytes_are_the_nearest_to_the_encoded_light() {
+        let steps = Steps::new();
+        let about = |least: &f32| {
+            let bits = least.to_bits();
+            (bits.saturating_sub(40)..bits + 40).map(f32::from_bits)
+        };
+        let even = (0..1 << 17).map(|k| k as f32 / (1 << 17) as f32);
+        let odd = [-1.0, -0.0, 1.0, 1.5, f32::INFINITY, f32::NAN];
+        for x in steps.least.iter().flat_map(about).chain(even).chain(odd) {
+            assert_eq!(to_byte(x), rounded(x), "{x}");
+        }
+        assert!(steps.least.is_sorted());
     }
 
     #[test]

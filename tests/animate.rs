@@ -112,28 +112,52 @@ fn without_a_window_frames_are_the_skins_of_the_first_elements() {
     }
 }
 
-/// A frame says the same whatever came before it.
+/// A frame says the same whatever came before it: steps of all lengths, none, and back.
 #[test]
 fn frames_do_not_depend_on_the_frames_before() {
     let surface = rock(24);
     let cluster = grown(&surface, 0.01, 1200);
-    let at = |time: f64| Presence {
-        time,
-        window: 90.0,
-        ease: Ease::Smooth,
+    let marked = Paint::of(&PALETTE[2]);
+    let darkened = Paint {
+        age_darken: 0.4,
+        ..Paint::default()
     };
-    let paint = Paint::of(&PALETTE[2]);
-    let moments: Vec<Presence> = (0..60).map(|k| at(20.5 * f64::from(k) - 40.0)).collect();
-    let all = frames(&surface, &cluster, &paint, moments.clone());
-    for k in [2, 3, 17, 40, 59] {
-        let alone = frames(&surface, &cluster, &paint, vec![moments[k]]);
-        assert!(alone[0] == all[k], "frame {k}");
+    for (window, ease, paint) in [
+        (90.0, Ease::Smooth, &marked),
+        (0.0, Ease::Linear, &darkened),
+        (3.5, Ease::Linear, &marked),
+        (700.0, Ease::Smoother, &darkened),
+    ] {
+        let at = |time: f64| Presence { time, window, ease };
+        let even = (0..20).map(|k| at(60.5 * f64::from(k) - 40.0));
+        let uneven = [1100.0, 1101.0, 1101.0, 1101.3, 300.0, 301.0, 299.25, 1200.0];
+        let moments: Vec<Presence> = even.chain(uneven.map(at)).collect();
+        let all = frames(&surface, &cluster, paint, moments.clone());
+        for k in [2, 9, 18, 21, 22, 23, 24, 26, 27] {
+            let alone = frames(&surface, &cluster, paint, vec![moments[k]]);
+            assert!(alone[0] == all[k], "{:?}", moments[k]);
+        }
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
-    let others = pool
-        .expect("threads")
-        .install(|| frames(&surface, &cluster, &paint, moments));
-    assert!(all == others);
+}
+
+#[test]
+fn threads_change_no_frame() {
+    let surface = rock(24);
+    let cluster = grown(&surface, 0.01, 1200);
+    let paint = Paint::of(&PALETTE[2]);
+    let at = |k: u32| Presence {
+        time: 40.0 * f64::from(k),
+        window: 90.0,
+        ease: Ease::Linear,
+    };
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let moments = (0..30).map(at).collect();
+        pool.expect("threads")
+            .install(|| frames(&surface, &cluster, &paint, moments))
+    };
+    let one = with(1);
+    assert!([2, 3].into_iter().all(|threads| with(threads) == one));
 }
 
 /// From one moment to the next, dt elements later, influences grow by dt elements in all, so the

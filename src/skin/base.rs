@@ -19,7 +19,7 @@ pub(super) struct Face {
     pub(super) corners: [u32; 3],
     /// The substrate's triangle that it is part of.
     pub(super) home: u32,
-    /// Its number in the level above.
+    /// The number of the triangle that it was cut from.
     pub(super) parent: u32,
     /// Bit k: the side from corner k to the next is an open edge of the surface.
     pub(super) open: u8,
@@ -196,6 +196,11 @@ fn beside(substrate: &Substrate, winding: &Winding, corner: u32) -> impl Iterato
 }
 
 impl Face {
+    /// Whether it is there for a lichen of so many elements.
+    pub(super) fn lives(&self, elements: u32) -> bool {
+        (self.life[0]..self.life[1]).contains(&elements)
+    }
+
     /// The same, wound the other way.
     fn turned(self) -> Self {
         let [a, b, c] = self.corners;

@@ -132,17 +132,78 @@ impl<'a> Field<'a> {
 
     /// What there is at a place that lies on a triangle of the substrate; `facing` is its normal.
     pub(super) fn sample(&self, p: DVec3, home: u32, facing: Vec3, sheet: &mut Sheet) -> Sample {
+        let runs = self.grid.around(p);
+        let near = runs.flat_map(|run| &self.lichen.granules[run]);
+        self.sample_among(near, p, home, facing, sheet)
+    }
+
+    /// The same where these elements, in the order of the list, are all that may be felt.
+    pub(super) fn sample_among<'g>(
+        &self,
+        near: impl Iterator<Item = &'g Granule>,
+        p: DVec3,
+        home: u32,
+        facing: Vec3,
+        sheet: &mut Sheet,
+    ) -> Sample {
         let mut sums = Sums::default();
-        for run in self.grid.around(p) {
-            for granule in &self.lichen.granules[run] {
-                let away = p - granule.position;
-                let within = away.length_squared() < self.reach_sq;
-                let felt = granule.influence > 0.0 && within;
-                if felt && sheet.joins(p, facing, home, granule) {
-                    self.add(&mut sums, away.as_vec3(), granule);
-                }
+        near.for_each(|granule| {
+            let away = p - granule.position;
+            let within = away.length_squared() < self.reach_sq;
+            let felt = granule.influence > 0.0 && within;
+            if felt && sheet.joins(p, facing, home, granule) {
+                let away = away.as_vec3();
+                self.add(&mut sums, away, self.falloff_at(away), granule);
+            }
+        });
+        self.finish(sums, facing)
+    }
+
+    /// What an element has at a place at full influence; 0 where it is not felt.
+    pub(super) fn felt(
+        &self,
+        p: DVec3,
+        home: u32,
+        facing: Vec3,
+        granule: &Granule,
+        sheet: &mut Sheet,
+    ) -> f32 {
+        let away = p - granule.position;
+        let within = away.length_squared() < self.reach_sq;
+        match within && sheet.joins(p, facing, home, granule) {
+            true => self.falloff_at(away.as_vec3()),
+            false => 0.0,
+        }
+    }
+
+    /// The same as [`sample`](Self::sample) where it is known what is [`felt`](Self::felt) of which
+    /// elements, ascending by their places in the list.
+    pub(super) fn sample_of(
+        &self,
+        p: DVec3,
+        facing: Vec3,
+        felt: impl Iterator<Item = (u32, f32)>,
+    ) -> Sample {
+        let mut sums = Sums::default();
+        for (granule, falloff) in felt {
+            let granule = &self.lichen.granules[granule as usize];
+            if granule.influence > 0.0 {
+                self.add(
+                    &mut sums,
+                    (p - granule.position).as_vec3(),
+                    falloff,
+                    granule,
+                );
             }
         }
+        self.finish(sums, facing)
+    }
+
+    fn falloff_at(&self, away: Vec3) -> f32 {
+        libm::exp2f(-away.length_squared() * self.falloff)
+    }
+
+    fn finish(&self, sums: Sums, facing: Vec3) -> Sample {
         let mut sample = sums.finish(self, facing);
         let of = &mut sample.attributes;
         // The outline lies where the level is about 0.
@@ -152,8 +213,7 @@ impl<'a> Field<'a> {
         sample
     }
 
-    fn add(&self, sums: &mut Sums, away: Vec3, granule: &Granule) {
-        let falloff = libm::exp2f(-away.length_squared() * self.falloff);
+    fn add(&self, sums: &mut Sums, away: Vec3, falloff: f32, granule: &Granule) {
         let weight = granule.influence * falloff;
         if weight > sums.most {
             sums.most = weight;

@@ -1,10 +1,10 @@
 //! The skins of a growing lichen, one after the other (Sumner 2001, 8.2).
 //!
 //! Each is what [`skin`](super::skin()) makes of the elements by their influence at the moment. What does
-//! not change is shared: how the surface is cut (see `refine.rs`), who stands near whom, when each
-//! element left the rim. And what has not changed since the frame before is kept: the field is read
-//! anew only at places that feel an element whose influence, density or distance from the rim has
-//! changed.
+//! not change is shared: how the surface is cut (see `refine.rs`), who is felt where (see `felt.rs`), who
+//! stands near whom, when each element left the rim. And what has not changed since the frame before is
+//! kept: the field is read anew only at places that feel an element whose influence, density or distance
+//! from the rim has changed.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -12,12 +12,13 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::base::Winding;
-use super::field::{Field, RING, Sample, cutoff};
+use super::base::{Face, Winding};
+use super::felt::Felt;
+use super::field::{Field, NOTHING, RING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::history::{History, RimDistances};
 use super::lichen::{Granule, Lichen, far};
-use super::march::{Outline, Samples, close};
+use super::march::{Outline, Samples, close, is_touched};
 use super::refine::{NEVER, Tree};
 use super::sheet::Sheet;
 use super::{Paint, Shape, SkinError, UNDERSIDE, finish, refine};
@@ -46,19 +47,16 @@ pub struct SkinFrames<'a> {
     moments: Vec<Presence>,
     next: usize,
     rims: BTreeMap<usize, RimDistances>,
-    places: Places,
+    felt: Felt,
+    /// All that are ever whole of the tree's triangles.
+    leaves: Vec<Face>,
+    /// What the field says at each vertex; its level once more, to be looked through quickly.
     samples: Vec<Sample>,
+    levels: Vec<f32>,
+    /// Whether the last moment changed an element, and how many were settled at it.
+    moved: Vec<bool>,
+    settled: usize,
     outline: Outline,
-}
-
-/// The vertices of the tree by place.
-struct Places {
-    grid: Grid,
-    /// In the grid's order.
-    positions: Vec<DVec3>,
-    vertices: Vec<u32>,
-    changed: Vec<AtomicBool>,
-    reach_sq: f64,
 }
 
 impl<'a> SkinFrames<'a> {
@@ -92,8 +90,10 @@ impl<'a> SkinFrames<'a> {
         lichen.granules.iter_mut().for_each(|g| g.influence = 0.0);
         let radius = cluster.radius();
         let grid = lichen.sort(cutoff(shape) * radius);
+        let field = Field::new(substrate, &lichen, &grid, shape);
         // As far as an element is felt, and what is between the ends of a side.
-        let places = Places::new(&tree, (cutoff(shape) + 0.5 * shape.resolution) * radius);
+        let reach = (cutoff(shape) + 0.5 * shape.resolution) * radius;
+        let felt = Felt::new(&field, &winding, &tree, reach);
         let nothing = |&home: &u32| Sample::nothing(winding.normal(substrate, home).as_vec3());
         let samples = tree.homes.par_iter().map(nothing).collect();
         Ok(Self {
@@ -102,42 +102,62 @@ impl<'a> SkinFrames<'a> {
             shape,
             paint,
             winding,
-            tree,
-            lichen,
             grid,
             history,
             moments,
             next: 0,
             rims: BTreeMap::new(),
-            places,
+            felt,
+            leaves: tree.leaves(),
             samples,
+            levels: vec![NOTHING; tree.positions.len()],
+            moved: vec![false; lichen.granules.len()],
+            settled: 0,
+            tree,
+            lichen,
             outline: Outline::default(),
         })
     }
 
-    /// Brings the elements to a moment, and gives the places of those that it changes.
-    fn move_elements(&mut self, presence: &Presence) -> Vec<DVec3> {
+    /// Brings the elements to a moment.
+    fn move_elements(&mut self, presence: &Presence) {
         let keys = self.history.keys(presence);
         self.find_rims();
         let rims = keys.counts.map(|count| &self.rims[&count]);
+        let crowded = self.change_about(presence);
         let history = &self.history;
-        let moved = |granule: &mut Granule| {
+        let change = |(granule, moved): (&mut Granule, &mut bool)| {
             let birth = granule.birth as usize;
             let influence = presence.influence(birth);
             let was = (granule.influence, granule.density, granule.rim);
             if influence > 0.0 {
-                granule.density = history.density(birth, presence);
+                if granule.influence <= 0.0 || crowded[birth].load(Relaxed) {
+                    granule.density = history.density(birth, presence);
+                }
                 granule.rim = keys.distance(birth, rims);
             }
             granule.influence = influence;
-            let is = (granule.influence, granule.density, granule.rim);
-            (is != was).then_some(granule.position)
+            *moved = was != (granule.influence, granule.density, granule.rim);
         };
-        self.lichen
-            .granules
-            .par_iter_mut()
-            .filter_map(moved)
-            .collect()
+        let granules = self.lichen.granules.par_iter_mut();
+        granules.zip(&mut self.moved).for_each(change);
+        self.settled = presence.settled(self.cluster.len());
+    }
+
+    /// By birth, whether a neighbour of an element changes for its density.
+    fn change_about(&self, presence: &Presence) -> Vec<AtomicBool> {
+        let all = self.cluster.len();
+        let marks: Vec<AtomicBool> = (0..all).map(|_| false.into()).collect();
+        let settled = [self.settled, presence.settled(all)];
+        self.lichen.granules.par_iter().for_each(|granule| {
+            let birth = granule.birth as usize;
+            let settles = (birth < settled[0]) != (birth < settled[1]);
+            if settles || presence.influence(birth) != granule.influence {
+                let near = self.history.near(birth).iter();
+                near.for_each(|&other| marks[other as usize].store(true, Relaxed));
+            }
+        });
+        marks
     }
 
     /// Has the distances from the rim that this frame needs, and no longer those of frames before:
@@ -162,55 +182,59 @@ impl<'a> SkinFrames<'a> {
         self.rims.extend(found);
     }
 
+    fn field(&self) -> Field<'_> {
+        let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
+        field.painted(self.paint)
+    }
+
     /// Reads the field anew where it has changed.
     fn sample(&mut self) {
-        let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
-        let field = field.painted(self.paint);
-        let (tree, winding) = (&self.tree, &self.winding);
-        let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-        let read = |sheet: &mut Sheet, vertex: u32| {
-            let p = tree.positions[vertex as usize];
-            let home = tree.homes[vertex as usize];
-            let facing = winding.normal(field.substrate, home).as_vec3();
-            (vertex, field.sample(p, home, facing, sheet))
-        };
-        let changed = self.places.changed_vertices();
-        let read = changed.into_par_iter().map_init(sheet, read);
-        let read: Vec<(u32, Sample)> = read.collect();
+        let field = self.field();
+        let read = self
+            .felt
+            .read_moved(&field, &self.winding, &self.tree, &self.moved);
         for (vertex, sample) in read {
+            self.levels[vertex as usize] = sample.level;
             self.samples[vertex as usize] = sample;
         }
     }
 
+    /// The outline, read anew where something has moved between the ends of a side.
+    fn outline_across(&self, samples: &Samples, sides: Vec<u64>) -> Outline {
+        let (field, tree) = (self.field(), &self.tree);
+        let longest = self.shape.resolution * self.cluster.radius();
+        let changed = |a: u32, b: u32| {
+            let [p, q] = [a, b].map(|v| tree.positions[v as usize]);
+            let moved = [a, b].iter().any(|&v| self.felt.has_moved(v, &self.moved));
+            moved || p.distance(q) > longest
+        };
+        let read = |place: DVec3, [inner, nearer]: [u32; 2], sheet: &mut Sheet| {
+            let home = tree.homes[inner as usize];
+            let facing = self.winding.normal(self.substrate, home).as_vec3();
+            match place.distance(tree.positions[nearer as usize]) <= 0.5 * longest {
+                true => {
+                    let near = self.felt.near(nearer, &self.lichen.granules);
+                    field.sample_among(near, place, home, facing, sheet)
+                }
+                false => field.sample(place, home, facing, sheet),
+            }
+        };
+        self.outline
+            .moved(&field, tree, samples, sides, &changed, &read)
+    }
+
     fn frame(&mut self, presence: &Presence) -> TriMesh {
-        let moved = self.move_elements(presence);
-        self.places.mark(&moved);
+        self.move_elements(presence);
         self.sample();
         let born = presence.born(self.cluster.len());
-        let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
-        let field = field.painted(self.paint);
-        let leaves = self.tree.leaves(born as u32);
-        let samples = Samples::at_corners(&self.samples, &leaves);
-        let changed = self.places.changed_by_vertex();
-        let longest = self.shape.resolution * self.cluster.radius();
-        let positions = &self.tree.positions;
-        let crossing_changed = |a: u32, b: u32| {
-            let [a, b] = [a as usize, b as usize];
-            changed[a] || changed[b] || positions[a].distance(positions[b]) > longest
-        };
-        let outline = &self.outline;
-        let cross = |sides| {
-            outline.moved(
-                &field,
-                &self.winding,
-                &self.tree,
-                &samples,
-                sides,
-                &crossing_changed,
-            )
-        };
+        let elements = born as u32;
+        let leaves = self.leaves.par_iter();
+        let leaves = leaves.filter(|leaf| leaf.lives(elements) && is_touched(leaf, &self.levels));
+        let leaves: Vec<Face> = leaves.copied().collect();
+        let samples = Samples::new(&self.levels, &self.samples, &leaves);
+        let cross = |sides| self.outline_across(&samples, sides);
         let underside = UNDERSIDE * self.cluster.radius();
-        let (marched, outline) = close(&self.tree, born as u32, leaves, &samples, underside, cross);
+        let (marched, outline) = close(&self.tree, elements, leaves, &samples, underside, cross);
         self.outline = outline;
         let mut mesh = finish(
             self.substrate,
@@ -249,45 +273,4 @@ fn farthest(substrate: &Substrate, cluster: &Cluster, shape: &Shape, paint: &Pai
     let margin = paint.prothallus.map_or(0.0, margin);
     let far = far(substrate) / cluster.radius();
     RING.max(margin).min(far as f32)
-}
-
-impl Places {
-    fn new(tree: &Tree, reach: f64) -> Self {
-        let (grid, vertices) = Grid::new(&tree.positions, reach);
-        let positions = vertices.iter().map(|&v| tree.positions[v as usize]);
-        Self {
-            grid,
-            positions: positions.collect(),
-            changed: vertices.iter().map(|_| AtomicBool::new(false)).collect(),
-            vertices,
-            reach_sq: reach * reach,
-        }
-    }
-
-    /// Marks the vertices that feel something at these places, and no others.
-    fn mark(&mut self, moved: &[DVec3]) {
-        let marks = self.changed.par_iter_mut();
-        marks.for_each(|mark| *mark.get_mut() = false);
-        moved.par_iter().for_each(|place| {
-            for i in self.grid.around(*place).flatten() {
-                if (self.positions[i] - place).length_squared() <= self.reach_sq {
-                    self.changed[i].store(true, Relaxed);
-                }
-            }
-        });
-    }
-
-    fn changed_vertices(&self) -> Vec<u32> {
-        let both = self.vertices.par_iter().zip(&self.changed);
-        let changed = both.filter(|(_, mark)| mark.load(Relaxed));
-        changed.map(|(vertex, _)| *vertex).collect()
-    }
-
-    fn changed_by_vertex(&self) -> Vec<bool> {
-        let mut changed = vec![false; self.vertices.len()];
-        for vertex in self.changed_vertices() {
-            changed[vertex as usize] = true;
-        }
-        changed
-    }
 }

@@ -69,16 +69,23 @@ impl Grid {
         (Self { cell, cells }, order)
     }
 
+    /// All runs of places that have a cube of their own.
+    pub(super) fn runs(&self) -> impl Iterator<Item = Range<usize>> {
+        self.cells.values().map(places)
+    }
+
     /// Runs of places in the grid's order that hold every point within its reach of `p`, and some
     /// beyond it.
     pub(super) fn around(&self, p: DVec3) -> impl Iterator<Item = Range<usize>> {
         let [x, y, z] = cell_of(p - 0.5 * self.cell, self.cell);
         let cube = move |i: i64| key([x + (i >> 2), y + (i >> 1 & 1), z + (i & 1)]);
         let found = move |i| self.cells.get(&cube(i));
-        (0..8)
-            .filter_map(found)
-            .map(|run| run.start as usize..run.end as usize)
+        (0..8).filter_map(found).map(places)
     }
+}
+
+fn places(run: &Range<u32>) -> Range<usize> {
+    run.start as usize..run.end as usize
 }
 
 /// Whether anything of the lichen is near: an exact answer for any distance, from a tree of boxes.

@@ -63,7 +63,8 @@ impl History {
         }
     }
 
-    fn near(&self, i: usize) -> &[u32] {
+    /// The neighbours of an element, ascending.
+    pub(super) fn near(&self, i: usize) -> &[u32] {
         &self.near[self.starts[i]..self.starts[i + 1]]
     }
 

@@ -10,8 +10,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
-use super::field::{Attributes, Field, NOTHING, Sample};
-use super::refine::{ALL, Tree, side_key};
+use super::field::{Attributes, Field, Sample};
+use super::refine::{ALL, Tree, side_key, sides};
 use super::sheet::Sheet;
 
 /// How near to a corner the outline may cross a side, as a share of it: keeps vertices apart.
@@ -30,23 +30,33 @@ pub(super) struct Marched {
 }
 
 /// The level at every vertex of the tree, and what the field says where it is positive.
-pub(super) struct Samples {
-    levels: Vec<f32>,
-    /// In the order of the vertices.
-    inside: Vec<Sample>,
-    /// For each vertex its place among those; [`NONE`] outside.
+pub(super) struct Samples<'a> {
+    levels: &'a [f32],
+    /// Of every vertex, or of those inside, in their order.
+    told: &'a [Sample],
+    /// For each vertex its place among those inside; [`NONE`] outside.
     rank: Vec<u32>,
+    /// The vertices that are inside, ascending.
+    inside: Vec<u32>,
 }
 
 /// The iso-surface of a field over a surface, on an underside so deep, in local units.
 pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
-    let samples = sample_all(field, winding, tree);
-    let cross = |sides| Outline::new(field, winding, tree, &samples, sides);
-    close(tree, ALL, tree.leaves(ALL), &samples, underside, cross).0
+    let (levels, inside) = sample_all(field, winding, tree);
+    let leaves = tree.leaves().into_par_iter();
+    let leaves: Vec<Face> = leaves.filter(|leaf| is_touched(leaf, &levels)).collect();
+    let samples = Samples::new(&levels, &inside, &leaves);
+    let read = |place: DVec3, [inner, _]: [u32; 2], sheet: &mut Sheet| {
+        let home = tree.homes[inner as usize];
+        let facing = winding.normal(field.substrate, home).as_vec3();
+        field.sample(place, home, facing, sheet)
+    };
+    let cross = |sides| Outline::default().moved(field, tree, &samples, sides, &|_, _| true, &read);
+    close(tree, ALL, leaves, &samples, underside, cross).0
 }
 
-/// The closed mesh of these samples for a lichen of so many elements, for which the tree has these
-/// leaves, with the outline that `cross` makes of the sides that it crosses.
+/// The closed mesh of these samples for a lichen of so many elements, which touches these leaves of
+/// the tree, with the outline that `cross` makes of the sides that it crosses.
 pub(super) fn close(
     tree: &Tree,
     elements: u32,
@@ -55,33 +65,37 @@ pub(super) fn close(
     underside: f64,
     cross: impl FnOnce(Vec<u64>) -> Outline,
 ) -> (Marched, Outline) {
-    let leaves: Vec<Face> = leaves
-        .into_par_iter()
-        .filter(|f| samples.touches(f))
-        .collect();
     let outline = cross(crossed_sides(samples, &leaves));
-    let needed = |f: &Face| samples.touches(f) && (!samples.covers(f) || f.open != 0);
-    let below = tree.coarsened(elements, needed);
-    let below: Vec<Face> = below
-        .into_par_iter()
-        .filter(|f| samples.touches(f))
-        .collect();
+    let needed = leaves.par_iter();
+    let needed = needed.filter(|f| !samples.covers(f) || f.open != 0);
+    let needed: Vec<&Face> = needed.collect();
+    let below = tree.coarsened(elements, &needed, |f| samples.touches(f));
     let mut weaver = Weaver::new(tree, samples, &outline, underside);
     weaver.number_underside(&below);
-    leaves.iter().for_each(|leaf| weaver.upper(leaf));
-    below.iter().for_each(|face| weaver.under(face));
-    let mesh = weaver.mesh;
+    let mut triangles = weaver.woven(&leaves, Weaver::upper);
+    triangles.extend(weaver.woven(&below, Weaver::under));
+    let mesh = Marched {
+        triangles,
+        ..weaver.mesh
+    };
     (mesh, outline)
+}
+
+/// Whether the level is positive at a corner.
+pub(super) fn is_touched(face: &Face, levels: &[f32]) -> bool {
+    face.corners.iter().any(|&v| levels[v as usize] > 0.0)
 }
 
 /// The sides between an inner and an outer vertex, ascending.
 fn crossed_sides(samples: &Samples, leaves: &[Face]) -> Vec<u64> {
     let crossed = |face: &Face| {
-        let [a, b, c] = face.corners;
-        let sides = [(a, b), (b, c), (c, a)];
-        let mixed = |(a, b): &(u32, u32)| samples.is_inside(*a) != samples.is_inside(*b);
-        let key = |(a, b): (u32, u32)| side_key(a.min(b), a.max(b));
-        sides.into_iter().filter(mixed).map(key).collect::<Vec<_>>()
+        let face = *face;
+        let mixed = |(a, b): (u32, u32)| samples.is_inside(a) != samples.is_inside(b);
+        // The triangle on the other side has it the other way round.
+        let first = move |k: usize, (a, b): (u32, u32)| a < b || face.open >> k & 1 == 1;
+        let sides = sides(&face).into_iter().enumerate();
+        let sides = sides.filter(move |&(k, side)| first(k, side) && mixed(side));
+        sides.map(|(_, (a, b))| side_key(a.min(b), a.max(b)))
     };
     let mut sides: Vec<u64> = leaves.par_iter().flat_map_iter(crossed).collect();
     sides.par_sort_unstable();
@@ -89,44 +103,34 @@ fn crossed_sides(samples: &Samples, leaves: &[Face]) -> Vec<u64> {
     sides
 }
 
-impl Samples {
-    /// Of batches in the order of the vertices: their levels, and what is inside.
-    fn of(batches: Vec<(Vec<f32>, Vec<Sample>)>) -> Self {
-        let (mut levels, mut inside) = (Vec::new(), Vec::new());
-        for (more_levels, more_inside) in batches {
-            levels.extend(more_levels);
-            inside.extend(more_inside);
-        }
-        let mut next = 0..;
-        let rank = |level: &f32| match *level > 0.0 {
-            true => next.next().unwrap_or(NONE),
-            false => NONE,
-        };
-        let rank = levels.iter().map(rank).collect();
-        Self {
-            levels,
-            inside,
-            rank,
-        }
-    }
-
-    /// Of a sample for each vertex; only the corners of these leaves can be inside.
-    pub(super) fn at_corners(samples: &[Sample], leaves: &[Face]) -> Self {
-        let mut corner = vec![false; samples.len()];
+impl<'a> Samples<'a> {
+    /// Of a level for each vertex, and a sample for each, or for each with a positive level. Only the
+    /// corners of these leaves can be inside.
+    pub(super) fn new(levels: &'a [f32], told: &'a [Sample], leaves: &[Face]) -> Self {
+        let mut corner = vec![false; levels.len()];
         for &v in leaves.iter().flat_map(|leaf| &leaf.corners) {
             corner[v as usize] = true;
         }
-        let batch = |(samples, corner): (&[Sample], &[bool])| {
-            let levels = samples.iter().zip(corner);
-            let levels = levels.map(|(s, corner)| if *corner { s.level } else { NOTHING });
-            let levels: Vec<f32> = levels.collect();
-            let both = samples.iter().zip(&levels);
-            let inside = both.filter(|(_, level)| **level > 0.0).map(|(s, _)| *s);
-            let inside = inside.collect();
-            (levels, inside)
-        };
-        let batches = samples.par_chunks(BATCH).zip(corner.par_chunks(BATCH));
-        Self::of(batches.map(batch).collect())
+        let is_inside = |&v: &u32| corner[v as usize] && levels[v as usize] > 0.0;
+        let inside: Vec<u32> = (0..levels.len() as u32).filter(is_inside).collect();
+        let mut rank = vec![NONE; levels.len()];
+        for (number, &v) in inside.iter().enumerate() {
+            rank[v as usize] = number as u32;
+        }
+        Self {
+            levels,
+            told,
+            rank,
+            inside,
+        }
+    }
+
+    /// Of a vertex that is inside.
+    fn sample(&self, vertex: u32) -> &Sample {
+        match self.told.len() == self.levels.len() {
+            true => &self.told[vertex as usize],
+            false => &self.told[self.rank[vertex as usize] as usize],
+        }
     }
 
     fn is_inside(&self, vertex: u32) -> bool {
@@ -144,7 +148,8 @@ impl Samples {
     }
 }
 
-fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> Samples {
+/// The level at each vertex, and the samples of those where it is positive.
+fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> (Vec<f32>, Vec<Sample>) {
     let batches = tree
         .positions
         .par_chunks(BATCH)
@@ -162,7 +167,13 @@ fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> Samples {
         (levels, inside)
     };
     let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-    Samples::of(batches.map_init(sheet, batch).collect())
+    let batches: Vec<_> = batches.map_init(sheet, batch).collect();
+    let (mut levels, mut inside) = (Vec::new(), Vec::new());
+    for (more_levels, more_inside) in batches {
+        levels.extend(more_levels);
+        inside.extend(more_inside);
+    }
+    (levels, inside)
 }
 
 /// Where the outline crosses sides.
@@ -170,71 +181,83 @@ fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> Samples {
 pub(super) struct Outline {
     /// The sides, ascending.
     sides: Vec<u64>,
+    /// For each vertex the first of the sides whose lower end it is, and their number at the end.
+    starts: Vec<u32>,
     crossings: Vec<Crossing>,
 }
 
 /// A place of the outline and what the field says there.
 type Crossing = (DVec3, Sample);
 
-impl Outline {
-    pub(super) fn new(
-        field: &Field,
-        winding: &Winding,
-        tree: &Tree,
-        samples: &Samples,
-        sides: Vec<u64>,
-    ) -> Self {
-        Self::default().moved(field, winding, tree, samples, sides, &|_, _| true)
-    }
+/// Reads the field between the ends of a side: the inner one is told, and the nearer one.
+pub(super) type Read<'s, 'a> = dyn Fn(DVec3, [u32; 2], &mut Sheet<'s>) -> Sample + Sync + 'a;
 
+impl Outline {
     /// The outline across these sides, where this one's crossings serve as far as nothing has
-    /// `changed` between the ends.
-    pub(super) fn moved(
+    /// `changed` between the ends, and the others are read.
+    pub(super) fn moved<'s>(
         &self,
-        field: &Field,
-        winding: &Winding,
+        field: &Field<'s>,
         tree: &Tree,
         samples: &Samples,
         sides: Vec<u64>,
         changed: &(dyn Fn(u32, u32) -> bool + Sync),
+        read: &Read<'s, '_>,
     ) -> Self {
         let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-        let cross = |sheet: &mut Sheet, side: &u64| {
+        let cross = |sheet: &mut Sheet<'s>, side: &u64| {
             let [a, b] = [(*side >> 32) as u32, *side as u32];
-            match self.sides.binary_search(side) {
-                Ok(known) if !changed(a, b) => self.crossings[known],
-                _ => cross(field, winding, tree, samples, [a, b], sheet),
+            match self.find(a, b) {
+                Some(known) if !changed(a, b) => self.crossings[known as usize],
+                _ => cross(tree, samples, [a, b], |place, ends| {
+                    read(place, ends, sheet)
+                }),
             }
         };
         let crossings = sides.par_iter().map_init(sheet, cross).collect();
-        Self { sides, crossings }
+        let mut starts = vec![0; tree.positions.len() + 1];
+        sides
+            .iter()
+            .for_each(|side| starts[(side >> 32) as usize + 1] += 1);
+        (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
+        Self {
+            sides,
+            starts,
+            crossings,
+        }
+    }
+
+    /// The number of the crossing of a side, the lower end first, if it has one.
+    fn find(&self, a: u32, b: u32) -> Option<u32> {
+        let &[first, end] = self.starts.get(a as usize..a as usize + 2)? else {
+            return None;
+        };
+        (first..end).find(|&i| self.sides[i as usize] as u32 == b)
     }
 
     /// The number of the crossing of a side that has one.
     fn number(&self, a: u32, b: u32) -> u32 {
-        let side = side_key(a.min(b), a.max(b));
-        self.sides.partition_point(|&s| s < side) as u32
+        self.find(a.min(b), a.max(b)).unwrap_or(NONE)
     }
 }
 
 /// Where the outline crosses the side between two vertices.
 fn cross(
-    field: &Field,
-    winding: &Winding,
     tree: &Tree,
     samples: &Samples,
     ends: [u32; 2],
-    sheet: &mut Sheet,
+    mut read: impl FnMut(DVec3, [u32; 2]) -> Sample,
 ) -> Crossing {
-    let [mut a, mut b] = ends.map(|v| v as usize);
-    if samples.levels[a] <= 0.0 {
+    let [mut a, mut b] = ends;
+    if samples.levels[a as usize] <= 0.0 {
         (a, b) = (b, a);
     }
-    let home = tree.homes[a];
-    let facing = winding.normal(field.substrate, home).as_vec3();
-    crossing([samples.levels[a], samples.levels[b]], |share| {
-        let place = tree.positions[a].lerp(tree.positions[b], f64::from(share));
-        (place, field.sample(place, home, facing, sheet))
+    let levels = [a, b].map(|v| samples.levels[v as usize]);
+    let [inner, outer] = [a, b].map(|v| tree.positions[v as usize]);
+    crossing(levels, |share| {
+        let place = inner.lerp(outer, f64::from(share));
+        let nearer = if share <= 0.5 { a } else { b };
+        (place, read(place, [a, nearer]))
     })
 }
 
@@ -264,7 +287,7 @@ fn crossing(
 /// Puts the mesh together: vertices of the upper side, of the outline, of the underside.
 struct Weaver<'a> {
     tree: &'a Tree,
-    samples: &'a Samples,
+    samples: &'a Samples<'a>,
     outline: &'a Outline,
     /// For each vertex of the tree its number on the underside.
     under: Vec<u32>,
@@ -287,7 +310,7 @@ enum Corner {
 }
 
 impl<'a> Weaver<'a> {
-    fn new(tree: &'a Tree, samples: &'a Samples, outline: &'a Outline, underside: f64) -> Self {
+    fn new(tree: &'a Tree, samples: &'a Samples<'a>, outline: &'a Outline, underside: f64) -> Self {
         let mut weaver = Self {
             tree,
             samples,
@@ -302,11 +325,11 @@ impl<'a> Weaver<'a> {
     }
 
     fn add_upper(&mut self) {
-        let vertices = self.samples.rank.iter().zip(&self.tree.positions);
-        for (&rank, &place) in vertices.filter(|(rank, _)| **rank != NONE) {
-            let sample = &self.samples.inside[rank as usize];
+        self.mesh.reserve(2 * self.samples.inside.len());
+        for &v in &self.samples.inside {
+            let sample = self.samples.sample(v);
             let up = sample.up.as_dvec3();
-            let place = place + up * f64::from(sample.height);
+            let place = self.tree.positions[v as usize] + up * f64::from(sample.height);
             self.mesh.add(place, sample.normal, sample.attributes);
         }
     }
@@ -323,11 +346,10 @@ impl<'a> Weaver<'a> {
 
     fn number_underside(&mut self, faces: &[Face]) {
         for &v in faces.iter().flat_map(|face| &face.corners) {
-            let rank = self.samples.rank[v as usize];
-            if rank == NONE || self.under[v as usize] != NONE {
+            if !self.samples.is_inside(v) || self.under[v as usize] != NONE {
                 continue;
             }
-            let sample = &self.samples.inside[rank as usize];
+            let sample = self.samples.sample(v);
             let place = self.tree.positions[v as usize];
             let place = place - sample.up.as_dvec3() * self.underside;
             self.under[v as usize] = self.mesh.positions.len() as u32;
@@ -335,40 +357,53 @@ impl<'a> Weaver<'a> {
         }
     }
 
-    fn upper(&mut self, face: &Face) {
+    /// The triangles of all faces, in their order.
+    fn woven(&self, faces: &[Face], weave: fn(&Self, &Face, &mut Vec<[u32; 3]>)) -> Vec<[u32; 3]> {
+        let batch = |faces: &[Face]| {
+            let mut triangles = Vec::with_capacity(2 * faces.len());
+            faces
+                .iter()
+                .for_each(|face| weave(self, face, &mut triangles));
+            triangles
+        };
+        let batches: Vec<_> = faces.par_chunks(BATCH).map(batch).collect();
+        batches.concat()
+    }
+
+    fn upper(&self, face: &Face, triangles: &mut Vec<[u32; 3]>) {
         let part = self.part(face);
         let number = |corner| self.upper_number(corner);
-        let corners = part.corners.map(number);
-        self.fill(corners, part.count);
+        self.fill(part.corners.map(number), part.count, triangles);
         for k in 0..part.count {
             if part.open[k] {
-                self.wall(part.corners[k], part.corners[(k + 1) % part.count]);
+                let (a, b) = (part.corners[k], part.corners[(k + 1) % part.count]);
+                self.wall(a, b, triangles);
             }
         }
     }
 
-    fn under(&mut self, face: &Face) {
+    fn under(&self, face: &Face, triangles: &mut Vec<[u32; 3]>) {
         let part = self.part(face);
         let mut corners = part.corners.map(|corner| self.under_number(corner));
         corners[..part.count].reverse();
-        self.fill(corners, part.count);
+        self.fill(corners, part.count, triangles);
     }
 
     /// Closes the gap between both sides along an open edge.
-    fn wall(&mut self, a: Corner, b: Corner) {
+    fn wall(&self, a: Corner, b: Corner, triangles: &mut Vec<[u32; 3]>) {
         let [au, bu] = [a, b].map(|c| self.upper_number(c));
         let [al, bl] = [a, b].map(|c| self.under_number(c));
         if bu != bl {
-            self.mesh.triangles.push([bu, au, bl]);
+            triangles.push([bu, au, bl]);
         }
         if au != al {
-            self.mesh.triangles.push([au, al, bl]);
+            triangles.push([au, al, bl]);
         }
     }
 
-    fn fill(&mut self, [a, b, c, d]: [u32; 4], count: usize) {
+    fn fill(&self, [a, b, c, d]: [u32; 4], count: usize, triangles: &mut Vec<[u32; 3]>) {
         if count == 3 {
-            self.mesh.triangles.push([a, b, c]);
+            triangles.push([a, b, c]);
             return;
         }
         let distance_sq = |i: u32, j: u32| {
@@ -379,7 +414,7 @@ impl<'a> Weaver<'a> {
             true => [[a, b, c], [a, c, d]],
             false => [[a, b, d], [b, c, d]],
         };
-        self.mesh.triangles.extend(halves);
+        triangles.extend(halves);
     }
 
     fn upper_number(&self, corner: Corner) -> u32 {
@@ -435,6 +470,12 @@ impl<'a> Weaver<'a> {
 }
 
 impl Marched {
+    fn reserve(&mut self, vertices: usize) {
+        self.positions.reserve(vertices);
+        self.normals.reserve(vertices);
+        self.attributes.reserve(vertices);
+    }
+
     fn add(&mut self, place: DVec3, normal: Vec3, attributes: Attributes) {
         self.positions.push(place);
         self.normals.push(normal);

@@ -18,6 +18,7 @@
 
 mod base;
 mod decimate;
+mod felt;
 mod field;
 mod frames;
 mod grid;

@@ -7,6 +7,8 @@
 //! cut for the lichen at any age, each exactly as if the tree had been made for it: triangles have a
 //! life, and one whose sides are halved one after the other is cut in as many ways.
 
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,14 +23,16 @@ pub(super) struct Tree {
     pub(super) positions: Vec<DVec3>,
     /// For each vertex a substrate triangle that it lies on.
     pub(super) homes: Vec<u32>,
-    levels: Vec<Level>,
-}
-
-struct Level {
+    /// The triangles that were not cut from others, then what they are cut into, and so on.
     faces: Vec<Face>,
+    roots: usize,
     middles: Vec<Middles>,
     /// For how many elements each side is halved; [`NEVER`].
     halved: Vec<Counts>,
+    /// Where the first of what each is cut into is, and where they end.
+    cut_into: Vec<[u32; 2]>,
+    /// The middle of each side that is ever halved.
+    middle_of: WordMap<u32>,
 }
 
 /// A number of elements for each of a triangle's sides.
@@ -46,29 +50,37 @@ impl Tree {
         let mut tree = Self {
             positions: base.positions,
             homes: base.homes,
-            levels: Vec::new(),
+            roots: base.faces.len(),
+            faces: base.faces,
+            middles: Vec::new(),
+            halved: Vec::new(),
+            cut_into: Vec::new(),
+            middle_of: WordMap::default(),
         };
-        let mut faces = base.faces;
-        while !faces.is_empty() {
-            let (middles, counts) = tree.cut(&faces, &halved);
-            let below = children(&faces, &middles, &counts, &tree.positions);
-            tree.levels.push(Level {
-                faces,
-                middles,
-                halved: counts,
-            });
-            faces = below;
+        let mut first = 0;
+        while first < tree.faces.len() {
+            tree.cut(first, &halved);
+            let below = tree.children(first);
+            first = tree.faces.len();
+            tree.faces.extend(below);
+            tree.find_children(first);
         }
         tree
     }
 
-    /// Makes the middles of the sides that are halved while their triangles live.
-    fn cut(
-        &mut self,
-        faces: &[Face],
-        halved: &(impl Fn(DVec3, DVec3) -> u32 + Sync),
-    ) -> (Vec<Middles>, Vec<Counts>) {
+    /// Notes where the children are that begin here.
+    fn find_children(&mut self, first: usize) {
+        self.cut_into.resize(first, [0; 2]);
+        for (i, face) in (first as u32..).zip(&self.faces[first..]) {
+            let run = &mut self.cut_into[face.parent as usize];
+            *run = [if run[1] == 0 { i } else { run[0] }, i + 1];
+        }
+    }
+
+    /// Makes the middles of the sides that are halved while their triangles live, from a triangle on.
+    fn cut(&mut self, first: usize, halved: &(impl Fn(DVec3, DVec3) -> u32 + Sync)) {
         let positions = &self.positions;
+        let faces = &self.faces[first..];
         let sides = |(i, face): (usize, &Face)| {
             let face = *face;
             (0..3).filter_map(move |k| {
@@ -82,100 +94,163 @@ impl Tree {
         let mut sides: Vec<(u64, u32, u32)> =
             faces.par_iter().enumerate().flat_map_iter(sides).collect();
         sides.par_sort_unstable();
-        let mut middles = vec![[NONE; 3]; faces.len()];
-        let mut counts = vec![[NEVER; 3]; faces.len()];
-        let (slots, count_slots) = (middles.as_flattened_mut(), counts.as_flattened_mut());
+        self.middles.resize(self.faces.len(), [NONE; 3]);
+        self.halved.resize(self.faces.len(), [NEVER; 3]);
+        let slots = self.middles[first..].as_flattened_mut();
+        let count_slots = self.halved[first..].as_flattened_mut();
         for run in sides.chunk_by(|a, b| a.0 == b.0) {
-            let (key, first, _) = run[0];
+            let (key, slot, _) = run[0];
             let [a, b] = [(key >> 32) as usize, key as u32 as usize];
             let middle = self.positions.len() as u32;
             let halfway = (self.positions[a] + self.positions[b]) * 0.5;
             self.positions.push(halfway);
-            self.homes.push(faces[first as usize / 3].home);
+            self.homes.push(faces[slot as usize / 3].home);
+            let other = self.middle_of.insert(key, middle);
+            debug_assert!(other.is_none(), "a side is halved once");
             for (_, slot, count) in run {
                 slots[*slot as usize] = middle;
                 count_slots[*slot as usize] = *count;
             }
         }
-        (middles, counts)
     }
 
-    /// The triangles that are not cut for a lichen of so many elements.
-    pub(super) fn leaves(&self, elements: u32) -> Vec<Face> {
-        let of_level = |level: &Level| {
-            let both = level.faces.par_iter().zip(&level.halved);
-            let whole = both.filter(|(face, halved)| is_leaf(face, halved, elements));
-            whole.map(|(face, _)| *face).collect::<Vec<_>>()
-        };
-        self.levels.iter().flat_map(of_level).collect()
+    /// The triangles that are ever not cut, with their lives as such.
+    pub(super) fn leaves(&self) -> Vec<Face> {
+        let both = self.faces.par_iter().zip(&self.halved);
+        let whole = both.filter_map(|(face, halved)| {
+            let until = halved
+                .iter()
+                .fold(face.life[1], |end, &count| end.min(count));
+            let life = [face.life[0], until];
+            (life[0] < life[1]).then_some(Face { life, ..*face })
+        });
+        whole.collect()
     }
 
-    /// The same surface, cut no finer than it takes to have the leaves that `needed` wants: with
-    /// the same vertices, and triangles wherever it can be without.
+    /// The surface for a lichen of so many elements, cut no finer than it takes to have the `needed`
+    /// of its leaves: with the same vertices, and triangles wherever it can be without. Only what is
+    /// `wanted` of it.
     pub(super) fn coarsened(
         &self,
         elements: u32,
-        needed: impl Fn(&Face) -> bool + Sync,
+        needed: &[&Face],
+        wanted: impl Fn(&Face) -> bool + Sync,
     ) -> Vec<Face> {
         let kept = self.kept_middles(elements, needed);
-        let mut coarse = Vec::new();
-        let mut faces = self.levels.first().map_or(Vec::new(), |l| l.faces.clone());
-        while !faces.is_empty() {
-            let middle = |a: u32, b: u32| kept.get(&side_key(a.min(b), a.max(b)));
-            let middles: Vec<Middles> = faces
-                .par_iter()
-                .map(|f| {
-                    let [a, b, c] = f.corners;
-                    [(a, b), (b, c), (c, a)].map(|(a, b)| middle(a, b).copied().unwrap_or(NONE))
-                })
-                .collect();
-            let whole = faces.iter().zip(&middles).filter(|(_, m)| **m == [NONE; 3]);
-            coarse.extend(whole.map(|(face, _)| *face));
-            let halved: Vec<Counts> = middles
-                .iter()
-                .map(|m| m.map(|m| if m == NONE { NEVER } else { 0 }))
-                .collect();
-            faces = children(&faces, &middles, &halved, &self.positions);
-        }
-        coarse
+        let cut = |root: usize| {
+            let mut coarse = Vec::new();
+            self.cut_where_kept(root, elements, &kept, &mut coarse);
+            coarse.retain(&wanted);
+            coarse
+        };
+        let roots = (0..self.roots).into_par_iter();
+        roots.flat_map_iter(cut).collect()
     }
 
-    /// By side, the middles of all that has a needed leaf below it.
-    fn kept_middles(&self, elements: u32, needed: impl Fn(&Face) -> bool + Sync) -> WordMap<u32> {
-        let mut kept = WordMap::default();
-        let mut holds_below: Vec<bool> = Vec::new();
-        for (depth, level) in self.levels.iter().enumerate().rev() {
-            let both = level.faces.par_iter().zip(&level.halved);
-            let holds = both.map(|(face, halved)| is_leaf(face, halved, elements) && needed(face));
-            let mut holds: Vec<bool> = holds.collect();
-            if let Some(below) = self.levels.get(depth + 1) {
-                let children = below.faces.iter().zip(&holds_below);
-                for (child, _) in children.filter(|(_, holds)| **holds) {
-                    holds[child.parent as usize] = true;
-                }
-            }
-            for (i, _) in holds.iter().enumerate().filter(|(_, holds)| **holds) {
-                keep(&mut kept, &level.faces[i], &reached(level, i, elements));
-            }
-            holds_below = holds;
+    /// Cuts one of the tree's triangles as the tree has it, as long as all middles are kept.
+    fn cut_where_kept(
+        &self,
+        face: usize,
+        elements: u32,
+        kept: &[AtomicBool],
+        coarse: &mut Vec<Face>,
+    ) {
+        let reached = by_count(self.middles[face], self.halved[face], elements);
+        let kept_of = reached.map(|m| if is_kept(m, kept) { m } else { NONE });
+        if kept_of != reached || reached == [NONE; 3] {
+            self.cut_anew(&self.faces[face], kept_of, kept, coarse);
+            return;
         }
+        let [first, end] = self.cut_into[face];
+        for child in (first..end).map(|child| child as usize) {
+            if self.faces[child].lives(elements) {
+                self.cut_where_kept(child, elements, kept, coarse);
+            }
+        }
+    }
+
+    /// Cuts a triangle in a way that the tree may not have.
+    fn cut_anew(&self, face: &Face, middles: Middles, kept: &[AtomicBool], coarse: &mut Vec<Face>) {
+        let (count, pieces) = pieces(face, middles, &self.positions);
+        if count == 0 {
+            coarse.push(*face);
+        }
+        for (corners, open) in pieces.into_iter().take(count) {
+            let open = bits(open);
+            let piece = Face {
+                corners,
+                open,
+                ..*face
+            };
+            let middles = sides(&piece).map(|(a, b)| {
+                let middle = self.middle_of.get(&side_key(a.min(b), a.max(b)));
+                middle
+                    .copied()
+                    .filter(|m| is_kept(*m, kept))
+                    .unwrap_or(NONE)
+            });
+            self.cut_anew(&piece, middles, kept, coarse);
+        }
+    }
+
+    /// For each vertex whether it is the middle of a side of what these leaves were cut from.
+    fn kept_middles(&self, elements: u32, needed: &[&Face]) -> Vec<AtomicBool> {
+        let [kept, held] = [self.positions.len(), self.faces.len()].map(marks);
+        needed.par_iter().for_each(|leaf| {
+            let mut above = leaf.parent;
+            // Twice is no harm.
+            while above != NONE && !held[above as usize].load(Relaxed) {
+                let i = above as usize;
+                held[i].store(true, Relaxed);
+                let reached = by_count(self.middles[i], self.halved[i], elements);
+                for middle in reached.into_iter().filter(|&middle| middle != NONE) {
+                    kept[middle as usize].store(true, Relaxed);
+                }
+                above = self.faces[i].parent;
+            }
+        });
         kept
     }
+
+    /// What triangles from one on are cut into, once for each number of sides that are halved while
+    /// they live; those without a middle have ended.
+    fn children(&self, first: usize) -> Vec<Face> {
+        let all = (first..self.faces.len()).into_par_iter();
+        all.flat_map_iter(|i| {
+            let (face, middles, halved) = (&self.faces[i], self.middles[i], self.halved[i]);
+            let lives = lives_of_children(face.life, halved).into_iter().flatten();
+            lives.flat_map(move |life| {
+                let middles = by_count(middles, halved, life[0]);
+                let (count, pieces) = pieces(face, middles, &self.positions);
+                let piece = move |(corners, open): Piece| Face {
+                    corners,
+                    home: face.home,
+                    parent: i as u32,
+                    open: bits(open),
+                    life,
+                };
+                pieces.into_iter().take(count).map(piece)
+            })
+        })
+        .collect()
+    }
 }
 
-fn lives(face: &Face, elements: u32) -> bool {
-    (face.life[0]..face.life[1]).contains(&elements)
+fn is_kept(middle: u32, kept: &[AtomicBool]) -> bool {
+    middle != NONE && kept[middle as usize].load(Relaxed)
 }
 
-fn is_leaf(face: &Face, halved: &Counts, elements: u32) -> bool {
-    lives(face, elements) && halved.iter().all(|&count| count > elements)
+fn marks(count: usize) -> Vec<AtomicBool> {
+    (0..count).map(|_| AtomicBool::new(false)).collect()
 }
 
-/// The middles of a triangle's sides that are halved for so many elements.
-fn reached(level: &Level, i: usize, elements: u32) -> Middles {
-    by_count(level.middles[i], level.halved[i], elements)
+/// The ends of a triangle's sides, in its order.
+pub(super) fn sides(face: &Face) -> [(u32, u32); 3] {
+    let [a, b, c] = face.corners;
+    [(a, b), (b, c), (c, a)]
 }
 
+/// The middles of the sides that are halved for so many elements.
 fn by_count(middles: Middles, halved: Counts, elements: u32) -> Middles {
     [0, 1, 2].map(|k| {
         if halved[k] <= elements {
@@ -186,44 +261,9 @@ fn by_count(middles: Middles, halved: Counts, elements: u32) -> Middles {
     })
 }
 
-fn keep(kept: &mut WordMap<u32>, face: &Face, middles: &Middles) {
-    let [a, b, c] = face.corners;
-    let sides = [(a, b), (b, c), (c, a)].into_iter().zip(middles);
-    for ((a, b), middle) in sides.filter(|(_, middle)| **middle != NONE) {
-        kept.insert(side_key(a.min(b), a.max(b)), *middle);
-    }
-}
-
 /// A side's number: its ends, the lower first.
 pub(super) fn side_key(a: u32, b: u32) -> u64 {
     u64::from(a) << 32 | u64::from(b)
-}
-
-/// What triangles are cut into, once for each number of sides that are halved while they live; those
-/// without a middle have ended.
-fn children(
-    faces: &[Face],
-    middles: &[Middles],
-    halved: &[Counts],
-    positions: &[DVec3],
-) -> Vec<Face> {
-    let all = faces.par_iter().zip(middles).zip(halved).enumerate();
-    all.flat_map_iter(|(i, ((face, middles), halved))| {
-        let lives = lives_of_children(face.life, *halved).into_iter().flatten();
-        lives.flat_map(move |life| {
-            let middles = by_count(*middles, *halved, life[0]);
-            let (count, pieces) = pieces(face, middles, positions);
-            let piece = move |(corners, open): Piece| Face {
-                corners,
-                home: face.home,
-                parent: i as u32,
-                open: bits(open),
-                life,
-            };
-            pieces.into_iter().take(count).map(piece)
-        })
-    })
-    .collect()
 }
 
 /// A triangle's life from when its first side is halved, cut where another is.

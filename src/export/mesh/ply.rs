@@ -8,21 +8,30 @@ use std::io::{self, Write};
 
 use super::TriMesh;
 
+/// Bytes that are handed on at once, about.
+const BLOCK: usize = 1 << 15;
+
 pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     let wide = mesh.needs_doubles();
-    out.write_all(header(mesh, wide).as_bytes())?;
-    let mut record = Vec::with_capacity(96);
+    let mut block = header(mesh, wide).into_bytes();
     for vertex in 0..mesh.positions.len() {
-        record.clear();
-        push_vertex(&mut record, mesh, vertex, wide);
-        out.write_all(&record)?;
+        push_vertex(&mut block, mesh, vertex, wide);
+        hand_on(&mut block, BLOCK, out)?;
     }
-    for corners in &mesh.triangles {
-        record.clear();
-        record.push(3);
-        let numbers = corners.iter().flat_map(|v| v.to_le_bytes());
-        record.extend(numbers);
-        out.write_all(&record)?;
+    for [a, b, c] in &mesh.triangles {
+        let [a, b, c] = [a, b, c].map(|v| v.to_le_bytes());
+        block.push(3);
+        block.extend_from_slice([a, b, c].as_flattened());
+        hand_on(&mut block, BLOCK, out)?;
+    }
+    hand_on(&mut block, 1, out)
+}
+
+/// Writes a block that has at least so many bytes, and begins the next.
+fn hand_on(block: &mut Vec<u8>, least: usize, out: &mut dyn Write) -> io::Result<()> {
+    if block.len() >= least {
+        out.write_all(block)?;
+        block.clear();
     }
     Ok(())
 }
@@ -59,16 +68,16 @@ fn header(mesh: &TriMesh, wide: bool) -> String {
     )
 }
 
-fn push_vertex(record: &mut Vec<u8>, mesh: &TriMesh, vertex: usize, wide: bool) {
-    for x in mesh.positions[vertex] {
-        match wide {
-            true => record.extend_from_slice(&x.to_le_bytes()),
-            false => record.extend_from_slice(&(x as f32).to_le_bytes()),
-        }
+fn push_vertex(block: &mut Vec<u8>, mesh: &TriMesh, vertex: usize, wide: bool) {
+    let place = mesh.positions[vertex];
+    match wide {
+        true => block.extend_from_slice(place.map(f64::to_le_bytes).as_flattened()),
+        false => block.extend_from_slice(place.map(|x| (x as f32).to_le_bytes()).as_flattened()),
     }
-    let normal = mesh.normals[vertex];
-    record.extend(normal.iter().flat_map(|x| x.to_le_bytes()));
-    record.extend(mesh.colors[vertex]);
-    let values = mesh.attributes.iter().map(|a| a.values[vertex]);
-    record.extend(values.flat_map(f32::to_le_bytes));
+    let normal = mesh.normals[vertex].map(f32::to_le_bytes);
+    block.extend_from_slice(normal.as_flattened());
+    block.extend_from_slice(&mesh.colors[vertex]);
+    for attribute in &mesh.attributes {
+        block.extend_from_slice(&attribute.values[vertex].to_le_bytes());
+    }
 }

@@ -1,0 +1,112 @@
+//! Which elements are felt at the vertices of a surface: what of the field does not change while a
+//! lichen grows.
+//!
+//! Elements do not move, so how much of an element there is at a vertex changes only by its influence.
+//! The falloffs are kept. With them the field is read anew as a short sum, and whether anything about a
+//! vertex has changed is told by its elements.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::base::Winding;
+use super::field::{Field, Sample};
+use super::grid::Grid;
+use super::lichen::Granule;
+use super::refine::Tree;
+use super::sheet::Sheet;
+
+/// An element by its place in the list, and its falloff at a vertex: 0 where it is not felt.
+type Touch = (u32, f32);
+
+/// The elements near each vertex.
+pub(super) struct Felt {
+    /// Ascending; with those that are not felt at the vertex, but may be farther along a side.
+    near: Vec<Box<[Touch]>>,
+    /// The vertices by place, and in the order of that.
+    grid: Grid,
+    vertices: Vec<u32>,
+}
+
+impl Felt {
+    /// Of the vertices of a tree, with the elements within `reach`, local units: as far as the field's
+    /// are felt, or farther.
+    pub(super) fn new(field: &Field, winding: &Winding, tree: &Tree, reach: f64) -> Self {
+        let places: Vec<DVec3> = field.lichen.granules.iter().map(|g| g.position).collect();
+        let (grid, order) = Grid::new(&places, reach);
+        let sheet = || Sheet::new(field.substrate, field.lichen.radius);
+        let near = |sheet: &mut Sheet, (&p, &home): (&DVec3, &u32)| {
+            let facing = winding.normal(field.substrate, home).as_vec3();
+            let around = grid.around(p).flat_map(|run| &order[run]);
+            let within = |&&i: &&u32| (places[i as usize] - p).length_squared() <= reach * reach;
+            let mut near: Vec<u32> = around.filter(within).copied().collect();
+            near.sort_unstable();
+            let touch = |i: u32| {
+                let granule = &field.lichen.granules[i as usize];
+                (i, field.felt(p, home, facing, granule, sheet))
+            };
+            near.into_iter().map(touch).collect()
+        };
+        let vertices = tree.positions.par_iter().zip(&tree.homes);
+        let near = vertices.map_init(sheet, near).collect();
+        let (grid, vertices) = Grid::new(&tree.positions, reach);
+        Self {
+            near,
+            grid,
+            vertices,
+        }
+    }
+
+    /// What the field says now at each vertex that feels an element that has `moved`.
+    pub(super) fn read_moved(
+        &self,
+        field: &Field,
+        winding: &Winding,
+        tree: &Tree,
+        moved: &[bool],
+    ) -> Vec<(u32, Sample)> {
+        let runs = self.runs_about(&field.lichen.granules, moved);
+        let felt = |v: u32| self.near[v as usize].iter().filter(|(_, f)| *f > 0.0);
+        let changed = |&v: &u32| felt(v).any(|&(i, _)| moved[i as usize]);
+        let changed = runs
+            .par_iter()
+            .flat_map_iter(|run| self.vertices[run.clone()].iter().copied().filter(changed));
+        let read = |v: u32| {
+            let (p, home) = (tree.positions[v as usize], tree.homes[v as usize]);
+            let facing = winding.normal(field.substrate, home).as_vec3();
+            (v, field.sample_of(p, facing, felt(v).copied()))
+        };
+        changed.map(read).collect()
+    }
+
+    /// Runs of vertices, in the grid's order, that hold all that are near what has moved.
+    fn runs_about(&self, granules: &[Granule], moved: &[bool]) -> Vec<Range<usize>> {
+        let marks: Vec<AtomicBool> = self.vertices.iter().map(|_| false.into()).collect();
+        let moved = granules.par_iter().zip(moved).filter(|(_, moved)| **moved);
+        moved.for_each(|(granule, _)| {
+            for run in self.grid.around(granule.position) {
+                marks[run.start].store(true, Relaxed);
+            }
+        });
+        let is_marked = |run: &Range<usize>| marks[run.start].load(Relaxed);
+        self.grid.runs().filter(is_marked).collect()
+    }
+
+    /// The elements near a vertex, in their order.
+    pub(super) fn near<'a>(
+        &self,
+        vertex: u32,
+        granules: &'a [Granule],
+    ) -> impl Iterator<Item = &'a Granule> {
+        let near = self.near[vertex as usize].iter();
+        near.map(|&(i, _)| &granules[i as usize])
+    }
+
+    /// Whether an element near a vertex has moved.
+    pub(super) fn has_moved(&self, vertex: u32, moved: &[bool]) -> bool {
+        let mut near = self.near[vertex as usize].iter();
+        near.any(|&(i, _)| moved[i as usize])
+    }
+}
