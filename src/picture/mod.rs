@@ -18,11 +18,13 @@ mod material;
 mod render;
 mod sample;
 mod shade;
+mod shape;
 mod sheet;
 mod smooth;
 mod text;
 mod trace;
 mod view;
+mod wide;
 
 pub use camera::Camera;
 pub use color::{age_color, hue_color};

@@ -1,10 +1,12 @@
 //! From a scene and a camera to pixels.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3A};
 use rayon::prelude::*;
 
 use super::sample::Sampler;
-use super::shade::{Met, Studio};
+use super::shade::{Asked, Seen, Studio};
 use super::trace::World;
 use super::{Camera, Image, Scene, color};
 
@@ -44,6 +46,17 @@ impl Default for Settings {
     }
 }
 
+/// Rows that are rendered together.
+const BAND: usize = 32;
+
+/// Samples of every pixel, before it is decided where more are needed: the least, and the share
+/// of the most.
+const PILOT: u32 = 2;
+const PILOT_SHARE: u32 = 8;
+
+/// Pixels to each side that are looked at for that.
+const REACH: usize = 2;
+
 const WITHIN_PIXEL: u32 = 0;
 
 /// Samples are taken by this many. A pixel is done when the standard error of its mean, were they
@@ -66,21 +79,20 @@ pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
         studio: &studio,
         size: Vec2::new(width as f32, height as f32),
         samples: settings.samples.max(1),
+        pilot: (settings.samples / PILOT_SHARE)
+            .max(PILOT)
+            .min(settings.samples.max(1)),
         error: ERROR * (USUAL / settings.samples.max(1) as f32).sqrt(),
     };
-    let (columns, rows) = (width as usize, height as usize);
-    let mut pixels = vec![Pixel::default(); columns * rows];
-    let lines = pixels.par_chunks_mut(columns).enumerate();
-    lines.for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            *pixel = frame.pixel(x as u32, y as u32);
-        }
-    });
+    let columns = width as usize;
+    let mut pixels = vec![Pixel::default(); columns * height as usize];
+    let bands = pixels.par_chunks_mut(columns * BAND).enumerate();
+    bands.for_each(|(band, rows)| frame.fill(rows, band * BAND));
     finish(&pixels, width, height, settings.background)
 }
 
 /// The colour of what is there, and how much of the pixel that covers.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, PartialEq)]
 struct Pixel {
     rgb: [u8; 3],
     covered: u8,
@@ -110,51 +122,135 @@ struct Frame<'a> {
     studio: &'a Studio<'a>,
     size: Vec2,
     samples: u32,
+    /// Those that are taken of every pixel.
+    pilot: u32,
     /// Share of the light that a pixel may be wrong by.
     error: f32,
 }
 
 impl Frame<'_> {
-    fn pixel(&self, x: u32, y: u32) -> Pixel {
+    /// Rows of pixels, from row `top` on: a few samples of each, and more as what is seen round
+    /// about asks for them. A pixel's own samples alone would tell too little, and to stop
+    /// where they happen to agree would favour what they agree on.
+    fn fill(&self, rows: &mut [Pixel], top: usize) {
+        let columns = self.size.x as usize;
+        let first = top.saturating_sub(REACH);
+        let last = (top + rows.len() / columns + REACH).min(self.size.y as usize);
+        let at = |i: usize| ((i % columns) as u32, (first + i / columns) as u32);
+        let mut sums = vec![Sums::default(); (last - first) * columns];
+        for (i, sums) in sums.iter_mut().enumerate() {
+            self.sample(at(i), self.pilot, Seen::default(), sums);
+        }
+        let squares = Squares::new(&sums, columns);
+        let start = (top - first) * columns;
+        for (i, pixel) in (start..).zip(rows) {
+            *pixel = self.pixel(at(i), &sums[i], &squares.at(i));
+        }
+    }
+
+    /// A pixel that some samples were taken of, by what they came to and what those of the square
+    /// about it did. The sheet and the shadows on it are smooth, so there the square is enough.
+    fn pixel(&self, at: (u32, u32), sums: &Sums, square: &Sums) -> Pixel {
+        let dither = Sampler::new(at.0, at.1, self.samples).dither();
+        if square.seen.is_only(Seen::SHEET) || square.seen.is_only(Seen::NOTHING) {
+            return square.pixel(dither);
+        }
+        let mut sums = sums.clone();
+        while sums.taken < self.samples && !sums.is_enough(self.error) {
+            let next = (sums.taken / BATCH + 1) * BATCH;
+            self.sample(at, next.min(self.samples), square.seen, &mut sums);
+        }
+        sums.pixel(dither)
+    }
+
+    /// Takes samples of a pixel until there are so many.
+    fn sample(&self, (x, y): (u32, u32), until: u32, around: Seen, sums: &mut Sums) {
         let sampler = Sampler::new(x, y, self.samples);
         let corner = Vec2::new(x as f32, y as f32);
         let aspect = self.size.x / self.size.y;
-        let mut sums = Sums::default();
-        while sums.taken < self.samples && !sums.is_enough(self.error) {
-            let i = sums.taken;
-            let place = (corner + sampler.point(i, WITHIN_PIXEL)) / self.size;
-            let direction = self.camera.direction(place, aspect);
-            let eye = self.camera.eye;
-            let (light, met) = self.studio.light(eye, direction, &sampler, i, place.into());
-            sums.add(light, met);
+        for number in sums.taken..until {
+            let place = (corner + sampler.point(number, WITHIN_PIXEL)) / self.size;
+            let asked = Asked {
+                direction: self.camera.direction(place, aspect),
+                place: place.into(),
+                sampler: &sampler,
+                number,
+                around,
+            };
+            let (light, seen) = self.studio.light(self.camera.eye, &asked);
+            sums.add(light, seen);
         }
-        sums.pixel(sampler.dither())
     }
 }
 
+/// What the samples in the square about each pixel of some rows came to.
+struct Squares {
+    /// Over the columns of each square.
+    across: Vec<Sums>,
+    columns: usize,
+}
+
+impl Squares {
+    fn new(sums: &[Sums], columns: usize) -> Self {
+        let rows = sums.chunks(columns);
+        let of = |row: &[Sums], x| Sums::of(&row[near(x, columns)]);
+        let across = rows.flat_map(|row| (0..columns).map(move |x| of(row, x)));
+        Self {
+            across: across.collect(),
+            columns,
+        }
+    }
+
+    fn at(&self, pixel: usize) -> Sums {
+        let rows = near(pixel / self.columns, self.across.len() / self.columns);
+        Sums::of(rows.map(|y| &self.across[y * self.columns + pixel % self.columns]))
+    }
+}
+
+/// The places at most so far from one of so many.
+fn near(at: usize, of: usize) -> Range<usize> {
+    at.saturating_sub(REACH)..(at + REACH + 1).min(of)
+}
+
 /// What the samples of a pixel came to.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Sums {
     taken: u32,
     /// How many met something.
     met: u32,
-    on_sheet: bool,
+    seen: Seen,
     /// Nothing being black.
     light: Vec3A,
     light_sq: Vec3A,
 }
 
 impl Sums {
-    fn add(&mut self, light: Vec3A, met: Met) {
+    /// Together.
+    fn of<'a>(some: impl IntoIterator<Item = &'a Self>) -> Self {
+        let add = |a: Self, b: &Self| Self {
+            taken: a.taken + b.taken,
+            met: a.met + b.met,
+            seen: a.seen.and(b.seen),
+            light: a.light + b.light,
+            light_sq: a.light_sq + b.light_sq,
+        };
+        some.into_iter().fold(Self::default(), add)
+    }
+
+    fn add(&mut self, light: Vec3A, seen: Seen) {
         self.taken += 1;
-        self.met += u32::from(met != Met::Nothing);
-        self.on_sheet |= met == Met::Sheet;
+        self.met += u32::from(!seen.has(Seen::NOTHING));
+        self.seen = self.seen.and(seen);
         self.light += light;
         self.light_sq += light * light;
     }
 
     fn is_enough(&self, error: f32) -> bool {
-        let least = if self.on_sheet { LEAST_ON_SHEET } else { BATCH };
+        let least = if self.seen.has(Seen::SHEET) {
+            LEAST_ON_SHEET
+        } else {
+            BATCH
+        };
         if self.taken < least || !self.taken.is_multiple_of(BATCH) {
             return false;
         }
@@ -168,6 +264,50 @@ impl Sums {
         Pixel {
             rgb: color::to_pixel(light, dither),
             covered: (255 * self.met / self.taken) as u8,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::Disc;
+
+    /// However many rows are rendered together, the pixels are the same.
+    #[test]
+    fn where_bands_begin_does_not_show() {
+        let disc = |center| Disc {
+            center,
+            normal: [0.0, 1.0, 0.0],
+            radius: 0.4,
+            color: [200, 120, 40],
+        };
+        let discs = [disc([0.0; 3]), disc([0.5, 0.2, 0.1])];
+        let scene = Scene {
+            discs: &discs,
+            ..Scene::default()
+        };
+        let world = World::new(&scene);
+        let camera = Camera::best_view(&scene, 1.0);
+        let studio = Studio::new(&world, &camera, Background::Studio);
+        let frame = Frame {
+            camera: &camera,
+            studio: &studio,
+            size: Vec2::splat(40.0),
+            samples: 8,
+            pilot: 2,
+            error: ERROR,
+        };
+        let in_bands_of = |rows: usize| {
+            let mut pixels = vec![Pixel::default(); 40 * 40];
+            let bands = pixels.chunks_mut(40 * rows).enumerate();
+            bands.for_each(|(i, band)| frame.fill(band, i * rows));
+            pixels
+        };
+        let whole = in_bands_of(40);
+        assert!(whole.iter().any(|p| p.rgb != whole[0].rgb));
+        for rows in [1, 2, 7, 32] {
+            assert!(in_bands_of(rows) == whole, "{rows}");
         }
     }
 }

@@ -23,12 +23,50 @@ const SHEET: [Vec3A; 2] = [Vec3A::new(1.25, 1.22, 1.17), Vec3A::new(0.62, 0.60, 
 const KEY_ON_FLOOR: f32 = 0.50;
 const ROOM_ON_FLOOR: f32 = 0.34;
 
-/// What a ray from the camera came to.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Met {
-    Thing,
-    Sheet,
-    Nothing,
+/// What rays came to, one or many.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Seen(u8);
+
+impl Seen {
+    pub(super) const THING: Self = Self(1);
+    pub(super) const SHEET: Self = Self(2);
+    pub(super) const NOTHING: Self = Self(4);
+    const LIT: Self = Self(8);
+    const SHADED: Self = Self(16);
+    const OPEN: Self = Self(32);
+    const CLOSED: Self = Self(64);
+
+    /// All that either came to.
+    pub(super) fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    pub(super) fn has(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// Which of two it was each time; none where it was both, or never asked.
+    fn always(self, yes: Self, no: Self) -> Option<bool> {
+        (self.has(yes) != self.has(no)).then_some(self.has(yes))
+    }
+
+    /// Whether it was this and nothing else, each time.
+    pub(super) fn is_only(self, what: Self) -> bool {
+        let of = Self::THING.and(Self::SHEET).and(Self::NOTHING);
+        self.0 & of.0 == what.0
+    }
+}
+
+/// What is asked along one ray from the camera.
+pub(super) struct Asked<'a> {
+    pub(super) direction: Vec3A,
+    /// In the picture, 0 to 1.
+    pub(super) place: [f32; 2],
+    pub(super) sampler: &'a Sampler,
+    /// The number of the sample.
+    pub(super) number: u32,
+    /// What is seen round about: no ray is sent for an answer that was always the same there.
+    pub(super) around: Seen,
 }
 
 /// Lights, and the floor that takes the shadow.
@@ -62,76 +100,87 @@ impl<'a> Studio<'a> {
         }
     }
 
-    /// Light that comes back along sample `i` of a pixel, and from what;
-    /// `place` is in the picture, 0 to 1.
-    pub(super) fn light(
-        &self,
-        origin: Vec3A,
-        direction: Vec3A,
-        s: &Sampler,
-        i: u32,
-        place: [f32; 2],
-    ) -> (Vec3A, Met) {
-        match (self.world.hit(origin, direction), self.background) {
-            (Some(hit), _) => (self.surface(&hit, s, i), Met::Thing),
-            (None, Background::Studio) => {
-                let floor = self.floor_light(origin, direction, s, i);
-                (sheet(place) * floor, Met::Sheet)
-            }
-            (None, _) => (Vec3A::ZERO, Met::Nothing),
+    /// Light that comes back along a ray from an eye, and what it met.
+    pub(super) fn light(&self, eye: Vec3A, asked: &Asked) -> (Vec3A, Seen) {
+        match (self.world.hit(eye, asked.direction), self.background) {
+            (Some(hit), _) => self.surface(&hit, asked),
+            (None, Background::Studio) => self.sheet(eye, asked),
+            (None, _) => (Vec3A::ZERO, Seen::NOTHING),
         }
     }
 
-    fn surface(&self, hit: &Hit, s: &Sampler, i: u32) -> Vec3A {
+    fn surface(&self, hit: &Hit, asked: &Asked) -> (Vec3A, Seen) {
         let p = hit.place - self.middle;
         let look = match hit.material {
             Material::Stone => material::stone(p / self.world.size, hit.normal),
             Material::Lichen { color, grain } => material::lichen(p, hit.normal, color, grain),
         };
+        let mut seen = Seen::THING;
         let mut light = FILL * (0.5 + 0.5 * look.normal.dot(self.fill));
         let facing = look.normal.dot(self.key);
-        if facing > 0.0 && self.is_lit(&hit.starts, s, i) {
+        if facing > 0.0 && self.is_lit(&hit.starts, asked, &mut seen) {
             light += KEY * facing;
         }
-        let out = cosine_about(look.normal, s.point(i, TO_ROOM));
-        light += if self.world.is_blocked(&hit.starts, out) {
-            ROOM * look.albedo * BOUNCE
-        } else {
-            ROOM * (0.62 + 0.5 * (0.5 + 0.5 * out.dot(self.world.up)))
+        light += match self.room(look.normal, &hit.starts, asked, &mut seen) {
+            None => ROOM * look.albedo * BOUNCE,
+            Some(out) => ROOM * (0.62 + 0.5 * (0.5 + 0.5 * out.dot(self.world.up))),
         };
-        look.albedo * light
+        (look.albedo * light, seen)
     }
 
-    fn is_lit(&self, starts: &Starts, s: &Sampler, i: u32) -> bool {
-        let to_light = cone_about(self.key, SOFT, s.point(i, TO_KEY));
-        !self.world.is_blocked(starts, to_light)
+    fn is_lit(&self, starts: &Starts, asked: &Asked, seen: &mut Seen) -> bool {
+        let is_lit = asked.around.always(Seen::LIT, Seen::SHADED);
+        let is_lit = is_lit.unwrap_or_else(|| {
+            let u = asked.sampler.point(asked.number, TO_KEY);
+            let to_light = cone_about(self.key, SOFT, u);
+            !self.world.is_blocked(starts, to_light)
+        });
+        *seen = seen.and(if is_lit { Seen::LIT } else { Seen::SHADED });
+        is_lit
     }
 
-    /// The share of its light that the floor keeps where a ray would meet it; it fades away from
-    /// the scene, so that the floor has no end.
-    fn floor_light(&self, origin: Vec3A, direction: Vec3A, s: &Sampler, i: u32) -> f32 {
+    /// A direction about a normal in which the room is seen; none where something hides it.
+    fn room(
+        &self,
+        normal: Vec3A,
+        starts: &Starts,
+        asked: &Asked,
+        seen: &mut Seen,
+    ) -> Option<Vec3A> {
+        let out = cosine_about(normal, asked.sampler.point(asked.number, TO_ROOM));
+        let is_open = asked.around.always(Seen::OPEN, Seen::CLOSED);
+        let is_open = is_open.unwrap_or_else(|| !self.world.is_blocked(starts, out));
+        *seen = seen.and(if is_open { Seen::OPEN } else { Seen::CLOSED });
+        is_open.then_some(out)
+    }
+
+    /// The sheet, and the share of its light that the floor keeps where a ray would meet it; it
+    /// fades away from the scene, so that the floor has no end.
+    fn sheet(&self, eye: Vec3A, asked: &Asked) -> (Vec3A, Seen) {
+        let sheet = sheet(asked.place);
+        let mut seen = Seen::SHEET;
         let up = self.world.up;
-        let (above, fall) = (origin.dot(up) - self.floor, -direction.dot(up));
+        let (above, fall) = (eye.dot(up) - self.floor, -asked.direction.dot(up));
         if above <= 0.0 || fall <= 1e-3 {
-            return 1.0;
+            return (sheet, seen);
         }
-        let p = origin + direction * (above / fall);
+        let p = eye + asked.direction * (above / fall);
         let far = p.distance(self.middle) / self.world.size;
         let near = 1.0 - ((far - 0.9) / 1.1).clamp(0.0, 1.0);
         if near <= 0.0 {
-            return 1.0;
+            return (sheet, seen);
         }
         let starts = (p + up * (1e-4 * self.world.size)).into();
-        let key = match self.is_lit(&starts, s, i) {
+        let key = match self.is_lit(&starts, asked, &mut seen) {
             true => 0.0,
             false => KEY_ON_FLOOR,
         };
-        let out = cosine_about(up, s.point(i, TO_ROOM));
-        let room = match self.world.is_blocked(&starts, out) {
-            true => ROOM_ON_FLOOR,
-            false => 0.0,
+        let room = match self.room(up, &starts, asked, &mut seen) {
+            None => ROOM_ON_FLOOR,
+            Some(_) => 0.0,
         };
-        1.0 - near * near * (3.0 - 2.0 * near) * (key + room)
+        let floor = 1.0 - near * near * (3.0 - 2.0 * near) * (key + room);
+        (sheet * floor, seen)
     }
 }
 

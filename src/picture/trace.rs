@@ -2,47 +2,29 @@
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use obvhs::ray::{INVALID_ID, Ray, RayHit};
 use rayon::prelude::*;
 
+use super::shape::{Dome, Domes, HEIGHT, Triangles, triangle_box};
 use super::smooth::corner_normals;
+use super::wide::{Group, Ray, Tree};
 use super::{Disc, Painted, Scene, color};
-
-/// Height of a dome over its radius.
-const HEIGHT: f32 = 0.6;
-
-/// Domes in a leaf, and triangles in a leaf, at most.
-const LEAF: u32 = 4;
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
 const CLEAR: f32 = 4e-6;
 
-struct Tri {
-    corner: Vec3A,
-    sides: [Vec3A; 2],
-}
-
 /// Triangles made ready for rays, those without an area left out.
 struct Mesh {
-    /// In the order of the tree.
-    triangles: Vec<Tri>,
-    /// The number that each of them had.
-    numbers: Vec<u32>,
-    tree: Bvh2,
+    groups: Vec<Triangles>,
+    tree: Tree,
     boxed: [Vec3A; 2],
 }
 
-/// The upper half of an ellipsoid on the surface.
-#[derive(Clone, Copy)]
-pub(super) struct Dome {
-    pub(super) center: Vec3A,
-    pub(super) normal: Vec3A,
-    pub(super) radius: f32,
-    pub(super) color: Vec3A,
+/// Granules made ready for rays.
+struct Granules {
+    domes: Vec<Dome>,
+    groups: Vec<Domes>,
+    tree: Tree,
+    boxed: [Vec3A; 2],
 }
 
 /// What a thing is made of.
@@ -94,8 +76,7 @@ pub(super) struct World<'a> {
     /// At the corners of the substrate's triangles that are not left out.
     stone_normals: Vec<[Vec3; 3]>,
     skins: Vec<(Mesh, &'a Painted<'a>)>,
-    pub(super) domes: Vec<Dome>,
-    dome_tree: Bvh2,
+    granules: Granules,
     pub(super) up: Vec3A,
     /// The corners of the box about everything.
     pub(super) bounds: [Vec3A; 2],
@@ -108,19 +89,17 @@ impl<'a> World<'a> {
         let shapes = sound_triangles(scene.vertices, scene.triangles);
         let stone_normals = corner_normals(&shapes.iter().map(|s| s.1).collect::<Vec<_>>());
         let numbered = shapes.into_iter().enumerate();
-        let stone = Mesh::new(numbered.map(|(i, (_, shape))| (i as u32, shape)).collect());
+        let numbered = numbered.map(|(i, (_, shape))| (i as u32, shape));
+        let stone = Mesh::new(&numbered.collect::<Vec<_>>());
         let skin = |skin: &'a Painted<'a>| {
             let sound = sound_triangles(skin.positions, skin.triangles);
             let known = sound.into_iter().filter(|(i, _)| skin.is_known(*i));
-            (Mesh::new(known.collect()), skin)
+            (Mesh::new(&known.collect::<Vec<_>>()), skin)
         };
         let skins: Vec<_> = scene.skins.iter().map(skin).collect();
-        let domes: Vec<Dome> = scene.discs.iter().filter_map(Dome::new).collect();
-        let boxes: Vec<Aabb> = domes.par_iter().map(Dome::bounds).collect();
-        let dome_tree = tree(&boxes);
-        let domes = order(&dome_tree).map(|i| domes[i as usize]).collect();
+        let granules = Granules::new(scene.discs);
         let meshes = skins.iter().map(|(mesh, _)| mesh.boxed);
-        let bounds = union(meshes.chain([stone.boxed, extent(&boxes)]));
+        let bounds = union(meshes.chain([stone.boxed, granules.boxed]));
         let is_empty = bounds[0].x > bounds[1].x;
         let bounds = if is_empty { [Vec3A::ZERO; 2] } else { bounds };
         let size = bounds[0].distance(bounds[1]);
@@ -128,8 +107,7 @@ impl<'a> World<'a> {
             stone,
             stone_normals,
             skins,
-            domes,
-            dome_tree,
+            granules,
             up: Vec3A::from_array(scene.up)
                 .try_normalize()
                 .unwrap_or(Vec3A::Y),
@@ -138,24 +116,27 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Corners of the substrate's triangles, at most about three times `most`, evenly taken.
+    /// The granules.
+    pub(super) fn domes(&self) -> &[Dome] {
+        &self.granules.domes
+    }
+
+    /// Corners of the substrate's triangles, at most about twelve times `most`, evenly taken.
     pub(super) fn some_corners(&self, most: usize) -> impl Iterator<Item = Vec3A> {
-        let step = self.stone.triangles.len() / most + 1;
-        self.stone
-            .triangles
-            .iter()
-            .step_by(step)
-            .flat_map(Tri::corners)
+        let step = self.stone.groups.len() / most + 1;
+        let some = self.stone.groups.iter().step_by(step);
+        some.flat_map(Triangles::all_corners)
     }
 
     /// Triangles of the painted meshes, at most about `most` of each, evenly taken: middle, normal
     /// and area.
     pub(super) fn some_skin(&self, most: usize) -> impl Iterator<Item = (Vec3A, Vec3A, f32)> {
         self.skins.iter().flat_map(move |(mesh, _)| {
-            let step = mesh.triangles.len() / most + 1;
-            mesh.triangles.iter().step_by(step).map(|t| {
-                let across = t.sides[0].cross(t.sides[1]);
-                let middle = t.corner + (t.sides[0] + t.sides[1]) / 3.0;
+            let step = mesh.groups.len() / most + 1;
+            mesh.groups.iter().step_by(step).map(|group| {
+                let [a, b, c] = group.corners(0);
+                let across = (b - a).cross(c - a);
+                let middle = (a + b + c) / 3.0;
                 (middle, across.normalize_or_zero(), 0.5 * across.length())
             })
         })
@@ -163,60 +144,61 @@ impl<'a> World<'a> {
 
     /// The least height of anything along `up`.
     pub(super) fn lowest(&self) -> f32 {
-        let skins = self.skins.iter().flat_map(|(mesh, _)| &mesh.triangles);
-        let corners = self.stone.triangles.iter().chain(skins);
+        let skins = self.skins.iter().flat_map(|(mesh, _)| &mesh.groups);
+        let corners = self.stone.groups.iter().chain(skins);
         corners
-            .flat_map(Tri::corners)
-            .chain(self.domes.iter().map(|d| d.center))
+            .flat_map(Triangles::all_corners)
+            .chain(self.domes().iter().map(|d| d.center))
             .map(|p| p.dot(self.up))
             .fold(f32::INFINITY, f32::min)
     }
 
     /// The first thing in the way of a ray.
     pub(super) fn hit(&self, origin: Vec3A, direction: Vec3A) -> Option<Hit> {
-        let mut ray = Ray::new_inf(origin, direction);
+        let mut ray = Ray::new(origin, direction);
         let mut first = None;
-        if let Some(i) = self.stone.first(&mut ray) {
-            first = Some(Thing::Stone(i));
+        if let Some(spot) = self.stone.first(&mut ray) {
+            first = Some(Thing::Stone(spot));
         }
         for (k, (mesh, _)) in self.skins.iter().enumerate() {
-            if let Some(i) = mesh.first(&mut ray) {
-                first = Some(Thing::Skin(k, i));
+            if let Some(spot) = mesh.first(&mut ray) {
+                first = Some(Thing::Skin(k, spot));
             }
         }
-        if let Some(i) = first_of(&self.dome_tree, &mut ray, |ray, i| self.domes[i].hit(ray)) {
+        if let Some(i) = self.granules.first(&mut ray) {
             first = Some(Thing::Dome(i));
         }
+        let met = Met {
+            place: origin + direction * ray.end,
+            direction,
+        };
         first.map(|thing| match thing {
-            Thing::Stone(i) => self.stone_hit(&ray, i),
-            Thing::Skin(k, i) => self.skin_hit(&ray, k, i),
-            Thing::Dome(i) => self.dome_hit(&ray, i),
+            Thing::Stone(spot) => self.stone_hit(&met, &spot),
+            Thing::Skin(k, spot) => self.skin_hit(&met, k, &spot),
+            Thing::Dome(i) => self.dome_hit(&met, i),
         })
     }
 
     /// Whether anything is in the way of a ray.
     pub(super) fn is_blocked(&self, from: &Starts, direction: Vec3A) -> bool {
-        let ray = || Ray::new_inf(from.lichen, direction);
+        let ray = Ray::new(from.lichen, direction);
         self.is_behind(from.stone, direction)
-            || self.skins.iter().any(|(mesh, _)| mesh.blocks(ray()))
-            || !self
-                .dome_tree
-                .ray_traverse_miss(ray(), |ray, i| self.domes[i].hit(ray))
+            || self.skins.iter().any(|(mesh, _)| mesh.blocks(&ray))
+            || self.granules.blocks(&ray)
     }
 
     /// Whether the substrate is in the way of a ray.
     pub(super) fn is_behind(&self, origin: Vec3A, direction: Vec3A) -> bool {
-        self.stone.blocks(Ray::new_inf(origin, direction))
+        self.stone.blocks(&Ray::new(origin, direction))
     }
 
-    fn stone_hit(&self, ray: &Ray, i: usize) -> Hit {
-        let triangle = &self.stone.triangles[i];
-        let normals = self.stone_normals[self.stone.numbers[i] as usize].map(Vec3A::from);
-        let facing = Facing::new(triangle, ray, normals);
+    fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
+        let normals = self.stone_normals[spot.number as usize].map(Vec3A::from);
+        let facing = Facing::new(spot, met, normals);
         let off = facing.flat * (CLEAR * self.size);
         let starts = Starts {
             lichen: facing.place + off,
-            stone: facing.place + off + facing.lift(triangle),
+            stone: facing.place + off + facing.lift(&spot.corners),
         };
         Hit {
             place: facing.place,
@@ -226,11 +208,11 @@ impl<'a> World<'a> {
         }
     }
 
-    fn skin_hit(&self, ray: &Ray, k: usize, i: usize) -> Hit {
-        let (mesh, skin) = &self.skins[k];
-        let corners = skin.triangles[mesh.numbers[i] as usize].map(|c| c as usize);
+    fn skin_hit(&self, met: &Met, k: usize, spot: &Spot) -> Hit {
+        let (_, skin) = &self.skins[k];
+        let corners = skin.triangles[spot.number as usize].map(|c| c as usize);
         let normals = corners.map(|c| Vec3A::from_array(skin.normals[c]));
-        let facing = Facing::new(&mesh.triangles[i], ray, normals);
+        let facing = Facing::new(spot, met, normals);
         let colors = corners.map(|c| color::linear(skin.colors[c]));
         let grain = skin.grain;
         Hit {
@@ -244,13 +226,13 @@ impl<'a> World<'a> {
         }
     }
 
-    fn dome_hit(&self, ray: &Ray, i: usize) -> Hit {
-        let dome = &self.domes[i];
-        let place = ray.origin + ray.direction * ray.tmax;
+    fn dome_hit(&self, met: &Met, i: u32) -> Hit {
+        let dome = &self.domes()[i as usize];
+        let place = met.place;
         let p = place - dome.center;
         let tall = dome.normal * p.dot(dome.normal);
         let out = ((p - tall) + tall / (HEIGHT * HEIGHT)).normalize_or_zero();
-        let flat = towards(out, ray);
+        let flat = towards(out, met);
         let clear = (0.03 * dome.radius).max(2e-6 * self.size);
         Hit {
             place,
@@ -264,50 +246,99 @@ impl<'a> World<'a> {
     }
 }
 
-/// What a ray meets, by its number in the order of its tree.
+/// What a ray meets.
 enum Thing {
-    Stone(usize),
-    Skin(usize, usize),
-    Dome(usize),
+    Stone(Spot),
+    /// Of this painted mesh.
+    Skin(usize, Spot),
+    /// By its number.
+    Dome(u32),
 }
 
-/// The nearest thing of a tree, to which the ray is cut; `hit` gives the distance.
-fn first_of(tree: &Bvh2, ray: &mut Ray, mut hit: impl FnMut(&Ray, usize) -> f32) -> Option<usize> {
-    let mut nearest = RayHit::none();
-    tree.ray_traverse(*ray, &mut nearest, |ray, i| hit(ray, i));
-    (nearest.primitive_id != INVALID_ID).then(|| {
-        ray.tmax = nearest.t;
-        nearest.primitive_id as usize
-    })
+/// A place on a triangle.
+struct Spot {
+    /// The triangle's number.
+    number: u32,
+    corners: [Vec3A; 3],
+    /// Of the corners.
+    weights: [f32; 3],
+}
+
+/// A ray where it met something.
+struct Met {
+    place: Vec3A,
+    direction: Vec3A,
 }
 
 impl Mesh {
-    fn new(shapes: Vec<(u32, [Vec3A; 3])>) -> Self {
+    fn new(shapes: &[(u32, [Vec3A; 3])]) -> Self {
         let boxes: Vec<Aabb> = shapes.par_iter().map(|(_, s)| triangle_box(s)).collect();
-        let tree = tree(&boxes);
-        let sorted = |i: u32| {
-            let [a, b, c] = shapes[i as usize].1;
-            Tri {
-                corner: a,
-                sides: [b - a, c - a],
-            }
+        let (tree, groups) = Tree::new(&boxes);
+        let of = |group: &Group| {
+            let four = group.map(|i| shapes[i as usize]);
+            Triangles::new(four.map(|(number, _)| number), four.map(|(_, shape)| shape))
         };
         Self {
-            triangles: order(&tree).map(sorted).collect(),
-            numbers: order(&tree).map(|i| shapes[i as usize].0).collect(),
+            groups: groups.par_iter().map(of).collect(),
             boxed: extent(&boxes),
             tree,
         }
     }
 
-    fn first(&self, ray: &mut Ray) -> Option<usize> {
-        first_of(&self.tree, ray, |ray, i| self.triangles[i].hit(ray).0)
+    /// Where a ray meets it first, and to where it is cut.
+    fn first(&self, ray: &mut Ray) -> Option<Spot> {
+        let mut first = None;
+        self.tree.meet(ray, |ray, group| {
+            if let Some(touch) = self.groups[group].first(ray) {
+                ray.end = touch.at;
+                first = Some((group, touch));
+            }
+        });
+        first.map(|(group, touch)| {
+            let [u, v] = touch.weights;
+            Spot {
+                number: self.groups[group].numbers[touch.lane],
+                corners: self.groups[group].corners(touch.lane),
+                weights: [1.0 - u - v, u, v],
+            }
+        })
     }
 
-    fn blocks(&self, ray: Ray) -> bool {
-        !self
-            .tree
-            .ray_traverse_miss(ray, |ray, i| self.triangles[i].hit(ray).0)
+    fn blocks(&self, ray: &Ray) -> bool {
+        let is_met = |ray: &Ray, group: usize| self.groups[group].block(ray);
+        self.tree.any(ray, is_met)
+    }
+}
+
+impl Granules {
+    fn new(discs: &[Disc]) -> Self {
+        let domes: Vec<Dome> = discs.iter().filter_map(Dome::new).collect();
+        let boxes: Vec<Aabb> = domes.par_iter().map(Dome::bounds).collect();
+        let (tree, groups) = Tree::new(&boxes);
+        let of = |&group: &Group| Domes::new(group, group.map(|i| domes[i as usize]));
+        Self {
+            groups: groups.par_iter().map(of).collect(),
+            boxed: extent(&boxes),
+            tree,
+            domes,
+        }
+    }
+
+    /// The number of the one that a ray meets first, to which it is cut.
+    fn first(&self, ray: &mut Ray) -> Option<u32> {
+        let mut first = None;
+        self.tree.meet(ray, |ray, group| {
+            if let Some((at, number)) = self.groups[group].first(ray) {
+                ray.end = at;
+                first = Some(number);
+            }
+        });
+        first
+    }
+
+    fn blocks(&self, ray: &Ray) -> bool {
+        let is_met = |ray: &Ray, group: usize| self.groups[group].block(ray);
+        self.tree.any(ray, is_met)
     }
 }
 
@@ -332,15 +363,14 @@ struct Facing {
 }
 
 impl Facing {
-    fn new(triangle: &Tri, ray: &Ray, normals: [Vec3A; 3]) -> Self {
-        let (_, u, v) = triangle.hit(&Ray::new_inf(ray.origin, ray.direction));
-        let weights = [1.0 - u - v, u, v];
-        let [a, b] = triangle.sides;
-        let flat = towards(a.cross(b).normalize_or_zero(), ray);
+    fn new(spot: &Spot, met: &Met, normals: [Vec3A; 3]) -> Self {
+        let weights = spot.weights;
+        let [a, b, c] = spot.corners;
+        let flat = towards((b - a).cross(c - a).normalize_or_zero(), met);
         let normals = normals.map(|n| if n.dot(flat) < 0.0 { -n } else { n });
         let smooth = weighted(weights, normals).normalize_or(flat);
         Self {
-            place: ray.origin + ray.direction * ray.tmax,
+            place: met.place,
             weights,
             normals,
             smooth,
@@ -353,10 +383,10 @@ impl Facing {
     }
 
     /// From the flat triangle to the smooth surface through its corners, where that is outside.
-    fn lift(&self, triangle: &Tri) -> Vec3A {
-        let mut corners = triangle.corners();
+    fn lift(&self, corners: &[Vec3A; 3]) -> Vec3A {
+        let mut corners = corners.iter();
         let lifts = self.normals.map(|n| {
-            let below = (self.place - corners.next().unwrap_or(self.place)).dot(n);
+            let below = (self.place - corners.next().unwrap_or(&self.place)).dot(n);
             n * -below.min(0.0)
         });
         self.mean(lifts)
@@ -368,77 +398,10 @@ fn weighted(weights: [f32; 3], values: [Vec3A; 3]) -> Vec3A {
 }
 
 /// The direction, or its opposite, against the ray.
-fn towards(direction: Vec3A, ray: &Ray) -> Vec3A {
-    match direction.dot(ray.direction) > 0.0 {
+fn towards(direction: Vec3A, met: &Met) -> Vec3A {
+    match direction.dot(met.direction) > 0.0 {
         true => -direction,
         false => direction,
-    }
-}
-
-impl Tri {
-    fn corners(&self) -> impl Iterator<Item = Vec3A> + use<> {
-        let [a, b] = self.sides;
-        [self.corner, self.corner + a, self.corner + b].into_iter()
-    }
-
-    /// Distance, and the weights of the second and third corner (Möller & Trumbore 1997).
-    fn hit(&self, ray: &Ray) -> (f32, f32, f32) {
-        const MISS: (f32, f32, f32) = (f32::INFINITY, 0.0, 0.0);
-        let [e1, e2] = self.sides;
-        let p = ray.direction.cross(e2);
-        let scale = 1.0 / e1.dot(p);
-        let s = ray.origin - self.corner;
-        let u = s.dot(p) * scale;
-        let q = s.cross(e1);
-        let v = ray.direction.dot(q) * scale;
-        let t = e2.dot(q) * scale;
-        let inside = u >= -1e-6 && v >= -1e-6 && u + v <= 1.000_001;
-        if inside && t > 0.0 { (t, u, v) } else { MISS }
-    }
-}
-
-impl Dome {
-    fn new(disc: &Disc) -> Option<Self> {
-        let center = Vec3A::from_array(disc.center);
-        let normal = Vec3A::from_array(disc.normal).try_normalize()?;
-        let sound = center.is_finite() && disc.radius.is_finite() && disc.radius > 0.0;
-        sound.then(|| Self {
-            center,
-            normal,
-            radius: disc.radius,
-            color: color::linear(disc.color),
-        })
-    }
-
-    fn bounds(&self) -> Aabb {
-        let across = Vec3A::ONE - self.normal * self.normal;
-        let half = across.max(Vec3A::ZERO).map(f32::sqrt) * self.radius;
-        let top = self.center + self.normal * (HEIGHT * self.radius);
-        let (low, high) = (self.center - half, self.center + half);
-        let pad = Vec3A::splat(0.2 * self.radius);
-        Aabb::new(low.min(top) - pad, high.max(top) + pad)
-    }
-
-    /// Distance to the upper half, from without or within.
-    fn hit(&self, ray: &Ray) -> f32 {
-        let near = (self.center - ray.origin).dot(ray.direction);
-        let inverse = 1.0 / self.radius;
-        let o = (ray.origin + ray.direction * near - self.center) * inverse;
-        let (rise, climb) = (o.dot(self.normal), ray.direction.dot(self.normal));
-        const STRETCH: f32 = 1.0 / HEIGHT - 1.0;
-        let p = o + self.normal * (rise * STRETCH);
-        let d = ray.direction + self.normal * (climb * STRETCH);
-        let (a, b, c) = (d.dot(d), p.dot(d), p.dot(p) - 1.0);
-        let square = b * b - a * c;
-        if square < 0.0 {
-            return f32::INFINITY;
-        }
-        let root = square.sqrt();
-        [-b - root, -b + root]
-            .into_iter()
-            .map(|s| s / a)
-            .find(|s| rise + s * climb > 0.0 && near + s * self.radius > 0.0)
-            .map_or(f32::INFINITY, |s| near + s * self.radius)
     }
 }
 
@@ -453,12 +416,6 @@ fn sound_triangles(places: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<(u32, [Ve
     triangles.par_iter().enumerate().filter_map(shape).collect()
 }
 
-fn triangle_box(&[a, b, c]: &[Vec3A; 3]) -> Aabb {
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let pad = low.abs().max(high.abs()) * (4.0 * f32::EPSILON) + (high - low).max_element() * 1e-6;
-    Aabb::new(low - pad, high + pad)
-}
-
 /// The box about boxes, turned inside out where there are none.
 fn extent(boxes: &[Aabb]) -> [Vec3A; 2] {
     union(boxes.iter().map(|b| [b.min, b.max]))
@@ -467,30 +424,4 @@ fn extent(boxes: &[Aabb]) -> [Vec3A; 2] {
 fn union(boxes: impl Iterator<Item = [Vec3A; 2]>) -> [Vec3A; 2] {
     let nothing = [Vec3A::INFINITY, Vec3A::NEG_INFINITY];
     boxes.fold(nothing, |[a, b], [c, d]| [a.min(c), b.max(d)])
-}
-
-fn order(tree: &Bvh2) -> impl Iterator<Item = u32> {
-    tree.primitive_indices.iter().copied()
-}
-
-/// Trees up to this size are made better at the price of time, which their rays repay.
-const WORTH_OPTIMIZING: usize = 400_000;
-
-fn tree(boxes: &[Aabb]) -> Bvh2 {
-    if boxes.is_empty() {
-        return Bvh2::zeroed(0);
-    }
-    let indices = (0..boxes.len() as u32).collect();
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Low,
-        boxes,
-        indices,
-        SortPrecision::U64,
-        0,
-    );
-    if boxes.len() <= WORTH_OPTIMIZING {
-        ReinsertionOptimizer::default().run(&mut tree, 0.1, None);
-    }
-    collapse(&mut tree, LEAF, 1.0);
-    tree
 }

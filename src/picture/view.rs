@@ -78,8 +78,8 @@ fn direction(i: u32, up: Vec3A) -> Vec3A {
 }
 
 fn patches(world: &World) -> Vec<Patch> {
-    let step = world.domes.len() / LOOKED_AT + 1;
-    let granules = world.domes.iter().step_by(step).map(|d| Patch {
+    let step = world.domes().len() / LOOKED_AT + 1;
+    let granules = world.domes().iter().step_by(step).map(|d| Patch {
         place: d.center,
         normal: d.normal,
         area: d.radius * d.radius,
