@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 /// CPU time of this process's threads, where Linux tells it; otherwise time.
-pub fn seconds() -> f64 {
+pub(crate) fn seconds() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     let start = START.get_or_init(Instant::now);
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();

@@ -14,6 +14,7 @@ use thallus::growth::{Join, Law, SeedPlace};
 use thallus::run::{Execution, Length, Settings, StopSetting, grow};
 use thallus::substrate::{Soup, Substrate, load_soup};
 
+mod cpu;
 #[allow(unused, reason = "the tests use the rest")]
 #[path = "../tests/reference/mod.rs"]
 mod reference;
@@ -141,19 +142,19 @@ fn compare_with_reference() {
         .soup;
     let substrate = Substrate::from_soup(soup.clone()).expect("a surface");
     let params = reference::Params::new(substrate.auto_radius(), 1);
-    let before = cpu_seconds();
+    let before = cpu::seconds();
     let stop = reference::Stop::at_elements(ELEMENTS);
     let run = reference::grow(&soup.positions, &soup.triangles, &params, stop);
-    let literal = (cpu_seconds() - before) * 1e6 / run.elements.len() as f64;
+    let literal = (cpu::seconds() - before) * 1e6 / run.elements.len() as f64;
     let settings = Settings {
         at: Some(SeedPlace::Center),
         stop: Some(StopSetting::Elements(ELEMENTS as u64)),
         ..Settings::default()
     };
     let recipe = settings.resolve(&substrate, "").expect("fits");
-    let before = cpu_seconds();
+    let before = cpu::seconds();
     grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
-    let engine = (cpu_seconds() - before) * 1e6 / ELEMENTS as f64;
+    let engine = (cpu::seconds() - before) * 1e6 / ELEMENTS as f64;
     println!(
         "rock, B = 0.5, {ELEMENTS} elements: the thesis written out {literal:.0} µs, here {engine:.1} µs: \
          {:.0} times as fast",
@@ -203,9 +204,9 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
         threads,
         ..Execution::default()
     };
-    let (before, started) = (cpu_seconds(), Instant::now());
+    let (before, started) = (cpu::seconds(), Instant::now());
     let growth = grow(&substrate, &recipe, &execution, &mut ()).expect("grows");
-    let (spent, time) = (cpu_seconds() - before, started.elapsed().as_secs_f64());
+    let (spent, time) = (cpu::seconds() - before, started.elapsed().as_secs_f64());
     let counts = &growth.counts;
     let each = |n: u64| n as f64 / growth.cluster.len() as f64;
     println!(
@@ -220,20 +221,4 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
         each(growth.parallel.conflicts),
         (time - growth.parallel.seconds) * 1e6 / growth.cluster.len() as f64,
     );
-}
-
-/// CPU time of this process's threads, where Linux tells it; otherwise time.
-fn cpu_seconds() -> f64 {
-    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-    let start = START.get_or_init(Instant::now);
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
-    let told = |path: std::path::PathBuf| {
-        let text = std::fs::read_to_string(path.join("schedstat")).ok()?;
-        text.split(' ').next()?.parse::<f64>().ok()
-    };
-    let nanoseconds: f64 = tasks.flatten().filter_map(|task| told(task.path())).sum();
-    match nanoseconds {
-        0.0 => start.elapsed().as_secs_f64(),
-        n => n * 1e-9,
-    }
 }

@@ -339,12 +339,12 @@ mod tests {
         for count in [0, 1, 2, 3, 5, 40, 2000] {
             let mut next = random(1000 * count);
             let triangle = |i: u32| {
-                let middle = if i % 7 == 0 {
+                let middle = if i.is_multiple_of(7) {
                     Vec3A::ZERO
                 } else {
                     point(&mut next)
                 };
-                let size = if i % 11 == 0 { 1.0 } else { 0.1 };
+                let size = if i.is_multiple_of(11) { 1.0 } else { 0.1 };
                 [(); 3].map(|()| middle + size * point(&mut next))
             };
             let shapes: Vec<[Vec3A; 3]> = (0..count).map(triangle).collect();
