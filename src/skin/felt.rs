@@ -5,14 +5,13 @@
 //! The falloffs are kept. With them the field is read anew as a short sum, and whether anything about a
 //! vertex has changed is told by its elements.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::base::Winding;
-use super::field::{Field, Sample};
+use super::field::Field;
 use super::grid::Grid;
 use super::lichen::Granule;
 use super::refine::Tree;
@@ -25,9 +24,9 @@ type Touch = (u32, f32);
 pub(super) struct Felt {
     /// Ascending; with those that are not felt at the vertex, but may be farther along a side.
     near: Vec<Box<[Touch]>>,
-    /// The vertices by place, and in the order of that.
+    /// The vertices by place, and for each the first of the grid's run that it is in.
     grid: Grid,
-    vertices: Vec<u32>,
+    run_of: Vec<u32>,
 }
 
 impl Felt {
@@ -51,47 +50,41 @@ impl Felt {
         };
         let vertices = tree.positions.par_iter().zip(&tree.homes);
         let near = vertices.map_init(sheet, near).collect();
-        let (grid, vertices) = Grid::new(&tree.positions, reach);
-        Self {
-            near,
-            grid,
-            vertices,
+        let (grid, order) = Grid::new(&tree.positions, reach);
+        let mut run_of = vec![0; order.len()];
+        for run in grid.runs() {
+            for &v in &order[run.clone()] {
+                run_of[v as usize] = run.start as u32;
+            }
         }
+        Self { near, grid, run_of }
     }
 
-    /// What the field says now at each vertex that feels an element that has `moved`.
-    pub(super) fn read_moved(
-        &self,
-        field: &Field,
-        winding: &Winding,
-        tree: &Tree,
-        moved: &[bool],
-    ) -> Vec<(u32, Sample)> {
-        let runs = self.runs_about(&field.lichen.granules, moved);
-        let felt = |v: u32| self.near[v as usize].iter().filter(|(_, f)| *f > 0.0);
-        let changed = |&v: &u32| felt(v).any(|&(i, _)| moved[i as usize]);
-        let changed = runs
-            .par_iter()
-            .flat_map_iter(|run| self.vertices[run.clone()].iter().copied().filter(changed));
-        let read = |v: u32| {
-            let (p, home) = (tree.positions[v as usize], tree.homes[v as usize]);
-            let facing = winding.normal(field.substrate, home).as_vec3();
-            (v, field.sample_of(p, facing, felt(v).copied()))
-        };
-        changed.map(read).collect()
-    }
-
-    /// Runs of vertices, in the grid's order, that hold all that are near what has moved.
-    fn runs_about(&self, granules: &[Granule], moved: &[bool]) -> Vec<Range<usize>> {
-        let marks: Vec<AtomicBool> = self.vertices.iter().map(|_| false.into()).collect();
-        let moved = granules.par_iter().zip(moved).filter(|(_, moved)| **moved);
-        moved.for_each(|(granule, _)| {
+    /// What tells whether a vertex feels an element that has `moved`.
+    pub(super) fn changed_by<'a>(
+        &'a self,
+        granules: &[Granule],
+        moved: &'a [bool],
+    ) -> impl Fn(usize) -> bool + Sync + 'a {
+        let marks: Vec<AtomicBool> = self.run_of.iter().map(|_| false.into()).collect();
+        let stirred = granules.par_iter().zip(moved).filter(|(_, moved)| **moved);
+        stirred.for_each(|(granule, _)| {
             for run in self.grid.around(granule.position) {
                 marks[run.start].store(true, Relaxed);
             }
         });
-        let is_marked = |run: &Range<usize>| marks[run.start].load(Relaxed);
-        self.grid.runs().filter(is_marked).collect()
+        move |vertex| {
+            let is_near = marks[self.run_of[vertex] as usize].load(Relaxed);
+            is_near && self.at(vertex).any(|(i, _)| moved[i as usize])
+        }
+    }
+
+    /// The elements that are felt at a vertex, ascending, and their falloffs.
+    pub(super) fn at(&self, vertex: usize) -> impl Iterator<Item = Touch> {
+        let felt = self.near[vertex]
+            .iter()
+            .filter(|(_, falloff)| *falloff > 0.0);
+        felt.copied()
     }
 
     /// The elements near a vertex, in their order.

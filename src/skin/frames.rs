@@ -108,7 +108,7 @@ impl<'a> SkinFrames<'a> {
             next: 0,
             rims: BTreeMap::new(),
             felt,
-            leaves: tree.leaves(),
+            leaves: tree.leaves(|_| true),
             samples,
             levels: vec![NOTHING; tree.positions.len()],
             moved: vec![false; lichen.granules.len()],
@@ -189,14 +189,19 @@ impl<'a> SkinFrames<'a> {
 
     /// Reads the field anew where it has changed.
     fn sample(&mut self) {
-        let field = self.field();
-        let read = self
-            .felt
-            .read_moved(&field, &self.winding, &self.tree, &self.moved);
-        for (vertex, sample) in read {
-            self.levels[vertex as usize] = sample.level;
-            self.samples[vertex as usize] = sample;
-        }
+        let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
+        let field = field.painted(self.paint);
+        let (tree, winding) = (&self.tree, &self.winding);
+        let told = self.samples.par_iter_mut().zip(&mut self.levels);
+        let changed = self.felt.changed_by(&self.lichen.granules, &self.moved);
+        told.enumerate().for_each(|(v, (sample, level))| {
+            if changed(v) {
+                let (p, home) = (tree.positions[v], tree.homes[v]);
+                let facing = winding.normal(field.substrate, home).as_vec3();
+                *sample = field.sample_of(p, facing, self.felt.at(v));
+                *level = sample.level;
+            }
+        });
     }
 
     /// The outline, read anew where something has moved between the ends of a side.
@@ -230,11 +235,11 @@ impl<'a> SkinFrames<'a> {
         let elements = born as u32;
         let leaves = self.leaves.par_iter();
         let leaves = leaves.filter(|leaf| leaf.lives(elements) && is_touched(leaf, &self.levels));
-        let leaves: Vec<Face> = leaves.copied().collect();
+        let leaves: Vec<&Face> = leaves.collect();
         let samples = Samples::new(&self.levels, &self.samples, &leaves);
         let cross = |sides| self.outline_across(&samples, sides);
         let underside = UNDERSIDE * self.cluster.radius();
-        let (marched, outline) = close(&self.tree, elements, leaves, &samples, underside, cross);
+        let (marched, outline) = close(&self.tree, elements, &leaves, &samples, underside, cross);
         self.outline = outline;
         let mut mesh = finish(
             self.substrate,

@@ -108,27 +108,46 @@ impl History {
     pub(super) fn rim_distances(&self, elements: usize) -> RimDistances {
         let limit = f64::from(self.farthest) * self.radius;
         let mut distance = vec![f64::INFINITY; elements];
+        let rim = (0..elements).filter(|&i| elements as u32 <= self.rim_until[i]);
+        let rim: Vec<usize> = rim.collect();
+        rim.iter().for_each(|&i| distance[i] = 0.0);
+        // None is nearer than the rim itself, in whatever order.
         let mut queue = BinaryHeap::new();
-        for i in (0..elements).filter(|&i| elements as u32 <= self.rim_until[i]) {
-            distance[i] = 0.0;
-            queue.push(Reverse(Way(0.0, i as u32)));
+        for i in rim {
+            self.relax(i, limit, &mut distance, &mut queue);
         }
         while let Some(Reverse(Way(length, at))) = queue.pop() {
-            if length > distance[at as usize] {
-                continue;
-            }
-            let place = self.positions[at as usize];
-            let born = |j: &&u32| (**j as usize) < elements;
-            for &next in self.near(at as usize).iter().take_while(born) {
-                let way = length + (self.positions[next as usize] - place).length();
-                if way < distance[next as usize] && way <= limit {
-                    distance[next as usize] = way;
-                    queue.push(Reverse(Way(way, next)));
-                }
+            if length <= distance[at as usize] {
+                self.relax(at as usize, limit, &mut distance, &mut queue);
             }
         }
         let in_radii = |d: f64| ((d / self.radius) as f32).min(self.farthest);
         distance.into_iter().map(in_radii).collect()
+    }
+
+    /// Shortens the ways to the neighbours of an element, as far as there are distances, by going over
+    /// it.
+    fn relax(
+        &self,
+        at: usize,
+        limit: f64,
+        distance: &mut [f64],
+        queue: &mut BinaryHeap<Reverse<Way>>,
+    ) {
+        let (place, length) = (self.positions[at], distance[at]);
+        for &next in self.near(at) {
+            let Some(known) = distance.get_mut(next as usize) else {
+                break;
+            };
+            if *known <= length {
+                continue;
+            }
+            let way = length + (self.positions[next as usize] - place).length();
+            if way < *known && way <= limit {
+                *known = way;
+                queue.push(Reverse(Way(way, next)));
+            }
+        }
     }
 }
 

@@ -6,6 +6,8 @@
 //! border of an open mesh, a wall joins them. So each edge has two triangles, whatever the substrate
 //! looks like.
 
+use std::borrow::Borrow;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -43,8 +45,8 @@ pub(super) struct Samples<'a> {
 /// The iso-surface of a field over a surface, on an underside so deep, in local units.
 pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
     let (levels, inside) = sample_all(field, winding, tree);
-    let leaves = tree.leaves().into_par_iter();
-    let leaves: Vec<Face> = leaves.filter(|leaf| is_touched(leaf, &levels)).collect();
+    let leaves = tree.leaves(|leaf| is_touched(leaf, &levels));
+    let leaves: Vec<&Face> = leaves.iter().collect();
     let samples = Samples::new(&levels, &inside, &leaves);
     let read = |place: DVec3, [inner, _]: [u32; 2], sheet: &mut Sheet| {
         let home = tree.homes[inner as usize];
@@ -52,7 +54,7 @@ pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f6
         field.sample(place, home, facing, sheet)
     };
     let cross = |sides| Outline::default().moved(field, tree, &samples, sides, &|_, _| true, &read);
-    close(tree, ALL, leaves, &samples, underside, cross).0
+    close(tree, ALL, &leaves, &samples, underside, cross).0
 }
 
 /// The closed mesh of these samples for a lichen of so many elements, which touches these leaves of
@@ -60,22 +62,22 @@ pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f6
 pub(super) fn close(
     tree: &Tree,
     elements: u32,
-    leaves: Vec<Face>,
+    leaves: &[&Face],
     samples: &Samples,
     underside: f64,
     cross: impl FnOnce(Vec<u64>) -> Outline,
 ) -> (Marched, Outline) {
-    let outline = cross(crossed_sides(samples, &leaves));
-    let needed = leaves.par_iter();
+    let outline = cross(crossed_sides(samples, leaves));
+    let needed = leaves.par_iter().copied();
     let needed = needed.filter(|f| !samples.covers(f) || f.open != 0);
     let needed: Vec<&Face> = needed.collect();
     let below = tree.coarsened(elements, &needed, |f| samples.touches(f));
     let mut weaver = Weaver::new(tree, samples, &outline, underside);
     weaver.number_underside(&below);
-    let mut triangles = weaver.woven(&leaves, Weaver::upper);
+    let mut triangles = weaver.woven(leaves, Weaver::upper);
     triangles.extend(weaver.woven(&below, Weaver::under));
     let mesh = Marched {
-        triangles,
+        triangles: triangles.concat(),
         ..weaver.mesh
     };
     (mesh, outline)
@@ -87,9 +89,9 @@ pub(super) fn is_touched(face: &Face, levels: &[f32]) -> bool {
 }
 
 /// The sides between an inner and an outer vertex, ascending.
-fn crossed_sides(samples: &Samples, leaves: &[Face]) -> Vec<u64> {
-    let crossed = |face: &Face| {
-        let face = *face;
+fn crossed_sides(samples: &Samples, leaves: &[&Face]) -> Vec<u64> {
+    let crossed = |face: &&Face| {
+        let face = **face;
         let mixed = |(a, b): (u32, u32)| samples.is_inside(a) != samples.is_inside(b);
         // The triangle on the other side has it the other way round.
         let first = move |k: usize, (a, b): (u32, u32)| a < b || face.open >> k & 1 == 1;
@@ -106,7 +108,7 @@ fn crossed_sides(samples: &Samples, leaves: &[Face]) -> Vec<u64> {
 impl<'a> Samples<'a> {
     /// Of a level for each vertex, and a sample for each, or for each with a positive level. Only the
     /// corners of these leaves can be inside.
-    pub(super) fn new(levels: &'a [f32], told: &'a [Sample], leaves: &[Face]) -> Self {
+    pub(super) fn new(levels: &'a [f32], told: &'a [Sample], leaves: &[&Face]) -> Self {
         let mut corner = vec![false; levels.len()];
         for &v in leaves.iter().flat_map(|leaf| &leaf.corners) {
             corner[v as usize] = true;
@@ -357,17 +359,19 @@ impl<'a> Weaver<'a> {
         }
     }
 
-    /// The triangles of all faces, in their order.
-    fn woven(&self, faces: &[Face], weave: fn(&Self, &Face, &mut Vec<[u32; 3]>)) -> Vec<[u32; 3]> {
-        let batch = |faces: &[Face]| {
+    /// The triangles of all faces, in their order, by batches.
+    fn woven<F: Borrow<Face> + Sync>(
+        &self,
+        faces: &[F],
+        weave: fn(&Self, &Face, &mut Vec<[u32; 3]>),
+    ) -> Vec<Vec<[u32; 3]>> {
+        let batch = |faces: &[F]| {
             let mut triangles = Vec::with_capacity(2 * faces.len());
-            faces
-                .iter()
-                .for_each(|face| weave(self, face, &mut triangles));
+            let faces = faces.iter().map(Borrow::borrow);
+            faces.for_each(|face| weave(self, face, &mut triangles));
             triangles
         };
-        let batches: Vec<_> = faces.par_chunks(BATCH).map(batch).collect();
-        batches.concat()
+        faces.par_chunks(BATCH).map(batch).collect()
     }
 
     fn upper(&self, face: &Face, triangles: &mut Vec<[u32; 3]>) {

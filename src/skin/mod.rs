@@ -237,18 +237,9 @@ fn refine(
     let carries = |&t: &u32| may_carry(substrate, &nearness, t, felt);
     let carrying: Vec<u32> = all.into_par_iter().filter(carries).collect();
     let base = Base::new(substrate, winding, &carrying);
-    let longest = shape.resolution * radius;
     let reach = overhang(shape) * radius;
-    Tree::grow(base, |a, b| {
-        let length = (b - a).length();
-        match length > longest {
-            true => near(
-                &nearness,
-                0.5 * (a + b),
-                FARTHEST_FROM_MIDDLE * length + reach,
-            ),
-            false => NEVER,
-        }
+    Tree::grow(base, shape.resolution * radius, |middle, length| {
+        near(&nearness, middle, FARTHEST_FROM_MIDDLE * length + reach)
     })
 }
 
@@ -293,10 +284,12 @@ fn finish(
         },
         column("colony", &|a| a.colony),
     ];
-    let to_file = |p: &DVec3| units.to_file(*p).to_array();
+    // As large as before, so they stay in their place.
+    let positions = marched.positions.into_iter();
+    let normals = marched.normals.into_iter();
     TriMesh {
-        positions: marched.positions.par_iter().map(to_file).collect(),
-        normals: marched.normals.par_iter().map(|n| n.to_array()).collect(),
+        positions: positions.map(|p| units.to_file(p).to_array()).collect(),
+        normals: normals.map(|n| n.to_array()).collect(),
         colors,
         attributes,
         triangles: marched.triangles,

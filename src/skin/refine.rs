@@ -45,8 +45,13 @@ pub(super) const NEVER: u32 = u32::MAX;
 pub(super) const ALL: u32 = NEVER - 1;
 
 impl Tree {
-    /// Halves each side from as many elements on as `halved` says of its ends; [`NEVER`] leaves it.
-    pub(super) fn grow(base: Base, halved: impl Fn(DVec3, DVec3) -> u32 + Sync) -> Self {
+    /// Halves each side that is longer than `longest` from as many elements on as `halved` says of its
+    /// middle and length; [`NEVER`] leaves it.
+    pub(super) fn grow(
+        base: Base,
+        longest: f64,
+        halved: impl Fn(DVec3, f64) -> u32 + Sync,
+    ) -> Self {
         let mut tree = Self {
             positions: base.positions,
             homes: base.homes,
@@ -59,7 +64,7 @@ impl Tree {
         };
         let mut first = 0;
         while first < tree.faces.len() {
-            tree.cut(first, &halved);
+            tree.cut(first, longest, &halved);
             let below = tree.children(first);
             first = tree.faces.len();
             tree.faces.extend(below);
@@ -78,44 +83,58 @@ impl Tree {
     }
 
     /// Makes the middles of the sides that are halved while their triangles live, from a triangle on.
-    fn cut(&mut self, first: usize, halved: &(impl Fn(DVec3, DVec3) -> u32 + Sync)) {
-        let positions = &self.positions;
-        let faces = &self.faces[first..];
-        let sides = |(i, face): (usize, &Face)| {
-            let face = *face;
-            (0..3).filter_map(move |k| {
-                let (a, b) = (face.corners[k], face.corners[(k + 1) % 3]);
-                let (a, b) = (a.min(b), a.max(b));
-                let count = halved(positions[a as usize], positions[b as usize]);
-                let slot = (3 * i + k) as u32;
-                (count < face.life[1]).then(|| (side_key(a, b), slot, count))
-            })
+    fn cut(&mut self, first: usize, longest: f64, halved: &(impl Fn(DVec3, f64) -> u32 + Sync)) {
+        let sides = self.long_sides(first, longest);
+        let count = |run: &[(u64, u32)]| {
+            let [p, q] = self.ends(run[0].0);
+            halved(0.5 * (p + q), (q - p).length())
         };
-        let mut sides: Vec<(u64, u32, u32)> =
-            faces.par_iter().enumerate().flat_map_iter(sides).collect();
-        sides.par_sort_unstable();
+        let runs = sides.par_chunk_by(|a, b| a.0 == b.0);
+        let counts: Vec<u32> = runs.map(count).collect();
         self.middles.resize(self.faces.len(), [NONE; 3]);
         self.halved.resize(self.faces.len(), [NEVER; 3]);
-        let slots = self.middles[first..].as_flattened_mut();
-        let count_slots = self.halved[first..].as_flattened_mut();
-        for run in sides.chunk_by(|a, b| a.0 == b.0) {
-            let (key, slot, _) = run[0];
-            let [a, b] = [(key >> 32) as usize, key as u32 as usize];
+        for (run, count) in sides.chunk_by(|a, b| a.0 == b.0).zip(counts) {
+            let face = |slot: u32| first + slot as usize / 3;
+            let halved = |slot: u32| count < self.faces[face(slot)].life[1];
+            let Some(&(key, slot)) = run.iter().find(|(_, slot)| halved(*slot)) else {
+                continue;
+            };
             let middle = self.positions.len() as u32;
-            let halfway = (self.positions[a] + self.positions[b]) * 0.5;
-            self.positions.push(halfway);
-            self.homes.push(faces[slot as usize / 3].home);
+            let [p, q] = self.ends(key);
+            self.positions.push((p + q) * 0.5);
+            self.homes.push(self.faces[face(slot)].home);
             let other = self.middle_of.insert(key, middle);
             debug_assert!(other.is_none(), "a side is halved once");
-            for (_, slot, count) in run {
-                slots[*slot as usize] = middle;
-                count_slots[*slot as usize] = *count;
+            for &(_, slot) in run.iter().filter(|(_, slot)| halved(*slot)) {
+                self.middles[face(slot)][slot as usize % 3] = middle;
+                self.halved[face(slot)][slot as usize % 3] = count;
             }
         }
     }
 
-    /// The triangles that are ever not cut, with their lives as such.
-    pub(super) fn leaves(&self) -> Vec<Face> {
+    /// The sides that are longer than this of triangles from one on: three numbers for each triangle.
+    fn long_sides(&self, first: usize, longest: f64) -> Vec<(u64, u32)> {
+        let long = |(i, face): (usize, &Face)| {
+            let sides = sides(face).into_iter().zip(3 * i as u32..);
+            let sides = sides.map(|((a, b), slot)| (side_key(a.min(b), a.max(b)), slot));
+            sides.filter(|(key, _)| {
+                let [p, q] = self.ends(*key);
+                (q - p).length() > longest
+            })
+        };
+        let faces = self.faces[first..].par_iter().enumerate();
+        let mut sides: Vec<(u64, u32)> = faces.flat_map_iter(long).collect();
+        sides.par_sort_unstable();
+        sides
+    }
+
+    /// Where a side's lower end is, and its other end.
+    fn ends(&self, side: u64) -> [DVec3; 2] {
+        [(side >> 32) as u32, side as u32].map(|v| self.positions[v as usize])
+    }
+
+    /// Of the triangles that are ever not cut those that are `wanted`, with their lives as such.
+    pub(super) fn leaves(&self, wanted: impl Fn(&Face) -> bool + Sync) -> Vec<Face> {
         let both = self.faces.par_iter().zip(&self.halved);
         let whole = both.filter_map(|(face, halved)| {
             let until = halved
@@ -124,7 +143,7 @@ impl Tree {
             let life = [face.life[0], until];
             (life[0] < life[1]).then_some(Face { life, ..*face })
         });
-        whole.collect()
+        whole.filter(|face| wanted(face)).collect()
     }
 
     /// The surface for a lichen of so many elements, cut no finer than it takes to have the `needed`
