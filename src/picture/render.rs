@@ -149,10 +149,12 @@ impl Frame<'_> {
     }
 
     /// A pixel that some samples were taken of, by what they came to and what those of the square
-    /// about it did. The sheet and the shadows on it are smooth, so there the square is enough.
+    /// about it did. Where nothing falls on the sheet the square is enough; in its shadows the
+    /// squares would show as blotches.
     fn pixel(&self, at: (u32, u32), sums: &Sums, square: &Sums) -> Pixel {
         let dither = Sampler::new(at.0, at.1, self.samples).dither();
-        if square.seen.is_only(Seen::SHEET) || square.seen.is_only(Seen::NOTHING) {
+        let is_bare = square.seen.is_only(Seen::SHEET) && square.seen.is_even();
+        if is_bare || square.seen.is_only(Seen::NOTHING) {
             return square.pixel(dither);
         }
         let mut sums = sums.clone();

@@ -50,6 +50,12 @@ impl Seen {
         (self.has(yes) != self.has(no)).then_some(self.has(yes))
     }
 
+    /// Whether every question had one answer each time.
+    pub(super) fn is_even(self) -> bool {
+        let both = |a: Self, b: Self| self.has(a) && self.has(b);
+        !both(Self::LIT, Self::SHADED) && !both(Self::OPEN, Self::CLOSED)
+    }
+
     /// Whether it was this and nothing else, each time.
     pub(super) fn is_only(self, what: Self) -> bool {
         let of = Self::THING.and(Self::SHEET).and(Self::NOTHING);
