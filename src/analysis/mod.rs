@@ -19,7 +19,6 @@ mod geodesic;
 mod mass;
 mod outline;
 mod plot;
-mod ranked;
 mod scalar;
 mod width;
 
