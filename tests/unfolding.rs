@@ -357,12 +357,12 @@ fn checked(name: &str, mesh: &Substrate, traces: usize, index: u64) {
     let worst = survey(mesh, traces, &mut stream((1 << 20) + index));
     println!("{name}: {worst:?}");
     assert!(worst.outside < 1e-12, "{name}: {worst:?}");
-    assert!(worst.bend < CLOSE, "{name}: {worst:?}");
     // A path into a corner is reflected up to π/angle times before it comes out: it may give up
-    // in one narrower than this, and only there.
+    // in one narrower than this, and only there. So many crossings add up their round-off.
     let narrow = sharpest_angle(mesh) < 1e-5;
     assert!(worst.gave_up == 0 || narrow, "{name}: {worst:?}");
-    let long = if narrow { 1e-6 } else { CLOSE };
+    let (bent, long) = if narrow { (1e-8, 1e-6) } else { (CLOSE, CLOSE) };
+    assert!(worst.bend < bent, "{name}: {worst:?}");
     assert!(worst.length < long, "{name}: {worst:?}");
 }
 

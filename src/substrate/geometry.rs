@@ -69,10 +69,11 @@ impl Chart {
     #[inline]
     pub fn contains(&self, p: DVec2) -> bool {
         let apex = self.apex;
-        let beyond_base = p.x - self.base;
-        p.y >= 0.0
-            && apex.x * p.y <= apex.y * p.x
-            && (apex.x - self.base) * p.y >= apex.y * beyond_base
+        let inside_left = apex.y * p.x - apex.x * p.y;
+        let inside_right = (apex.x - self.base) * p.y - apex.y * (p.x - self.base);
+        // One branch and not three: which edge a step crosses is not to be foreseen.
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        least(p.y, least(inside_left, inside_right)) >= 0.0
     }
 }
 

@@ -56,7 +56,7 @@ impl Stand {
     }
 
     /// A straight step, a vector in the triangle's chart.
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
         let there = self.at + step;
         if substrate.charts()[self.triangle as usize].contains(there) {

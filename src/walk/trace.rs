@@ -1,14 +1,17 @@
 //! A straight step over the surface by unfolding (Sumner 2001, 6.1).
 //!
-//! Everything happens in the frame of the start triangle, with the walker at the origin. The
-//! triangle beyond an edge is laid flat beside it from two numbers, its apex in terms of that
-//! edge, so the loop has no division, no square root and no 3-D position.
+//! Everything happens in one plane, with the walker at the origin and its path along the x axis.
+//! The triangle beyond an edge is laid flat beside it from two numbers, its apex in terms of that
+//! edge, so the loop has no division, no square root and no 3-D position. Lengths there are times
+//! that of the step: to turn the start triangle that way then takes no square root either.
 //!
 //! A boundary edge is its own twin (see the substrate's adjacency): the triangle beyond it is the
 //! mirror image of this one, and going on straight into that is reflection.
 //!
 //! A path aimed exactly at a vertex passes it on the left. A straight path has no unique
 //! continuation there (Polthier & Schmies 1998); for walkers this happens with probability zero.
+
+use std::hint::select_unpredictable;
 
 use glam::DVec2;
 
@@ -125,10 +128,12 @@ pub(super) fn trace_in_chart<V: Visitor>(
         let point = weigh(triangle, areas(&corners, step));
         return ended(point, End::Distance, 0);
     }
-    let mut front = Front::leaving(substrate, triangle, &corners, step);
-    if !front.is_passed(step) {
-        let weights = areas(&corners, step);
-        if is_near(&corners, step, weights) {
+    let corners = corners.map(|c| DVec2::new(step.dot(c), step.perp_dot(c)));
+    let end = step.length_squared();
+    let mut front = Front::leaving(substrate, triangle, &corners);
+    if !front.is_passed(end) {
+        let weights = areas(&corners, DVec2::new(end, 0.0));
+        if is_near(&corners, end, weights) {
             if V::WATCHES {
                 visitor.arrive(step);
             }
@@ -138,32 +143,32 @@ pub(super) fn trace_in_chart<V: Visitor>(
     for crossings in 1..=MOST_CROSSINGS {
         if V::WATCHES {
             let half_edge = front.half_edge(substrate);
-            let (share, distance_share) = front.meeting(step);
+            let (share, distance_share) = front.meeting(end);
             visitor.leave(half_edge, share, distance_share);
         }
         if V::ABSORB && front.is_boundary(substrate) {
             return ended(
-                front.point_on_edge(substrate, step),
+                front.point_on_edge(substrate, end),
                 End::Boundary,
                 crossings - 1,
             );
         }
         let unfolded = front.cross(substrate.crossings());
-        front = unfolded.next_front(step);
-        if front.is_passed(step) {
+        front = unfolded.next_front();
+        if front.is_passed(end) {
             continue;
         }
         let corners = unfolded.corners();
-        let weights = areas(&corners, step);
-        if is_near(&corners, step, weights) {
+        let weights = areas(&corners, DVec2::new(end, 0.0));
+        if is_near(&corners, end, weights) {
             if V::WATCHES {
-                visitor.arrive(unfolded.in_chart(substrate, step));
+                visitor.arrive(unfolded.in_chart(substrate) * step.length());
             }
             return ended(weigh(unfolded.entry / 3, weights), End::Distance, crossings);
         }
     }
     ended(
-        front.point_on_edge(substrate, step),
+        front.point_on_edge(substrate, end),
         End::Crossings,
         MOST_CROSSINGS,
     )
@@ -183,11 +188,11 @@ fn areas([a, b, c]: &[DVec2; 3], p: DVec2) -> [f64; 3] {
     [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)]
 }
 
-/// Whether the point with these areas is in the triangle, or outside by no more than round-off.
+/// Whether the path's end, with these areas, is in the triangle, or outside by no more than round-off.
 ///
 /// That is asked at the end of a path because one along an edge is only by round-off on this or
 /// that side of it, and then seems to end at any edge that it runs along.
-fn is_near([a, b, c]: &[DVec2; 3], p: DVec2, areas: [f64; 3]) -> bool {
+fn is_near([a, b, c]: &[DVec2; 3], end: f64, areas: [f64; 3]) -> bool {
     /// Of a place in the plane, beside the path's length; far above what builds up.
     const ROUND_OFF: f64 = 1e-11;
     let least = areas[0].min(areas[1]).min(areas[2]);
@@ -197,7 +202,7 @@ fn is_near([a, b, c]: &[DVec2; 3], p: DVec2, areas: [f64; 3]) -> bool {
     }
     let out = least.abs().min(most.abs());
     let edges_sq = (*b - *a).length_squared() + (*c - *a).length_squared();
-    let error_sq = (p.length_squared() + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
+    let error_sq = (end * end + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
     out * out <= error_sq
 }
 
@@ -220,12 +225,14 @@ struct Front {
 }
 
 impl Front {
-    /// The edge through which a path from the origin leaves a counter-clockwise triangle.
-    fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3], step: DVec2) -> Self {
-        let side = corners.map(|c| step.perp_dot(c));
-        let pair = |k: usize| (side[k], side[(k + 1) % 3]);
-        let leaves = |&k: &usize| matches!(pair(k), (r, l) if r <= 0.0 && l > 0.0);
-        let k = (0..3).find(leaves).unwrap_or_else(|| grazing(side));
+    /// The edge through which the path leaves a counter-clockwise triangle about its start.
+    fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3]) -> Self {
+        let side = corners.map(|c| c.y);
+        let is_left = |k: usize| usize::from(side[k] > 0.0) << k;
+        let k = match EXITS[is_left(0) | is_left(1) | is_left(2)] {
+            3 => grazing(side),
+            k => k,
+        };
         let entry = substrate.twin(3 * triangle + k as HalfEdge);
         Self {
             left: corners[(k + 1) % 3],
@@ -237,8 +244,9 @@ impl Front {
     }
 
     /// Whether the path ends beyond the edge.
-    fn is_passed(&self, step: DVec2) -> bool {
-        (self.left - self.right).perp_dot(step - self.right) < 0.0
+    #[inline(always)]
+    fn is_passed(&self, end: f64) -> bool {
+        (self.left - self.right).perp_dot(DVec2::new(end, 0.0) - self.right) < 0.0
     }
 
     /// The half-edge on the near side.
@@ -278,8 +286,8 @@ impl Front {
     }
 
     /// Where the path meets the edge: share of the half-edge from its start, share of the step.
-    fn meeting(&self, step: DVec2) -> (f64, f64) {
-        let (r, l) = (step.perp_dot(self.right), step.perp_dot(self.left));
+    fn meeting(&self, end: f64) -> (f64, f64) {
+        let (r, l) = (self.right.y, self.left.y);
         let from_right = if l > r {
             (-r / (l - r)).clamp(0.0, 1.0)
         } else {
@@ -288,11 +296,11 @@ impl Front {
         let edge = self.left - self.right;
         let crossed = self.right + edge * from_right;
         // Along an edge round-off says where the two meet: anywhere on the path is as true.
-        let ahead = crossed.dot(step) / step.length_squared();
+        let ahead = crossed.x / end;
         let from_right = if (0.0..=1.0).contains(&ahead) {
             from_right
         } else {
-            let nearest = step * ahead.clamp(0.0, 1.0);
+            let nearest = DVec2::new(crossed.x.clamp(0.0, end), 0.0);
             ((nearest - self.right).dot(edge) / edge.length_squared()).clamp(0.0, 1.0)
         };
         let point = self.right + edge * from_right;
@@ -301,14 +309,11 @@ impl Front {
         } else {
             from_right
         };
-        (
-            share,
-            (point.dot(step) / step.length_squared()).clamp(0.0, 1.0),
-        )
+        (share, (point.x / end).clamp(0.0, 1.0))
     }
 
-    fn point_on_edge(&self, substrate: &Substrate, step: DVec2) -> SurfacePoint {
-        let (share, _) = self.meeting(step);
+    fn point_on_edge(&self, substrate: &Substrate, end: f64) -> SurfacePoint {
+        let (share, _) = self.meeting(end);
         let half_edge = self.half_edge(substrate);
         let k = half_edge as usize % 3;
         let mut weights = [0.0; 3];
@@ -317,6 +322,10 @@ impl Front {
         SurfacePoint::from_weights(half_edge / 3, weights)
     }
 }
+
+/// The edge from a corner on the right of the path to one on its left, by the bits of the corners on
+/// the left; 3 where all are on one side.
+const EXITS: [usize; 8] = [3, 2, 0, 2, 1, 1, 0, 3];
 
 /// The edge to leave by when a triangle lies on one side of the path: the path starts on its rim,
 /// exactly or but for round-off. It turns about the corner nearest to the path, the near way.
@@ -343,24 +352,34 @@ struct Unfolded {
 }
 
 impl Unfolded {
-    /// The edge that the path leaves by.
+    /// The edge that the path leaves by. It is as often the one as the other, which no processor
+    /// foresees: so both are worked out, and one is taken without a branch.
     #[inline(always)]
-    fn next_front(&self, step: DVec2) -> Front {
-        let apex_is_left = step.perp_dot(self.apex) > 0.0;
-        let (right, left) = if apex_is_left {
-            (self.right, self.apex)
-        } else {
-            (self.apex, self.left)
-        };
+    fn next_front(&self) -> Front {
+        let apex_is_left = self.apex.y > 0.0;
+        let either = |left: f64, right: f64| select_unpredictable(apex_is_left, left, right);
         // In its own winding the triangle runs entry, then the edge at the entry's end. That end
         // is on the right, or on the left where the triangle lies mirrored.
-        let exit = usize::from(apex_is_left == self.mirrored);
+        let second = apex_is_left == self.mirrored;
+        let [a, b] = &self.beyond;
+        let taken = |a: f64, b: f64| select_unpredictable(second, b, a);
+        let exit = |i: usize| select_unpredictable(second, b.exits[i], a.exits[i]);
         Front {
-            left,
-            right,
-            entry: self.exits[exit],
+            left: DVec2::new(
+                either(self.apex.x, self.left.x),
+                either(self.apex.y, self.left.y),
+            ),
+            right: DVec2::new(
+                either(self.right.x, self.apex.x),
+                either(self.right.y, self.apex.y),
+            ),
+            entry: select_unpredictable(second, self.exits[1], self.exits[0]),
             mirrored: self.mirrored,
-            beyond: self.beyond[exit],
+            beyond: Crossing {
+                along: taken(a.along, b.along),
+                height: taken(a.height, b.height),
+                exits: [exit(0), exit(1)],
+            },
         }
     }
 
@@ -379,8 +398,8 @@ impl Unfolded {
         corners
     }
 
-    /// A vector of the start triangle's frame in the frame of this triangle's chart.
-    fn in_chart(&self, substrate: &Substrate, v: DVec2) -> DVec2 {
+    /// The path's direction in the frame of this triangle's chart.
+    fn in_chart(&self, substrate: &Substrate) -> DVec2 {
         let upright = |v: DVec2| {
             if self.mirrored {
                 v.reflect(DVec2::Y)
@@ -397,6 +416,6 @@ impl Unfolded {
             let edge = own[(k + 1) % 3] - own[k];
             sum + edge.rotate(DVec2::new(lying.x, -lying.y))
         });
-        upright(v).rotate(turn.normalize_or(DVec2::X))
+        turn.normalize_or(DVec2::X)
     }
 }
