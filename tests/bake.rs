@@ -160,16 +160,17 @@ fn spread(differences: &[f32]) -> [f32; 2] {
 #[test]
 fn both_sides_of_a_seam_show_the_same() {
     let made = made();
-    let baked = baked(&made, &settings(1024, 2));
+    let baked = baked(&made, &settings(1024, 4));
     let under = |place: &(u32, f64, [f64; 2])| bilinear(&baked, map("mask"), place.2).x > 0.0;
     let places: Vec<_> = seam_places(&made, &baked)
         .into_iter()
         .filter(|[a, b]| under(a) || under(b))
         .collect();
     assert!(places.len() > 100, "only {} places", places.len());
-    // Mean and greatest difference; a texel is a sixth of an element's radius.
+    // Mean and greatest difference; a texel is a sixth of an element's radius. The mask counts
+    // samples: where the rim crosses a seam, each side may be off by one of sixteen.
     let bounds = [
-        ("mask", 0.001, 0.1),
+        ("mask", 0.002, 0.125),
         ("height", 0.001, 0.05),
         ("birth", 0.0002, 0.001),
         ("color", 0.001, 0.005),
