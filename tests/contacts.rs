@@ -214,7 +214,7 @@ fn scattered(
             colony: 0,
             probability: 1.0,
         });
-        index.insert(position);
+        index.insert(cluster.elements());
     }
     (cluster, index)
 }

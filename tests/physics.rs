@@ -171,7 +171,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
                     colony: 0,
                     probability: 1.0,
                 });
-                index.insert(position);
+                index.insert(cluster.elements());
             }
         }
     }

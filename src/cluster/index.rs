@@ -2,7 +2,12 @@
 
 use glam::DVec3;
 
+use super::Element;
+
 /// Answers growth's questions about the elements' centres. Ids are ages.
+///
+/// The elements themselves stay with the cluster and are handed in with every question: all that
+/// have been inserted, in that order.
 ///
 /// Growth depends on nothing else, so an index can be replaced without touching it. Looking never
 /// changes an index: what it would like to keep for the next time goes into `Notes`, which each
@@ -19,18 +24,22 @@ pub trait ElementIndex: Sync {
     where
         Self: Sized;
 
-    /// Adds the next element.
-    fn insert(&mut self, position: DVec3);
+    /// Makes room for so many elements in all, where there is any: vectors that grow move, and
+    /// leave behind what they had.
+    fn expect(&mut self, elements: usize);
+
+    /// Adds the last of the elements; all before it have been.
+    fn insert(&mut self, elements: &[Element]);
 
     /// Keeps what looking found out.
-    fn adopt(&mut self, notes: &mut Self::Notes);
+    fn adopt(&mut self, elements: &[Element], notes: &mut Self::Notes);
 
     /// How much a walker has seen until now.
     fn mark(&self, notes: &Self::Notes) -> Mark;
 
     /// How much of what a walker saw it would see again: it would see the same up to any mark
     /// [within](Mark::is_within) this one.
-    fn held(&self, notes: &Self::Notes) -> Mark;
+    fn held(&self, elements: &[Element], notes: &Self::Notes) -> Mark;
 
     /// Forgets what a walker saw after a mark, up to which all holds.
     fn rewind(&self, notes: &mut Self::Notes, mark: Mark);
@@ -42,14 +51,35 @@ pub trait ElementIndex: Sync {
     /// How near the nearest centre is.
     ///
     /// How good the bound is may depend on where the walker has been.
-    fn look(&self, p: DVec3, notes: &mut Self::Notes) -> Look;
+    fn look(&self, elements: &[Element], p: DVec3, notes: &mut Self::Notes) -> Look;
 
     /// Number of centres nearer than `radius` to a point; or any number between that and `enough`,
     /// where there are fewer.
-    fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize;
+    fn at_most(&self, elements: &[Element], p: DVec3, radius: f64, enough: usize) -> usize;
 
-    /// Visits every centre nearer than `radius` to a point, in no stated order.
-    fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3));
+    /// Whether some element with its centre nearer than `radius` to a point passes a test. They are
+    /// tried in no stated order until one does.
+    fn any_within(
+        &self,
+        elements: &[Element],
+        p: DVec3,
+        radius: f64,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool;
+
+    /// Visits every element with its centre nearer than `radius` to a point, in no stated order.
+    fn within(
+        &self,
+        elements: &[Element],
+        p: DVec3,
+        radius: f64,
+        visit: &mut dyn FnMut(u32, &Element),
+    ) {
+        self.any_within(elements, p, radius, &mut |id, element| {
+            visit(id, element);
+            false
+        });
+    }
 }
 
 /// What a walker sees about it.

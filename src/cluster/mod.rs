@@ -35,6 +35,11 @@ impl Cluster {
         }
     }
 
+    /// Makes room for so many elements in all, where there is any.
+    pub fn expect(&mut self, elements: usize) {
+        make_room(&mut self.elements, elements);
+    }
+
     /// Radius r of every element.
     pub fn radius(&self) -> f64 {
         self.radius
@@ -81,6 +86,13 @@ impl Cluster {
         self.elements.push(element);
         self.extent.add(&self.elements);
     }
+}
+
+/// Makes room for so many in all. Room that is not used takes no memory; where it is not to be had,
+/// the vector grows as others do.
+fn make_room<T>(all: &mut Vec<T>, most: usize) {
+    let more = most.saturating_sub(all.len());
+    let _ = all.try_reserve_exact(more);
 }
 
 fn place_of_bit(triangle: u32) -> (usize, u64) {

@@ -96,7 +96,6 @@ impl<I: ElementIndex> Walk<'_, I> {
         );
         let reach = contact + SPAN * radius;
         self.asked(here.position, reach, 0);
-        let elements = self.around.cluster.elements();
         let mut near = Near {
             first: None,
             second: f64::INFINITY,
@@ -104,9 +103,9 @@ impl<I: ElementIndex> Walk<'_, I> {
         };
         let mut searched = false;
         let (around, scratch) = (&self.around, &mut *self.scratch);
-        around.index.within(here.position, reach, &mut |id, q| {
-            let distance = q.distance(here.position);
-            let triangle = elements[id as usize].at.triangle;
+        around.within(here.position, reach, &mut |id, element| {
+            let distance = element.position.distance(here.position);
+            let triangle = element.at.triangle;
             if triangle != here.triangle && !searched {
                 let ball = reach + radius;
                 scratch.reach(around.substrate, here.triangle, here.position, ball);
@@ -115,7 +114,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             let same = triangle == here.triangle || scratch.has_reached(triangle);
             // Nearer than contact without touching: joined by the surface only farther out.
             if same && distance > contact {
-                near.add((distance, id, q));
+                near.add((distance, id, element.position));
             } else {
                 near.elsewhere = true;
             }

@@ -132,7 +132,10 @@ impl<I: ElementIndex> Flight<I> {
             return true;
         }
         let births = &elements[known..];
-        let (held, asked) = (index.held(&self.track.notes), self.undisturbed(births));
+        let (held, asked) = (
+            index.held(elements, &self.track.notes),
+            self.undisturbed(births),
+        );
         let now = index.mark(&self.track.notes);
         if now.is_within(&held) && asked == self.track.asked.len() {
             index.rewind(&mut self.track.notes, now);

@@ -66,8 +66,9 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32, bool) {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
         let mut nearby: Vec<(u32, DVec3)> = Vec::with_capacity(USUALLY_NEAR);
-        self.index
-            .within(path.end(), reach, &mut |id, q| nearby.push((id, q)));
+        self.within(path.end(), reach, &mut |id, element| {
+            nearby.push((id, element.position));
+        });
         let touch = path
             .legs
             .iter()

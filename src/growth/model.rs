@@ -9,6 +9,9 @@ use crate::cluster::{Cluster, Element};
 /// The run owns the cluster. It tells the model of every birth, the seed's too, so that whatever
 /// the model keeps (an index, charges, potentials) can be rebuilt by telling it of them again.
 pub trait GrowthModel {
+    /// So many elements are to be expected in all: to make room for them. Not a promise.
+    fn expect(&mut self, elements: usize);
+
     /// The youngest element of the cluster has just been added.
     fn born(&mut self, cluster: &Cluster);
 

@@ -66,9 +66,9 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
         let mut others = Vec::with_capacity(USUALLY_NEAR);
-        around.index.within(centre, 2.0 * reach, &mut |id, q| {
+        around.within(centre, 2.0 * reach, &mut |id, other| {
             if id != about {
-                others.push((id, q));
+                others.push((id, other.position));
             }
         });
         others.sort_unstable_by_key(|o| o.0);

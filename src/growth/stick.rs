@@ -106,9 +106,9 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         }
         if law.gain > 0.0 {
             let enough = law.least_to_stick(chance);
-            let most = self
-                .index
-                .at_most(p, self.parameters.curvature_radius, enough);
+            let reach = self.parameters.curvature_radius;
+            let elements = self.cluster.elements();
+            let most = self.index.at_most(elements, p, reach, enough);
             if most < enough {
                 let spare = enough - 1 - most;
                 return Answer::Refused { spare };
@@ -123,11 +123,10 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     pub fn count(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> usize {
         let reach = self.parameters.curvature_radius;
         let ball = reach + self.parameters.radius;
-        let elements = self.cluster.elements();
         let mut searched = false;
         let mut n = 0;
-        self.index.within(p, reach, &mut |id, _| {
-            let other = elements[id as usize].at.triangle;
+        self.within(p, reach, &mut |_, element| {
+            let other = element.at.triangle;
             if other != triangle && !searched {
                 scratch.reach(self.substrate, triangle, p, ball);
                 searched = true;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Parameters;
-use crate::cluster::{Cluster, ElementIndex};
+use crate::cluster::{Cluster, Element, ElementIndex};
 use crate::substrate::Substrate;
 use crate::walk::Connectivity;
 
@@ -50,11 +50,10 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         distance: f64,
     ) -> Option<u32> {
         let mut nearest: Option<(f64, u32)> = None;
-        let elements = self.cluster.elements();
-        self.index.within(p, distance, &mut |id, q| {
-            let candidate = (p.distance_squared(q), id);
+        self.within(p, distance, &mut |id, element| {
+            let candidate = (p.distance_squared(element.position), id);
             let nearer = nearest.is_none_or(|n| candidate < n);
-            let there = (elements[id as usize].at.triangle, q);
+            let there = (element.at.triangle, element.position);
             if nearer && self.same_sheet(scratch, (triangle, p), there) {
                 nearest = Some(candidate);
             }
@@ -64,12 +63,17 @@ impl<I: ElementIndex> Surroundings<'_, I> {
 
     /// Whether an element on the same sheet is in contact with a walker.
     pub fn in_contact(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> bool {
-        let mut found = false;
+        let contact = self.contact_distance();
         let elements = self.cluster.elements();
-        self.index.within(p, self.contact_distance(), &mut |id, q| {
-            let there = (elements[id as usize].at.triangle, q);
-            found = found || self.same_sheet(scratch, (triangle, p), there);
-        });
-        found
+        self.index
+            .any_within(elements, p, contact, &mut |_, element| {
+                let there = (element.at.triangle, element.position);
+                self.same_sheet(scratch, (triangle, p), there)
+            })
+    }
+
+    /// Visits every element with its centre nearer than `radius` to a place, in no stated order.
+    pub(super) fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, &Element)) {
+        self.index.within(self.cluster.elements(), p, radius, visit);
     }
 }

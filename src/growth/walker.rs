@@ -209,10 +209,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let Some(landed) = far.landed(self.around.substrate, &now.here) else {
             return false;
         };
-        let look = self
-            .around
-            .index
-            .look(landed.position, &mut self.track.notes);
+        let look = self.look_about(landed.position);
         if !look.touching {
             (now.here, now.far) = (landed, false);
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
@@ -239,7 +236,13 @@ impl<I: ElementIndex> Walk<'_, I> {
         if p.distance_squared(self.launcher.centre) > self.launcher.outside_sq {
             return self.look_from_outside(p);
         }
-        Some(self.around.index.look(p, &mut self.track.notes))
+        Some(self.look_about(p))
+    }
+
+    #[inline(always)]
+    fn look_about(&mut self, p: DVec3) -> Look {
+        let elements = self.around.cluster.elements();
+        self.around.index.look(elements, p, &mut self.track.notes)
     }
 
     /// The same for a walker well outside the sphere that holds the lichen.
@@ -355,11 +358,10 @@ impl<I: ElementIndex> Walk<'_, I> {
         if !self.scratch.reached().iter().any(overgrown) {
             return ball;
         }
-        let elements = around.cluster.elements();
         let mut nearest = ball;
-        around.index.within(here.position, ball, &mut |id, q| {
-            if self.scratch.has_reached(elements[id as usize].at.triangle) {
-                nearest = nearest.min(q.distance(here.position));
+        around.within(here.position, ball, &mut |_, element| {
+            if self.scratch.has_reached(element.at.triangle) {
+                nearest = nearest.min(element.position.distance(here.position));
             }
         });
         nearest

@@ -249,7 +249,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                 let again = self.catch_up(&mut first, cluster);
                 self.parallel.conflicts += u64::from(again);
                 if let Some(fate) = first.fate() {
-                    self.land(first);
+                    self.land(first, cluster);
                     return fate;
                 }
                 self.fleet.push_front(first);
@@ -258,9 +258,10 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
-    fn land(&mut self, mut flight: Flight<I>) {
+    fn land(&mut self, mut flight: Flight<I>, cluster: &Cluster) {
         if !matches!(flight.fate(), Some(Fate::Halted(_))) {
-            self.index.adopt(&mut flight.track.notes);
+            self.index
+                .adopt(cluster.elements(), &mut flight.track.notes);
             self.counts.add(&flight.track.counts);
             self.parallel.walks += u64::from(self.threads > 1);
         }
@@ -282,9 +283,13 @@ fn wait_while(not_yet: impl Fn() -> bool) {
 }
 
 impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
+    fn expect(&mut self, elements: usize) {
+        self.index.expect(elements);
+    }
+
     fn born(&mut self, cluster: &Cluster) {
-        if let Some(last) = cluster.elements().last() {
-            self.index.insert(last.position);
+        if !cluster.is_empty() {
+            self.index.insert(cluster.elements());
             self.launcher
                 .update(self.substrate, &self.parameters, cluster);
         }

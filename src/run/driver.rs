@@ -151,8 +151,17 @@ impl<'a> Run<'a> {
             cluster: Cluster::new(parameters.radius),
             model: WalkerModel::new(substrate, parameters),
         };
+        run.make_room();
         run.replay(begun)?;
         Ok(run)
+    }
+
+    fn make_room(&mut self) {
+        if let StopRule::Elements(n) = self.rule {
+            let n = n.min(MOST_ELEMENTS) as usize;
+            self.cluster.expect(n);
+            self.model.expect(n);
+        }
     }
 
     fn replay(&mut self, begun: Begun) -> Result<(), GrowError> {

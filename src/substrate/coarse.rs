@@ -158,15 +158,34 @@ fn stand_ins(
         .map(|t| triangles[coarse.source_triangle(t) as usize])
         .collect();
     let about = Grouped::new(onto.len(), corners.as_flattened());
+    let balls: Vec<(DVec3, f64)> = (0..triangles.len() as u32)
+        .into_par_iter()
+        .map(|t| ball_about(coarse.corners(t)))
+        .collect();
+    let distance = |s: u32, p: DVec3| coarse.position(&coarse.nearest_in(s, p)).distance(p);
     let one = |t: u32| {
         let [a, b, c] = fine.corners(t);
         let middle = (a + b + c) / 3.0;
+        // Most that are asked are seen to be too far by the ball about them.
+        let nearer = |s: u32, than: f64| {
+            let (centre, radius) = balls[s as usize];
+            let least = centre.distance(middle) - radius;
+            (least <= than).then(|| distance(s, middle))
+        };
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
-        let candidates = into.iter().flat_map(|&v| about.of(v)).map(|&i| i / 3);
-        let distance = |s: u32, p: DVec3| coarse.position(&coarse.nearest_in(s, p)).distance(p);
-        let nearest = candidates.map(|s| (distance(s, middle), s));
-        let first = nearest.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
-        let above = nearest_from(coarse, first, |s| distance(s, middle));
+        let mut first = (f64::INFINITY, NONE);
+        for (k, v) in into.iter().enumerate() {
+            if into[..k].contains(v) {
+                continue;
+            }
+            for s in about.of(*v).iter().map(|&i| i / 3) {
+                let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
+                if (away, s) < first {
+                    first = (away, s);
+                }
+            }
+        }
+        let above = (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))?;
         let away = [a, b, c].map(|p| distance(above, p));
         Some((above, away.into_iter().fold(0.0, f64::max)))
     };
@@ -178,15 +197,29 @@ fn stand_ins(
     Some((above, away.into_iter().fold(0.0, f64::max)))
 }
 
-/// The triangle to which ever nearer ones about the corners lead.
-fn nearest_from(coarse: &Substrate, first: (f64, u32), distance: impl Fn(u32) -> f64) -> u32 {
+/// A ball that holds a triangle, and a little more for rounding.
+fn ball_about(corners: [DVec3; 3]) -> (DVec3, f64) {
+    let middle = corners.iter().sum::<DVec3>() / 3.0;
+    let radius = corners.map(|c| c.distance(middle));
+    (
+        middle,
+        (1.0 + 1e-9) * radius.into_iter().fold(0.0, f64::max),
+    )
+}
+
+/// The triangle to which ever nearer ones about the corners lead. `nearer` is a triangle's distance,
+/// unless that is known to be greater than some other.
+fn nearest_from(
+    coarse: &Substrate,
+    first: (f64, u32),
+    nearer: impl Fn(u32, f64) -> Option<f64>,
+) -> u32 {
     let mut nearest = first;
     loop {
         let before = nearest.1;
         for v in coarse.triangles()[before as usize] {
             for h in coarse.half_edges_at(v) {
-                let away = distance(h / 3);
-                if away < nearest.0 {
+                if let Some(away) = nearer(h / 3, nearest.0).filter(|away| *away < nearest.0) {
                     nearest = (away, h / 3);
                 }
             }

@@ -3,6 +3,8 @@
 //! Tables of 4³ neighbouring blocks are found by hashing, so that a walk over all blocks about a
 //! place hashes a few times instead of once a block.
 
+use super::make_room;
+
 /// Coordinates of a block on its grid.
 pub(super) type Block = [u32; 3];
 
@@ -38,6 +40,12 @@ impl Default for Recent {
 }
 
 impl BlockMap {
+    /// Makes room for so many blocks, if at least eight share a table.
+    pub(super) fn expect(&mut self, blocks: usize) {
+        make_room(&mut self.tables, blocks / 8);
+        make_room(&mut self.taken, blocks / 8);
+    }
+
     /// As [`get`](Self::get), for somebody who often asks near where he asked last.
     #[inline]
     pub(super) fn get_again(&self, block: Block, recent: &mut Recent) -> Option<u32> {

@@ -15,6 +15,7 @@
 use glam::DVec3;
 
 use super::block_map::{Block, BlockMap, coarsen};
+use super::make_room;
 
 /// Squared distances from the middles of a block of 4³ cells, x fastest.
 pub(super) type Distances = [u8; 64];
@@ -57,6 +58,14 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Makes room for so many blocks.
+    pub(super) fn expect(&mut self, blocks: usize) {
+        make_room(&mut self.distances, blocks);
+        self.asked.expect(blocks);
+        make_room(&mut self.boxes, blocks / 4);
+        self.occupied.expect(blocks / 4);
+    }
+
     /// Keeps a block's distances, unless it has them.
     pub(super) fn keep(&mut self, block: Block, distances: &Distances) {
         let new = self.distances.len() as u32;

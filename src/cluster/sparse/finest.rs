@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::CONTACT;
 use super::block_map::{Block, BlockMap};
 use super::field::{Distances, FAR, Gaps, address, seen_from};
+use super::make_room;
 use super::touching::{Entry, Lines, List, Touch};
 
 /// Cells in a block, along an axis.
@@ -34,6 +35,16 @@ pub(super) struct Ball {
 }
 
 impl Finest {
+    /// Makes room for what so many elements may take: plain DLA on the plane, as sparse as lichen
+    /// grows, has 1.26 blocks and 0.86 lines of centres an element.
+    pub(super) fn expect(&mut self, elements: usize) {
+        let blocks = elements + elements / 3;
+        make_room(&mut self.distances, blocks);
+        make_room(&mut self.touching, blocks);
+        self.lines.expect(elements);
+        self.blocks.expect(elements);
+    }
+
     /// Adds a centre.
     pub(super) fn insert(&mut self, p: DVec3, id: u32, centres: &impl Centres) {
         let cell = cell_of(p);

@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
-use super::WIDE;
 use super::block_map::{Block, BlockMap, about};
+use super::{WIDE, make_room};
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
 #[derive(Clone)]
@@ -93,20 +93,22 @@ impl Chunks {
         tally
     }
 
-    /// Visits the ids in a list that may be within √`limit` of a point.
-    pub(super) fn visit(&self, list: List, p: DVec3, limit: f32, visit: &mut dyn FnMut(u32)) {
+    /// Whether one of the ids in a list that may be within √`limit` of a point passes a test.
+    fn any(&self, list: List, p: DVec3, limit: f32, test: &mut dyn FnMut(u32) -> bool) -> bool {
         let possible = limit * (1.0 + UNSURE);
         let mut at = list.head;
         while at != NONE {
             let chunk = &self.chunks[at as usize];
             let d = chunk.distances_sq(p);
-            for (&d, &id) in d.iter().zip(&chunk.id) {
-                if d < possible {
-                    visit(id);
-                }
+            if d.iter()
+                .zip(&chunk.id)
+                .any(|(&d, &id)| d < possible && test(id))
+            {
+                return true;
             }
             at = self.next[at as usize];
         }
+        false
     }
 }
 
@@ -151,6 +153,12 @@ impl CellLists {
             cells: Vec::new(),
             chunks: Chunks::default(),
         }
+    }
+
+    /// Makes room for what so many elements may take, when half of the places are free.
+    pub(super) fn expect(&mut self, elements: usize) {
+        make_room(&mut self.chunks.chunks, elements / 4);
+        make_room(&mut self.chunks.next, elements / 4);
     }
 
     pub(super) fn block(&self, p: DVec3) -> Block {
@@ -234,11 +242,13 @@ impl CellLists {
         (unsure == 0).then_some(most as usize)
     }
 
-    /// Visits all that may be within a radius that is [held](Self::holds).
-    pub(super) fn visit(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32)) {
+    /// Whether one that may be within a radius that is [held](Self::holds) passes a test.
+    pub(super) fn any(&self, p: DVec3, radius: f64, test: &mut dyn FnMut(u32) -> bool) -> bool {
         let limit = radius * radius;
+        let mut found = false;
         self.near(p, limit, |list, offset| {
-            self.chunks.visit(list, offset, limit as f32, visit);
+            found = found || self.chunks.any(list, offset, limit as f32, &mut *test);
         });
+        found
     }
 }

@@ -15,6 +15,7 @@ use std::hint::select_unpredictable;
 use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
+use super::{Element, make_room};
 use block_map::{Block, Recent, coarsen};
 use field::{Distances, FAR, Gaps, Grid, Roots, WINDOW, address, middle};
 use finest::{Ball, Centres, Finest, cell_of, middle_of};
@@ -25,7 +26,9 @@ use touching::Touch;
 pub struct SparseIndex {
     radius: f64,
     roots: Roots,
-    positions: Positions,
+    scale: Scale,
+    /// How many centres there are.
+    count: usize,
     finest: Finest,
     /// Cells of 2, 4, 8 … radii.
     coarser: Vec<Grid>,
@@ -33,11 +36,17 @@ pub struct SparseIndex {
     wide: Option<CellLists>,
 }
 
-/// The centres, in the units that they came in and in the grids'.
-struct Positions {
-    all: Vec<DVec3>,
+/// From the units that elements come in to the grids'.
+#[derive(Clone, Copy)]
+struct Scale {
     low: DVec3,
     inverse: f64,
+}
+
+/// The centres in the grids' units.
+struct Scaled<'a> {
+    elements: &'a [Element],
+    scale: Scale,
 }
 
 /// What one walker found out.
@@ -119,22 +128,36 @@ impl ElementIndex for SparseIndex {
         Self {
             radius,
             roots: Roots::default(),
-            positions: Positions {
-                all: Vec::new(),
+            scale: Scale {
                 low: low - radius,
                 inverse: 1.0 / radius,
             },
+            count: 0,
             finest: Finest::default(),
             coarser: (0..levels).map(|_| Grid::default()).collect(),
             wide: wide.map(CellLists::new),
         }
     }
 
-    fn insert(&mut self, position: DVec3) {
-        let id = self.positions.all.len() as u32;
-        let p = self.scaled(position);
-        self.finest.insert(p, id, &self.positions);
-        self.positions.all.push(position);
+    fn expect(&mut self, elements: usize) {
+        self.finest.expect(elements);
+        let mut blocks = elements / 2;
+        for grid in &mut self.coarser {
+            grid.expect(blocks);
+            blocks /= 2;
+        }
+        if let Some(wide) = &mut self.wide {
+            wide.expect(elements);
+        }
+    }
+
+    fn insert(&mut self, elements: &[Element]) {
+        let Some(last) = elements.last() else { return };
+        debug_assert_eq!(elements.len(), self.count + 1);
+        let id = self.count as u32;
+        let p = self.scaled(last.position);
+        self.finest.insert(p, id, &self.scale.of(elements));
+        self.count += 1;
         if let Some(wide) = &mut self.wide {
             wide.insert(p, id);
         }
@@ -147,11 +170,12 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn adopt(&mut self, notes: &mut Notes) {
+    fn adopt(&mut self, elements: &[Element], notes: &mut Notes) {
         for mut new in notes.new.drain(..) {
-            self.catch_up(&mut new, notes.known);
+            self.catch_up(&mut new, &elements[notes.known..]);
+            let centres = self.scale.of(elements);
             match new.level {
-                0 => self.finest.keep(new.block, &new.distances, &self.positions),
+                0 => self.finest.keep(new.block, &new.distances, &centres),
                 level => self.coarser[level - 1].keep(new.block, &new.distances),
             }
         }
@@ -165,7 +189,8 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn held(&self, notes: &Notes) -> Mark {
+    fn held(&self, elements: &[Element], notes: &Notes) -> Mark {
+        let young = &elements[notes.known..];
         let unchanged_since = self.unchanged_since(notes.known);
         let same = |read: &Read| {
             if unchanged_since[usize::from(read.level)] {
@@ -176,13 +201,13 @@ impl ElementIndex for SparseIndex {
         };
         let unchanged = |new: &NewBlock| {
             let mut now = NewBlock { ..*new };
-            self.catch_up(&mut now, notes.known);
+            self.catch_up(&mut now, young);
             now.distances == new.distances
         };
         let contact = CONTACT * self.radius;
-        let births: Vec<DVec3> = self.positions.all[notes.known..]
+        let births: Vec<DVec3> = young
             .iter()
-            .copied()
+            .map(|e| e.position)
             .filter(|q| notes.near.may_touch(*q, contact))
             .collect();
         let limit = contact * contact;
@@ -203,20 +228,20 @@ impl ElementIndex for SparseIndex {
         notes.near.places.truncate(near);
         notes.new.truncate(new);
         notes.level = mark.level as usize;
-        notes.known = self.positions.all.len();
+        notes.known = self.count;
     }
 
     fn begin(&self, notes: &mut Notes, others_walk: bool) {
         notes.remembers = others_walk;
         notes.level = self.coarser.len().min(FIRST_LEVEL);
-        notes.known = self.positions.all.len();
+        notes.known = self.count;
         notes.reads.clear();
         notes.near.clear();
         notes.new.clear();
     }
 
     #[inline]
-    fn look(&self, position: DVec3, notes: &mut Notes) -> Look {
+    fn look(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         if notes.level == 0 {
             let cell = cell_of(p);
@@ -232,41 +257,50 @@ impl ElementIndex for SparseIndex {
                         notes.read(0, number, within, distance_sq);
                     }
                 }
-                return self.look_near(position, bounds, || self.finest.touch(number, block, p));
+                let touch = || self.finest.touch(number, block, p);
+                return self.look_near(elements, position, bounds, touch);
             }
         }
-        self.search(position, p, notes)
+        self.search(elements, position, notes)
     }
 
-    fn at_most(&self, position: DVec3, radius: f64, enough: usize) -> usize {
-        let (p, reach) = (self.scaled(position), radius * self.positions.inverse);
+    fn at_most(&self, elements: &[Element], position: DVec3, radius: f64, enough: usize) -> usize {
+        let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         let wide = self.wide.as_ref().filter(|wide| wide.holds(reach));
         if let Some(n) = wide.and_then(|wide| wide.at_most(p, reach, enough)) {
             return n;
         }
         let mut n = 0;
-        self.within(position, radius, &mut |_, _| n += 1);
+        self.within(elements, position, radius, &mut |_, _| n += 1);
         n
     }
 
-    fn within(&self, position: DVec3, radius: f64, visit: &mut dyn FnMut(u32, DVec3)) {
-        let (p, reach) = (self.scaled(position), radius * self.positions.inverse);
+    fn any_within(
+        &self,
+        elements: &[Element],
+        position: DVec3,
+        radius: f64,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool {
+        let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         let limit = radius * radius;
-        let mut one = |id: u32| {
-            let q = self.positions.all[id as usize];
-            if q.distance_squared(position) < limit {
-                visit(id, q);
-            }
+        let mut passes = |id: u32| {
+            let element = &elements[id as usize];
+            element.position.distance_squared(position) < limit && test(id, element)
         };
         let (block, _) = address(cell_of(p));
         let known = self.finest.blocks.get(block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
-            (Some(number), _) => self.finest.touching(number, block, p).for_each(one),
-            (_, Some(wide)) if wide.holds(reach) => wide.visit(p, reach, &mut one),
+            (Some(number), _) => self.finest.touching(number, block, p).any(passes),
+            (_, Some(wide)) if wide.holds(reach) => wide.any(p, reach, &mut passes),
             _ => {
-                let ball = Ball { p, reach };
+                let mut found = false;
+                let centres = self.scale.of(elements);
                 self.finest
-                    .visit(ball, &self.positions, &mut |id, _| one(id));
+                    .visit(Ball { p, reach }, &centres, &mut |id, _| {
+                        found = found || passes(id);
+                    });
+                found
             }
         }
     }
@@ -277,7 +311,8 @@ impl SparseIndex {
     ///
     /// The search begins with the grid that answered last: a step seldom changes the scale.
     #[inline(never)]
-    fn search(&self, position: DVec3, p: DVec3, notes: &mut Notes) -> Look {
+    fn search(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
+        let p = self.scaled(position);
         let cell = cell_of(p);
         let seen_before = notes.reads.len();
         let mut coarser_says: Option<f64> = None;
@@ -285,14 +320,14 @@ impl SparseIndex {
         loop {
             let level = notes.level;
             let size = f64::from(1u32 << level);
-            let distance_sq = self.distance_sq(level, cell, notes);
+            let distance_sq = self.distance_sq(elements, level, cell, notes);
             if level == 0 && distance_sq != FAR {
                 let bounds = self.near_bounds(p, distance_sq);
                 if bounds[0] < NEAR && notes.remembers {
                     notes.reads.truncate(seen_before);
                     notes.near.push(position);
                 }
-                return self.look_near(position, bounds, || Touch::Unsure);
+                return self.look_near(elements, position, bounds, || Touch::Unsure);
             }
             let aside = p.distance(middle(coarsen(cell, level), size));
             let here = self.roots.least(distance_sq) * size - aside;
@@ -334,7 +369,7 @@ impl SparseIndex {
     /// In units of the radius, from the grids' origin.
     #[inline(always)]
     fn scaled(&self, position: DVec3) -> DVec3 {
-        self.positions.scale(position)
+        self.scale.scaled(position)
     }
 
     fn nothing_nearer_than(&self, bound: f64) -> Look {
@@ -353,7 +388,13 @@ impl SparseIndex {
 
     /// What a grid says of the cell about a point.
     #[inline]
-    fn distance_sq(&self, level: usize, cell: Block, notes: &mut Notes) -> u8 {
+    fn distance_sq(
+        &self,
+        elements: &[Element],
+        level: usize,
+        cell: Block,
+        notes: &mut Notes,
+    ) -> u8 {
         let (block, within) = address(coarsen(cell, level));
         let (blocks, distances) = match level {
             0 => (&self.finest.blocks, &self.finest.distances),
@@ -368,17 +409,23 @@ impl SparseIndex {
                 notes.read(level, block, within, distance_sq);
                 distance_sq
             }
-            None => self.new_block(level, block, notes)[within],
+            None => self.new_block(elements, level, block, notes)[within],
         }
     }
 
     /// A block that is not there, worked out once a walker.
     #[cold]
-    fn new_block<'a>(&self, level: usize, block: Block, notes: &'a mut Notes) -> &'a Distances {
+    fn new_block<'a>(
+        &self,
+        elements: &[Element],
+        level: usize,
+        block: Block,
+        notes: &'a mut Notes,
+    ) -> &'a Distances {
         let noted = |new: &NewBlock| new.level == level && new.block == block;
         let number = notes.new.iter().position(noted).unwrap_or_else(|| {
             let distances = match level {
-                0 => self.finest.survey(block, &self.positions),
+                0 => self.finest.survey(block, &self.scale.of(elements)),
                 level => self.coarser[level - 1].survey(block),
             };
             notes.new.push(NewBlock {
@@ -391,11 +438,11 @@ impl SparseIndex {
         &notes.new[number].distances
     }
 
-    /// Lowers a noted block by the elements after the first `known`.
-    fn catch_up(&self, new: &mut NewBlock, known: usize) {
+    /// Lowers a noted block by the elements born since.
+    fn catch_up(&self, new: &mut NewBlock, young: &[Element]) {
         let block = new.block;
-        for &position in &self.positions.all[known..] {
-            let p = self.scaled(position);
+        for element in young {
+            let p = self.scaled(element.position);
             let gaps = match new.level {
                 0 => Gaps::to_centre([block; 2], p),
                 level => Gaps::to_box([block; 2], coarsen(cell_of(p), level + 1)),
@@ -409,6 +456,7 @@ impl SparseIndex {
     #[inline(always)]
     fn look_near(
         &self,
+        elements: &[Element],
         position: DVec3,
         [least, most]: [f64; 2],
         touch: impl FnOnce() -> Touch,
@@ -418,7 +466,7 @@ impl SparseIndex {
                 || match touch() {
                     Touch::Yes => true,
                     Touch::No => false,
-                    Touch::Unsure => self.touches(position),
+                    Touch::Unsure => self.touches(elements, position),
                 });
         // How near it is here is not to be foreseen either.
         let clear = select_unpredictable(least < NEAR, CONTACT, least);
@@ -429,24 +477,30 @@ impl SparseIndex {
     }
 
     #[cold]
-    fn touches(&self, position: DVec3) -> bool {
-        let mut touching = false;
-        self.within(position, CONTACT * self.radius, &mut |_, _| touching = true);
-        touching
+    fn touches(&self, elements: &[Element], position: DVec3) -> bool {
+        let contact = CONTACT * self.radius;
+        self.any_within(elements, position, contact, &mut |_, _| true)
     }
 }
 
-impl Positions {
+impl Scale {
     /// In units of the radius, from the grids' origin.
     #[inline(always)]
-    fn scale(&self, position: DVec3) -> DVec3 {
+    fn scaled(self, position: DVec3) -> DVec3 {
         (position - self.low) * self.inverse
+    }
+
+    fn of(self, elements: &[Element]) -> Scaled<'_> {
+        Scaled {
+            elements,
+            scale: self,
+        }
     }
 }
 
-impl Centres for Positions {
+impl Centres for Scaled<'_> {
     fn centre(&self, id: u32) -> DVec3 {
-        self.scale(self.all[id as usize])
+        self.scale.scaled(self.elements[id as usize].position)
     }
 }
 

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::CONTACT;
 use super::finest::BLOCK;
+use super::make_room;
 
 /// A block and what can touch it span this much along an axis, in radii.
 const SPAN: f64 = BLOCK + 2.0 * CONTACT;
@@ -59,22 +60,18 @@ struct Line {
     y: [u8; LANES],
     z: [u8; LANES],
     id: [u32; LANES],
-    next: u32,
+    next: List,
+    /// Places that are taken.
+    taken: u32,
 }
 
-/// No line.
-const NONE: u32 = u32::MAX;
-
-/// A linked list of lines; only the first may have free places.
-#[derive(Clone, Copy)]
-pub(super) struct List {
-    head: u32,
-    len: u32,
-}
+/// A linked list of lines, by the number of its first: only that one may have free places.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct List(u32);
 
 impl Default for List {
     fn default() -> Self {
-        Self { head: NONE, len: 0 }
+        Self(u32::MAX)
     }
 }
 
@@ -92,35 +89,36 @@ pub(super) enum Touch {
 pub(super) struct Lines(Vec<Line>);
 
 impl Lines {
+    pub(super) fn expect(&mut self, lines: usize) {
+        make_room(&mut self.0, lines);
+    }
+
     pub(super) fn push(&mut self, list: &mut List, Entry { place, id }: Entry) {
-        let lane = list.len as usize % LANES;
-        if lane == 0 {
+        if self.first(*list).is_none_or(|l| l.taken as usize == LANES) {
             self.0.push(Line {
                 x: [0; LANES],
                 y: [0; LANES],
                 z: [0; LANES],
                 id: [u32::MAX; LANES],
-                next: list.head,
+                next: *list,
+                taken: 0,
             });
-            list.head = self.0.len() as u32 - 1;
+            *list = List(self.0.len() as u32 - 1);
         }
-        let line = &mut self.0[list.head as usize];
+        let line = &mut self.0[list.0 as usize];
+        let lane = line.taken as usize;
         [line.x[lane], line.y[lane], line.z[lane]] = place;
         line.id[lane] = id;
-        list.len += 1;
+        line.taken += 1;
     }
 
-    /// The lines of a list, and how many places are taken in each.
-    fn lines(&self, list: List) -> impl Iterator<Item = (&Line, usize)> {
-        let (mut at, mut left) = (list.head, list.len as usize);
-        std::iter::from_fn(move || {
-            (at != NONE).then(|| {
-                let line = &self.0[at as usize];
-                let taken = (left - 1) % LANES + 1;
-                (at, left) = (line.next, left - taken);
-                (line, taken)
-            })
-        })
+    #[inline(always)]
+    fn first(&self, list: List) -> Option<&Line> {
+        self.0.get(list.0 as usize)
+    }
+
+    fn lines(&self, list: List) -> impl Iterator<Item = &Line> {
+        std::iter::successors(self.first(list), |line| self.first(line.next))
     }
 
     /// Whether a point in the block touches something.
@@ -128,8 +126,8 @@ impl Lines {
     pub(super) fn touch(&self, list: List, offset: DVec3) -> Touch {
         let at = Place::new(offset);
         let mut nearest = u16::MAX;
-        for (line, taken) in self.lines(list) {
-            nearest = nearest.min(line.nearest_sq(at, taken));
+        for line in self.lines(list) {
+            nearest = nearest.min(line.nearest_sq(at));
         }
         match nearest {
             n if n < SURE => Touch::Yes,
@@ -171,8 +169,8 @@ impl Lines {
         list: List,
         choose: impl Fn(&Line) -> u8,
     ) -> impl Iterator<Item = (&Line, usize)> {
-        self.lines(list).flat_map(move |(line, taken)| {
-            let mut left = choose(line) & (u8::MAX >> (LANES - taken));
+        self.lines(list).flat_map(move |line| {
+            let mut left = choose(line) & (u8::MAX >> (LANES as u32 - line.taken));
             std::iter::from_fn(move || {
                 let i = left.trailing_zeros() as usize;
                 (left != 0).then(|| {
@@ -233,11 +231,11 @@ impl Line {
     }
 
     #[inline(always)]
-    fn nearest_sq(&self, at: Place, taken: usize) -> u16 {
+    fn nearest_sq(&self, at: Place) -> u16 {
         let distances = self.distances_sq(at);
         let mut nearest = u16::MAX;
-        for (i, distance) in distances.into_iter().enumerate() {
-            let taken = if i < taken { distance } else { u16::MAX };
+        for (i, distance) in (0..).zip(distances) {
+            let taken = if i < self.taken { distance } else { u16::MAX };
             nearest = nearest.min(taken);
         }
         nearest
