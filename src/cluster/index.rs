@@ -53,8 +53,8 @@ pub trait ElementIndex: Sync {
     /// How good the bound is may depend on where the walker has been.
     fn look(&self, elements: &[Element], p: DVec3, notes: &mut Self::Notes) -> Look;
 
-    /// Number of centres nearer than `radius` to a point; or any number between that and `enough`,
-    /// where there are fewer.
+    /// At least the number of centres nearer than `radius` to a point: any number below `enough`, or
+    /// that number and perhaps a few more, farther by rounding.
     fn at_most(&self, elements: &[Element], p: DVec3, radius: f64, enough: usize) -> usize;
 
     /// Whether some element with its centre nearer than `radius` to a point passes a test. They are

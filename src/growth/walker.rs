@@ -177,14 +177,13 @@ impl<I: ElementIndex> Walk<'_, I> {
                     }
                 }
             }
-            let before = now.here;
             (now.here, now.thrown_back) = (moved.to, false);
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
             let Some(far) = self.far else { continue };
             if now.far {
                 now.bound -= far.deviation();
                 if now.bound < far.land && !self.land(far, &mut now) {
-                    now.here = before;
+                    now.here = from;
                     now.bound = far.land;
                 }
             } else if now.bound > far.lift {

@@ -128,6 +128,8 @@ fn box_gap_sq(cell: u32, obstacle: u32) -> u8 {
 pub(super) struct Gaps {
     low: Block,
     by_axis: [[[u8; 4]; MOST_BLOCKS]; 3],
+    /// The least of each four.
+    least: [[u8; MOST_BLOCKS]; 3],
 }
 
 /// Blocks along an axis that an obstacle is seen from.
@@ -145,7 +147,12 @@ impl Gaps {
                 }
             }
         }
-        Self { low, by_axis }
+        let least = by_axis.map(|blocks| blocks.map(|[a, b, c, d]| a.min(b).min(c.min(d))));
+        Self {
+            low,
+            by_axis,
+            least,
+        }
     }
 
     /// For an occupied box on a coarser grid.
@@ -160,6 +167,13 @@ impl Gaps {
             let gap = p[axis] - f64::from(cell);
             (gap * gap * QUARTERS) as u8
         })
+    }
+
+    /// Whether any cell of one of the blocks sees the obstacle.
+    #[inline]
+    pub(super) fn reach(&self, block: Block) -> bool {
+        let of = |axis: usize| self.least[axis][(block[axis] - self.low[axis]) as usize];
+        of(0).saturating_add(of(1)).saturating_add(of(2)) < FAR
     }
 
     /// Lowers the squared distances of one of the blocks.

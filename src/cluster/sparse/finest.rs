@@ -55,7 +55,9 @@ impl Finest {
         let seen = seen_from(cell, cell);
         let gaps = Gaps::to_centre(seen, p);
         self.blocks.visit(seen, |near, number| {
-            gaps.lower(&mut self.distances[number as usize], near);
+            if gaps.reach(near) {
+                gaps.lower(&mut self.distances[number as usize], near);
+            }
         });
         let mut lists = Vec::with_capacity(8);
         let about = Ball { p, reach: CONTACT };

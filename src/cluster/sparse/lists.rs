@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::block_map::{Block, BlockMap, about};
-use super::{WIDE, make_room};
+use super::make_room;
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
 #[derive(Clone)]
@@ -51,16 +51,13 @@ pub(super) struct Chunks {
     next: Vec<u32>,
 }
 
-/// Squared distances off by this share of the limit, or less, are not decided in f32. Rounding
-/// adds up to less than a twentieth of it for cells as large as the limit's root.
-const UNSURE: f32 = 4e-6;
+/// Cells up to this many times as large as a ball's radius are looked through faster than the finest
+/// grid: eight centres take no longer there than one here.
+const MOST_SIZES: f64 = 5.0;
 
-/// Centres within a limit, as far as f32 can tell.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Tally {
-    pub(super) inside: u32,
-    pub(super) unsure: u32,
-}
+/// Squared distances off by this share of the limit, or less, are not decided in f32. Rounding
+/// adds up to less than a third of it for cells as large as that.
+const UNSURE: f32 = 1e-5;
 
 impl Chunks {
     pub(super) fn push(&mut self, list: &mut List, offset: DVec3, id: u32) {
@@ -77,20 +74,17 @@ impl Chunks {
         list.len += 1;
     }
 
-    /// Counts the centres of a list within √`limit` of a point.
-    fn tally(&self, list: List, p: DVec3, limit: f32) -> Tally {
-        let (sure, possible) = (limit * (1.0 - UNSURE), limit * (1.0 + UNSURE));
-        let mut tally = Tally::default();
+    /// Counts the centres of a list that may be within √`limit` of a point.
+    fn count(&self, list: List, p: DVec3, limit: f32) -> u32 {
+        let possible = limit * (1.0 + UNSURE);
+        let mut count = 0;
         let mut at = list.head;
         while at != NONE {
             let d = self.chunks[at as usize].distances_sq(p);
-            let inside: u32 = d.iter().map(|&d| u32::from(d < sure)).sum();
-            let all: u32 = d.iter().map(|&d| u32::from(d < possible)).sum();
-            tally.inside += inside;
-            tally.unsure += all - inside;
+            count += d.iter().map(|&d| u32::from(d < possible)).sum::<u32>();
             at = self.next[at as usize];
         }
-        tally
+        count
     }
 
     /// Whether one of the ids in a list that may be within √`limit` of a point passes a test.
@@ -214,14 +208,14 @@ impl CellLists {
 
     /// Whether balls of this radius are looked for here faster than in the finest grid.
     pub(super) fn holds(&self, radius: f64) -> bool {
-        radius > WIDE && radius <= self.size
+        radius <= self.size && self.size <= MOST_SIZES * radius
     }
 
-    /// Number of centres within a radius that is [held](Self::holds), or any number between that
-    /// and `enough`; none where f32 cannot tell.
+    /// At least the number of centres within a radius that is [held](Self::holds): less than
+    /// `enough`, or all that f32 cannot tell from those.
     ///
     /// A list counts whole until it is looked at.
-    pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> Option<usize> {
+    pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
         let limit = radius * radius;
         let mut lists = [(List::default(), DVec3::ZERO); MOST_BESIDE];
         let (mut n, mut most) = (0, 0);
@@ -230,16 +224,13 @@ impl CellLists {
             n += 1;
             most += list.len;
         });
-        let mut unsure = 0;
         for &(list, offset) in &lists[..n] {
             if (most as usize) < enough {
-                return Some(most as usize);
+                break;
             }
-            let tally = self.chunks.tally(list, offset, limit as f32);
-            most = most - list.len + tally.inside + tally.unsure;
-            unsure += tally.unsure;
+            most = most - list.len + self.chunks.count(list, offset, limit as f32);
         }
-        (unsure == 0).then_some(most as usize)
+        most as usize
     }
 
     /// Whether one that may be within a radius that is [held](Self::holds) passes a test.

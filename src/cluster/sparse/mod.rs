@@ -111,9 +111,6 @@ const NEAR: f64 = 3.0;
 /// A bound of this many cells is worth more than a look at the next finer grid.
 const GOOD: f64 = 3.0;
 
-/// Balls of this many radii, or larger, are counted faster in the lists of wide cells.
-const WIDE: f64 = 6.0;
-
 impl ElementIndex for SparseIndex {
     type Notes = Notes;
 
@@ -124,7 +121,9 @@ impl ElementIndex for SparseIndex {
             levels < MOST_LEVELS,
             "a radius above a 10-millionth of the box"
         );
-        let wide = wide.map(|wide| wide / radius).filter(|&wide| wide > WIDE);
+        let wide = wide
+            .map(|wide| wide / radius)
+            .filter(|&wide| wide > CONTACT);
         Self {
             radius,
             roots: Roots::default(),
@@ -266,9 +265,8 @@ impl ElementIndex for SparseIndex {
 
     fn at_most(&self, elements: &[Element], position: DVec3, radius: f64, enough: usize) -> usize {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
-        let wide = self.wide.as_ref().filter(|wide| wide.holds(reach));
-        if let Some(n) = wide.and_then(|wide| wide.at_most(p, reach, enough)) {
-            return n;
+        if let Some(wide) = self.wide.as_ref().filter(|wide| wide.holds(reach)) {
+            return wide.at_most(p, reach, enough);
         }
         let mut n = 0;
         self.within(elements, position, radius, &mut |_, _| n += 1);
