@@ -176,7 +176,7 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
-    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
     pub(crate) preview: u32,
     /// Replace what an earlier run wrote to the folder, which is gone as soon as growth starts
     #[arg(long, help_heading = RUN)]
