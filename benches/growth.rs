@@ -4,6 +4,9 @@
 //!     cargo bench --bench growth -- rock 20000      # those with 'rock' in their name, 20,000
 //!     cargo bench --bench growth -- rock threads=2  # on two threads
 //!     cargo bench --bench growth -- reference       # the thesis written out, against the engine
+//!
+//! A lookup is a question how far the lichen is: one where a walker starts and one after each step.
+//! Contacts ask for the elements near them besides.
 #![allow(clippy::print_stdout)] // a table is what it is for
 
 use std::collections::HashMap;
@@ -112,13 +115,14 @@ fn main() {
     let threads = threads.map_or(1, |n| n.parse().expect("a number of threads"));
     println!("{elements} elements; per element:");
     println!(
-        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "",
         "user µs",
         "time µs",
         "walkers",
         "steps",
         "crossings",
+        "lookups",
         "contacts",
         "conflicts",
         "serial µs"
@@ -210,13 +214,14 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
     let counts = &growth.counts;
     let each = |n: u64| n as f64 / growth.cluster.len() as f64;
     println!(
-        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
+        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
         workload.name,
         spent * 1e6 / growth.cluster.len() as f64,
         time * 1e6 / growth.cluster.len() as f64,
         each(counts.walkers),
         each(counts.steps),
         each(counts.crossings),
+        each(counts.walkers + counts.steps),
         each(counts.contacts),
         each(growth.parallel.conflicts),
         (time - growth.parallel.seconds) * 1e6 / growth.cluster.len() as f64,
