@@ -125,7 +125,11 @@ fn plots_are_whole_files_that_are_not_overwritten() {
     let mut expected: Vec<_> = plot_names().map(str::to_owned).collect();
     expected.sort();
     assert_eq!(names(&desk.path("plots")), expected);
-    for name in &expected {
+    for name in expected.iter().filter(|name| name.ends_with(".png")) {
+        let share = inked(&desk.read(&format!("plots/{name}")));
+        assert!((0.005..0.3).contains(&share), "{name}: {share}");
+    }
+    for name in expected.iter().filter(|name| name.ends_with(".svg")) {
         let svg = String::from_utf8(desk.read(&format!("plots/{name}"))).unwrap();
         assert!(
             svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"),
@@ -134,12 +138,24 @@ fn plots_are_whole_files_that_are_not_overwritten() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
     }
     refused(&desk, "out --plots plots", 1, &["plots", "--force"]);
-    let before = desk.read("plots/growth.svg");
+    let plots = || ["plots/growth.svg", "plots/growth.png"].map(|name| desk.read(name));
+    let before = plots();
     answered(
         &desk,
         "out --plots plots --force --surface-centres 10 --threads 1",
     );
-    assert!(before == desk.read("plots/growth.svg"));
+    assert!(before == plots());
+}
+
+/// Share of the pixels of a picture that are not white.
+fn inked(png: &[u8]) -> f64 {
+    let decoder = png::Decoder::new(std::io::Cursor::new(png));
+    let mut reader = decoder.read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut rgb).unwrap();
+    assert!(info.width >= 1600 && info.height >= 1000);
+    let inked = rgb.chunks_exact(3).filter(|pixel| *pixel != [255; 3]);
+    inked.count() as f64 / f64::from(info.width * info.height)
 }
 
 #[test]
