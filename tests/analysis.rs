@@ -133,6 +133,18 @@ fn a_disc_has_dimension_2_and_a_line_1_as_far_as_finite_ones_can() {
     assert_dimension(&outwards(line.collect()), 1.0, 0.08, 0.05);
 }
 
+/// A flat disc meets as many boxes lying down as leaning: those of a square grid.
+#[test]
+fn boxes_do_not_depend_on_how_a_lichen_leans() {
+    let disc = outwards(packing(100).filter(|p| p.length() < 150.0).collect());
+    let boxes = &found(&dimensions_of(&disc), Method::Boxes).scaling.points;
+    for [size, count] in &boxes[4..] {
+        let edge = 1.0 + 2.0 * 2.0 * 150.0 * size / (PI * 150.0 * 150.0);
+        let expected = (PI * 150.0 * 150.0 * edge + size * size) / (size * size);
+        assert_near(*count, expected, 0.03 * expected + 0.5);
+    }
+}
+
 /// The share of pairs of points of a disc of radius 1 that are nearer than s (disc line picking).
 fn pairs_within(s: f64) -> f64 {
     let h = 0.5 * s;
