@@ -137,7 +137,8 @@ fn a_disc_has_dimension_2_and_a_line_1_as_far_as_finite_ones_can() {
 #[test]
 fn boxes_do_not_depend_on_how_a_lichen_leans() {
     let disc = outwards(packing(100).filter(|p| p.length() < 150.0).collect());
-    let boxes = &found(&dimensions_of(&disc), Method::Boxes).scaling.points;
+    let dimensions = dimensions_of(&disc);
+    let boxes = &found(&dimensions, Method::Boxes).scaling.points;
     for [size, count] in &boxes[4..] {
         let edge = 1.0 + 2.0 * 2.0 * 150.0 * size / (PI * 150.0 * 150.0);
         let expected = (PI * 150.0 * 150.0 * edge + size * size) / (size * size);
@@ -234,11 +235,15 @@ fn states(found: &Dimension, truth: f64) -> bool {
 }
 
 /// 1.71 (Meakin 1987 and many after him), which the finite size lowers in all methods but gyration.
+///
+/// Errors have a confidence of two thirds: fewer than 7 of 20 would have it within theirs once in a
+/// thousand times.
 #[test]
 fn plain_dla_has_dimension_1_71() {
-    let analyses: Vec<_> = (1..=6u64)
+    const SEEDS: u64 = 20;
+    let analyses: Vec<_> = (1..=SEEDS)
         .into_par_iter()
-        .map(|s| dimensions_of_dla(s, 20_000))
+        .map(|s| dimensions_of_dla(s, 8000))
         .collect();
     for method in METHODS {
         let of_method: Vec<_> = analyses
@@ -246,12 +251,16 @@ fn plain_dla_has_dimension_1_71() {
             .map(|d| vec![found(d, method).clone()])
             .collect();
         let [mean, error, stated] = over_seeds(&of_method);
-        println!("DLA, 6 of 20,000: {method:?} {mean:.3} ± {error:.3}, stated {stated:.3}");
-        // Box counting sees branches one element wide up to some twenty elements.
-        let within = if method == Method::Boxes { 0.15 } else { 0.07 };
-        assert!((mean - 1.71).abs() < within, "{method:?} {mean} ± {error}");
         let truths = of_method.iter().filter(|d| states(&d[0], 1.71)).count();
-        assert!(truths >= 5, "{method:?}: {truths} of 6 say 1.71");
+        println!("{method:?} {mean:.3} ± {error:.3}, stated {stated:.3}, {truths} of {SEEDS}");
+        // Box counts are those of the gaps between branches, which are late.
+        let [within, most] = match method {
+            Method::Boxes => [0.17, 0.45],
+            _ => [0.08, 0.3],
+        };
+        assert!((mean - 1.71).abs() < within, "{method:?} {mean} ± {error}");
+        assert!(truths >= 7, "{method:?}: {truths} of {SEEDS} say 1.71");
+        assert!(stated < most, "{method:?} ± {stated}, which says nothing");
     }
 }
 

@@ -3,6 +3,7 @@
 #[path = "common/desk.rs"]
 mod desk;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::process::Output;
 
@@ -126,11 +127,12 @@ fn plots_are_whole_files_that_are_not_overwritten() {
     expected.sort();
     assert_eq!(names(&desk.path("plots")), expected);
     for name in expected.iter().filter(|name| name.ends_with(".png")) {
-        let share = inked(&desk.read(&format!("plots/{name}")));
-        assert!((0.005..0.3).contains(&share), "{name}: {share}");
-    }
-    for name in expected.iter().filter(|name| name.ends_with(".svg")) {
-        let svg = String::from_utf8(desk.read(&format!("plots/{name}"))).unwrap();
+        let svg = String::from_utf8(desk.read(&format!("plots/{}", name.replace(".png", ".svg"))));
+        let svg = svg.unwrap();
+        let png = pixels(&desk.read(&format!("plots/{name}")));
+        for color in colors(&svg) {
+            assert!(png.contains(&color), "{name} lacks {color:?}");
+        }
         assert!(
             svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"),
             "{name}"
@@ -147,15 +149,26 @@ fn plots_are_whole_files_that_are_not_overwritten() {
     assert!(before == plots());
 }
 
-/// Share of the pixels of a picture that are not white.
-fn inked(png: &[u8]) -> f64 {
+/// The opaque colours that a drawing has.
+fn colors(svg: &str) -> BTreeSet<[u8; 3]> {
+    let opaque = svg.lines().filter(|line| line.contains("opacity=\"1\""));
+    let quoted = opaque.flat_map(|line| line.split('"'));
+    let colors = quoted.filter_map(|word| {
+        let number = u32::from_str_radix(word.strip_prefix('#')?, 16).ok()?;
+        let [_, red, green, blue] = number.to_be_bytes();
+        Some([red, green, blue])
+    });
+    colors.collect()
+}
+
+/// The colours of the pixels of a picture.
+fn pixels(png: &[u8]) -> BTreeSet<[u8; 3]> {
     let decoder = png::Decoder::new(std::io::Cursor::new(png));
     let mut reader = decoder.read_info().unwrap();
     let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut rgb).unwrap();
     assert!(info.width >= 1600 && info.height >= 1000);
-    let inked = rgb.chunks_exact(3).filter(|pixel| *pixel != [255; 3]);
-    inked.count() as f64 / f64::from(info.width * info.height)
+    rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub struct Dimension {
     pub through: Through,
     /// The dimension; none where there is no range to fit.
     pub dimension: Option<f64>,
-    /// Its error over the parts of the range: see [`Fit::error`](super::Fit::error).
+    /// Its error, at a confidence of two thirds: see [`Fit::error`](super::Fit::error).
     pub error: Option<f64>,
     /// The curve. Of [`Method::Gyration`] x counts elements; else x is a length.
     pub scaling: Scaling,

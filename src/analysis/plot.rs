@@ -239,7 +239,10 @@ where
     ] {
         let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
         let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
-        let panel = rising("Dimension by local slope", x, "dimension");
+        let panel = Panel {
+            key: SeriesLabelPosition::LowerLeft,
+            ..rising("Dimension by local slope", x, "dimension")
+        };
         draw(area, &panel, x_range.log_scale(), 0.0..2.5, &curves)?;
     }
     Ok(())
