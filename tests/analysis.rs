@@ -74,8 +74,9 @@ const METHODS: [Method; 5] = [
     Method::Boxes,
 ];
 
-/// Every method gives this dimension within this.
-fn assert_dimension(places: &[DVec2], expected: f64, within: f64) {
+/// Every method gives this dimension within this, and beyond the error that it states by no more than
+/// a `lattice`'s rows show in the curves.
+fn assert_dimension(places: &[DVec2], expected: f64, within: f64, lattice: f64) {
     let dimensions = dimensions_of(places);
     for method in METHODS {
         let Dimension {
@@ -84,10 +85,12 @@ fn assert_dimension(places: &[DVec2], expected: f64, within: f64) {
             ..
         } = found(&dimensions, method);
         println!("{expected:.3} {method:?} {d:?} {error:?}");
-        let d = d.expect("a range to fit");
+        let (d, error) = (d.expect("a range to fit"), error.expect("with its error"));
+        let off = (d - expected).abs();
+        assert!(off < within, "{method:?}: {d}, not {expected}");
         assert!(
-            (d - expected).abs() < within,
-            "{method:?}: {d}, not {expected}"
+            off <= error + lattice,
+            "{method:?}: {d} ± {error}, not {expected}"
         );
     }
 }
@@ -125,9 +128,22 @@ fn copies(corners: &[DVec2], factor: f64, levels: u32) -> Vec<DVec2> {
 #[test]
 fn a_disc_has_dimension_2_and_a_line_1_as_far_as_finite_ones_can() {
     let disc = packing(150).filter(|p| p.length() < 250.0).collect();
-    assert_dimension(&outwards(disc), 2.0, 0.13);
+    assert_dimension(&outwards(disc), 2.0, 0.13, 0.05);
     let line = (-2000..=2000).map(|i| DVec2::new(2.0 * f64::from(i), 0.0));
-    assert_dimension(&outwards(line.collect()), 1.0, 0.08);
+    assert_dimension(&outwards(line.collect()), 1.0, 0.08, 0.05);
+}
+
+/// A flat disc meets as many boxes lying down as leaning: those of a square grid.
+#[test]
+fn boxes_do_not_depend_on_how_a_lichen_leans() {
+    let disc = outwards(packing(100).filter(|p| p.length() < 150.0).collect());
+    let dimensions = dimensions_of(&disc);
+    let boxes = &found(&dimensions, Method::Boxes).scaling.points;
+    for [size, count] in &boxes[4..] {
+        let edge = 1.0 + 2.0 * 2.0 * 150.0 * size / (PI * 150.0 * 150.0);
+        let expected = (PI * 150.0 * 150.0 * edge + size * size) / (size * size);
+        assert_near(*count, expected, 0.03 * expected + 0.5);
+    }
 }
 
 /// The share of pairs of points of a disc of radius 1 that are nearer than s (disc line picking).
@@ -156,14 +172,14 @@ fn a_sierpinski_gasket_has_dimension_1_585() {
         DVec2::new(1.0, 0.0),
         DVec2::new(0.5, 0.75f64.sqrt()),
     ];
-    assert_dimension(&copies(&corners, 2.0, 9), 3f64.ln() / 2f64.ln(), 0.08);
+    assert_dimension(&copies(&corners, 2.0, 9), 3f64.ln() / 2f64.ln(), 0.08, 0.01);
 }
 
 /// ln 5 / ln 3: five copies, each a third as large.
 #[test]
 fn a_vicsek_fractal_has_dimension_1_465() {
     let corners = [DVec2::ZERO, DVec2::X, -DVec2::X, DVec2::Y, -DVec2::Y];
-    assert_dimension(&copies(&corners, 3.0, 7), 5f64.ln() / 3f64.ln(), 0.06);
+    assert_dimension(&copies(&corners, 3.0, 7), 5f64.ln() / 3f64.ln(), 0.06, 0.01);
 }
 
 /// A walk's radius grows with the root of its steps.
@@ -213,12 +229,21 @@ fn over_seeds(dimensions: &[Vec<Dimension>]) -> [f64; 3] {
     [mean, (spread / (n - 1.0) / n).sqrt(), stated]
 }
 
+/// Whether a dimension is within the error that is stated.
+fn states(found: &Dimension, truth: f64) -> bool {
+    (found.dimension.unwrap() - truth).abs() <= found.error.unwrap()
+}
+
 /// 1.71 (Meakin 1987 and many after him), which the finite size lowers in all methods but gyration.
+///
+/// Errors have a confidence of two thirds: fewer than 7 of 20 would have it within theirs once in a
+/// thousand times.
 #[test]
 fn plain_dla_has_dimension_1_71() {
-    let analyses: Vec<_> = (1..=6u64)
+    const SEEDS: u64 = 20;
+    let analyses: Vec<_> = (1..=SEEDS)
         .into_par_iter()
-        .map(|s| dimensions_of_dla(s, 20_000))
+        .map(|s| dimensions_of_dla(s, 8000))
         .collect();
     for method in METHODS {
         let of_method: Vec<_> = analyses
@@ -226,10 +251,47 @@ fn plain_dla_has_dimension_1_71() {
             .map(|d| vec![found(d, method).clone()])
             .collect();
         let [mean, error, stated] = over_seeds(&of_method);
-        println!("DLA, 6 of 20,000: {method:?} {mean:.3} ± {error:.3}, stated {stated:.3}");
-        // Box counting sees branches one element wide up to some twenty elements.
-        let within = if method == Method::Boxes { 0.15 } else { 0.07 };
+        let truths = of_method.iter().filter(|d| states(&d[0], 1.71)).count();
+        println!("{method:?} {mean:.3} ± {error:.3}, stated {stated:.3}, {truths} of {SEEDS}");
+        // Box counts are those of the gaps between branches, which are late.
+        let [within, most] = match method {
+            Method::Boxes => [0.17, 0.45],
+            _ => [0.08, 0.3],
+        };
         assert!((mean - 1.71).abs() < within, "{method:?} {mean} ± {error}");
+        assert!(truths >= 7, "{method:?}: {truths} of {SEEDS} say 1.71");
+        assert!(stated < most, "{method:?} ± {stated}, which says nothing");
+    }
+}
+
+/// The table of docs/analysis.md: box counts of the first so many elements of ten seeds.
+#[test]
+#[ignore = "the study that docs/analysis.md quotes: ten lichens of 300,000 take minutes; plain_dla_has_dimension_1_71 holds the method to it"]
+fn the_table_of_box_counts_over_sizes() {
+    const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
+    let of_seed = |seed| {
+        let elements = dla(seed, 300_000);
+        let whole = elements.sample();
+        SIZES.map(|n| {
+            let first = Sample {
+                radius: whole.radius,
+                positions: &whole.positions[..n],
+                normals: &whole.normals[..n],
+                parents: &whole.parents[..n],
+            };
+            let few = Centres {
+                space: 1,
+                surface: 0,
+            };
+            vec![found(&dimensions(&first, None, few), Method::Boxes).clone()]
+        })
+    };
+    let seeds: Vec<_> = (1..=10u64).into_par_iter().map(of_seed).collect();
+    for (k, n) in SIZES.into_iter().enumerate() {
+        let boxes: Vec<_> = seeds.iter().map(|sizes| sizes[k].clone()).collect();
+        let [mean, error, stated] = over_seeds(&boxes);
+        let truths = boxes.iter().filter(|d| states(&d[0], 1.71)).count();
+        println!("| {n} | {mean:.3} ± {error:.3} | {stated:.3} | {truths} of 10 |");
     }
 }
 
@@ -275,9 +337,10 @@ fn the_table_of_dimensions_over_surfaces() {
                     found.iter().map(|d| all(d).into_iter().collect()).collect();
                 if found.iter().all(|d| !d.is_empty()) {
                     let [mean, error, stated] = over_seeds(&found);
+                    let truths = found.iter().filter(|d| states(&d[0], 1.71)).count();
                     let (method, way) = (method.name(), format!("{through:?}").to_lowercase());
                     println!(
-                        "| {name} | {method} | {way} | {mean:.3} ± {error:.3} | {stated:.3} |"
+                        "| {name} | {method} | {way} | {mean:.3} ± {error:.3} | {stated:.3} | {truths} |"
                     );
                 }
             }

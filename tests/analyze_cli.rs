@@ -3,6 +3,7 @@
 #[path = "common/desk.rs"]
 mod desk;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::process::Output;
 
@@ -125,8 +126,13 @@ fn plots_are_whole_files_that_are_not_overwritten() {
     let mut expected: Vec<_> = plot_names().map(str::to_owned).collect();
     expected.sort();
     assert_eq!(names(&desk.path("plots")), expected);
-    for name in &expected {
-        let svg = String::from_utf8(desk.read(&format!("plots/{name}"))).unwrap();
+    for name in expected.iter().filter(|name| name.ends_with(".png")) {
+        let svg = String::from_utf8(desk.read(&format!("plots/{}", name.replace(".png", ".svg"))));
+        let svg = svg.unwrap();
+        let png = pixels(&desk.read(&format!("plots/{name}")));
+        for color in colors(&svg) {
+            assert!(png.contains(&color), "{name} lacks {color:?}");
+        }
         assert!(
             svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"),
             "{name}"
@@ -134,12 +140,35 @@ fn plots_are_whole_files_that_are_not_overwritten() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
     }
     refused(&desk, "out --plots plots", 1, &["plots", "--force"]);
-    let before = desk.read("plots/growth.svg");
+    let plots = || ["plots/growth.svg", "plots/growth.png"].map(|name| desk.read(name));
+    let before = plots();
     answered(
         &desk,
         "out --plots plots --force --surface-centres 10 --threads 1",
     );
-    assert!(before == desk.read("plots/growth.svg"));
+    assert!(before == plots());
+}
+
+/// The opaque colours that a drawing has.
+fn colors(svg: &str) -> BTreeSet<[u8; 3]> {
+    let opaque = svg.lines().filter(|line| line.contains("opacity=\"1\""));
+    let quoted = opaque.flat_map(|line| line.split('"'));
+    let colors = quoted.filter_map(|word| {
+        let number = u32::from_str_radix(word.strip_prefix('#')?, 16).ok()?;
+        let [_, red, green, blue] = number.to_be_bytes();
+        Some([red, green, blue])
+    });
+    colors.collect()
+}
+
+/// The colours of the pixels of a picture.
+fn pixels(png: &[u8]) -> BTreeSet<[u8; 3]> {
+    let decoder = png::Decoder::new(std::io::Cursor::new(png));
+    let mut reader = decoder.read_info().unwrap();
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut rgb).unwrap();
+    assert!(info.width >= 1600 && info.height >= 1000);
+    rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]

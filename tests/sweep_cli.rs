@@ -137,12 +137,30 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
         &format!("merge part1 part2 part3 -o joined {pictures}"),
     );
     assert_same(&desk, "joined", "whole");
+
+    // A join that was interrupted goes on, and one of the parts can take the others in.
+    fs::remove_file(desk.path("joined/report.html")).unwrap();
+    fs::remove_dir_all(&runs(&desk, "joined")[3]).unwrap();
+    done(
+        &desk,
+        &format!("merge part1 part2 part3 -o joined {pictures}"),
+    );
+    assert_same(&desk, "joined", "whole");
+    fs::create_dir(desk.path("other")).unwrap();
+    fs::write(desk.path("other/mine.txt"), "mine").unwrap();
     refused(
         &desk,
-        &format!("merge part1 part2 -o joined {pictures}"),
+        &format!("merge part1 part2 part3 -o other {pictures}"),
         1,
-        &["exists already"],
+        &["other exists, and there is no sweep in it"],
     );
+    done(&desk, &format!("{GRID} -o shared1 --shard 1/2"));
+    done(&desk, &format!("{GRID} -o shared2 --shard 2/2"));
+    done(
+        &desk,
+        &format!("merge ./shared1 shared2 -o shared1 {pictures}"),
+    );
+    assert_same(&desk, "shared1", "whole");
 
     // A doubled run is told; one that differs is refused.
     let loud = "--size 48x40 --samples 1";
@@ -236,6 +254,38 @@ fn the_commands_of_the_page_make_the_same_lichen() {
         2,
         &["no such cell", "L=5r_B=0.3"],
     );
+}
+
+/// Pictures are taken again where they are missing, damaged or would look different now.
+#[test]
+fn pictures_that_are_there_are_kept() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o out"));
+    let before = files(&desk.path("out"));
+    let pictures: Vec<PathBuf> = fs::read_dir(desk.path("out/pictures"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    let times = || -> Vec<_> {
+        let time = |file: &PathBuf| file.metadata().unwrap().modified().unwrap();
+        pictures.iter().map(time).collect()
+    };
+    let taken = |words: &str| {
+        let earlier = times();
+        done(&desk, &format!("{GRID} -o out {words}"));
+        let now = times();
+        std::iter::zip(earlier, now).filter(|(a, b)| a != b).count()
+    };
+    assert_eq!(pictures.len(), 4);
+    assert_eq!(taken(""), 0);
+    fs::write(&pictures[1], &fs::read(&pictures[1]).unwrap()[..200]).unwrap();
+    fs::write(&pictures[2], fs::read(&pictures[3]).unwrap()).unwrap();
+    assert_eq!(taken(""), 2);
+    assert!(files(&desk.path("out")) == before);
+    assert_eq!(taken("--camera 30,45"), 4);
+    assert!(files(&desk.path("out")) != before);
+    assert_eq!(taken(""), 4);
+    assert!(files(&desk.path("out")) == before);
 }
 
 /// Runs that take a while.

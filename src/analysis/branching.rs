@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::fit::line;
+use super::ranked::Ranked;
 use super::width::Distribution;
 use crate::morphometry::{Neighbours, Sample, Tree};
 
@@ -15,8 +16,8 @@ pub struct Branching {
     /// within the width of the branch there (six element radii at least).
     pub tips: usize,
     /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
-    /// width of the branch there (sixteen element radii at least). None where no ways do so within
-    /// the tree.
+    /// width of the branch there, or to a tip that is nearer (sixteen element radii at least). None
+    /// where no ways go so far: of a lichen with one tip, as a round one may have.
     pub angle: Option<Distribution>,
     /// Strahler's order of the whole tree of parents: see [`Tree::strahler`].
     pub strahler_order: u32,
@@ -93,17 +94,16 @@ fn tips(sample: &Sample<'_>, neighbours: &Neighbours, widths: &[Option<f64>]) ->
     });
     let mut peaks: Vec<usize> = (0..ways.len()).filter(|&i| highest[i]).collect();
     peaks.sort_unstable_by(|&a, &b| ways[b].total_cmp(&ways[a]).then(a.cmp(&b)));
-    let apart = |i: usize, j: usize| {
-        let [p, q] = [i, j].map(|i| DVec3::from(sample.positions[i]));
-        let [n, m] = [i, j].map(|i| Vec3::from(sample.normals[i]));
-        n.dot(m) <= 0.0 || p.distance(q) > widths[i].unwrap_or(0.0)
+    let place = |i: usize| DVec3::from(sample.positions[i]);
+    let normal = |i: usize| Vec3::from(sample.normals[i]);
+    let ranked = Ranked::new(peaks.iter().map(|&i| (place(i), normal(i))));
+    let stands = |(rank, &i): (usize, &usize)| {
+        let within = widths[i].unwrap_or(0.0);
+        let is_alone = !ranked.has_higher(rank, place(i), normal(i), within);
+        is_alone.then_some(i as u32)
     };
-    let rank = |k: usize| {
-        let i = peaks[k];
-        let stands = peaks[..k].iter().all(|&j| apart(i, j));
-        stands.then_some(i as u32)
-    };
-    let mut tips: Vec<u32> = (0..peaks.len()).into_par_iter().filter_map(rank).collect();
+    let peaks = peaks.par_iter().enumerate();
+    let mut tips: Vec<u32> = peaks.filter_map(stands).collect();
     tips.sort_unstable();
     tips
 }
@@ -137,9 +137,11 @@ fn angles(sample: &Sample<'_>, tips: &[u32], widths: &[Option<f64>]) -> Vec<f64>
 
 /// How far branches are followed to see where they go: twice the width of the one that they leave.
 fn sight(radius: f64, width: Option<f64>) -> f64 {
-    const LEAST: f64 = 16.0;
-    (2.0 * width.unwrap_or(0.0)).max(LEAST * radius)
+    (2.0 * width.unwrap_or(0.0)).max(LEAST_SIGHT * radius)
 }
+
+/// In element radii: what is nearer shows no direction.
+const LEAST_SIGHT: f64 = 16.0;
 
 /// Which elements have a tip among their descendants, or are one.
 fn leading_to(parents: &[i32], tips: &[u32]) -> Vec<bool> {
@@ -153,8 +155,9 @@ fn leading_to(parents: &[i32], tips: &[u32]) -> Vec<bool> {
     leads
 }
 
-/// Where the way by a child of a fork first is this far from it; of later forks the eldest child
-/// is followed. None where the way ends before.
+/// Where the way by a child of a fork first is twice the branch's width from it, or ends: a lobe as
+/// wide as it is long ends before. Of later forks the eldest child is followed. None where that is
+/// too near to show a direction.
 fn follow(
     sample: &Sample<'_>,
     children: &[Vec<u32>],
@@ -164,8 +167,52 @@ fn follow(
 ) -> Option<DVec3> {
     let place = |i: usize| DVec3::from(sample.positions[i]);
     let mut at = child as usize;
-    while place(at).distance(place(fork)) < length {
-        at = *children[at].first()? as usize;
+    while place(at).distance(place(fork)) < length
+        && let Some(&next) = children[at].first()
+    {
+        at = next as usize;
     }
-    Some(place(at))
+    let is_far = place(at).distance(place(fork)) >= LEAST_SIGHT * sample.radius;
+    is_far.then(|| place(at))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two arms of this many elements, at right angles.
+    fn angles_of(arms: i32, width: f64) -> Vec<f64> {
+        let mut positions = vec![[0.0; 3]];
+        let mut parents = vec![-1];
+        for arm in 0..2 {
+            for i in 1..=arms {
+                let mut position = [0.0; 3];
+                position[arm] = 2.0 * f64::from(i);
+                parents.push(if i == 1 { 0 } else { parents.len() as i32 - 1 });
+                positions.push(position);
+            }
+        }
+        let tips = [arms as u32, 2 * arms as u32];
+        let sample = Sample {
+            radius: 1.0,
+            positions: &positions,
+            normals: &vec![[0.0, 0.0, 1.0]; positions.len()],
+            parents: &parents,
+        };
+        angles(&sample, &tips, &vec![Some(width); positions.len()])
+    }
+
+    #[test]
+    fn lobes_wider_than_long_have_an_angle_too() {
+        for width in [2.0, 10.0, 1000.0] {
+            for arms in [8, 9, 50] {
+                let found = angles_of(arms, width);
+                assert!(
+                    found.len() == 1 && (found[0] - 90.0).abs() < 1e-9,
+                    "{found:?}"
+                );
+            }
+            assert!(angles_of(7, width).is_empty());
+        }
+    }
 }

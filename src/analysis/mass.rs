@@ -31,10 +31,11 @@ pub(super) fn ladder(radius: f64, until: f64) -> Vec<f64> {
 /// Radii ascend.
 pub(super) fn mean_mass(metric: &dyn Metric, centres: &[usize], radii: &[f64]) -> Vec<f64> {
     let limit = radii.last().copied().unwrap_or(0.0);
+    let finder = RingFinder::new(radii);
     let rings = |&centre: &usize| {
         let mut rings = vec![0u64; radii.len()];
         for distance in metric.distances(centre, limit) {
-            if let Some(ring) = rings.get_mut(radii.partition_point(|&r| r < distance)) {
+            if let Some(ring) = rings.get_mut(finder.ring_of(distance)) {
                 *ring += 1;
             }
         }
@@ -51,9 +52,68 @@ pub(super) fn mean_mass(metric: &dyn Metric, centres: &[usize], radii: &[f64]) -
     rings.into_iter().map(of_ring).collect()
 }
 
+/// Finds the least of ascending radii that a distance is no greater than, starting from a table by
+/// the distance's exponent and the highest bit of its mantissa: two to the octave, as the radii.
+struct RingFinder<'a> {
+    radii: &'a [f64],
+    /// The key of the first row.
+    base: u64,
+    /// The ring of the least distance with each key.
+    rows: Vec<usize>,
+}
+
+impl<'a> RingFinder<'a> {
+    /// Bits of a distance below its key.
+    const BELOW: u32 = f64::MANTISSA_DIGITS - 2;
+
+    fn new(radii: &'a [f64]) -> Self {
+        let key = |radius: Option<&f64>| radius.map_or(0, |r| r.to_bits() >> Self::BELOW);
+        let (base, last) = (key(radii.first()), key(radii.last()));
+        let least = |key: u64| f64::from_bits(key << Self::BELOW);
+        let ring = |key: u64| radii.partition_point(|&r| r < least(key));
+        Self {
+            radii,
+            base,
+            rows: (base..=last).map(ring).collect(),
+        }
+    }
+
+    /// The number of the radius; how many there are for a distance beyond all.
+    fn ring_of(&self, distance: f64) -> usize {
+        let key = (distance.to_bits() >> Self::BELOW).saturating_sub(self.base);
+        let mut ring = self.rows[(key as usize).min(self.rows.len() - 1)];
+        while self.radii.get(ring).is_some_and(|&r| r < distance) {
+            ring += 1;
+        }
+        ring
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rings_are_those_of_a_search_through_all() {
+        let near = |r: f64| [r.next_down(), r, r.next_up(), 1.2 * r, 0.7 * r];
+        for radii in [
+            ladder(0.05, 40.0),
+            ladder(1e-3, 1e-3),
+            vec![0.3, 7.0, 7.1, 900.0],
+            Vec::new(),
+        ] {
+            let finder = RingFinder::new(&radii);
+            let others = [0.0, f64::MIN_POSITIVE, 1e9, f64::MAX, f64::INFINITY];
+            for distance in radii.iter().flat_map(|&r| near(r)).chain(others) {
+                let expected = radii.partition_point(|&r| r < distance);
+                assert_eq!(
+                    finder.ring_of(distance),
+                    expected,
+                    "{distance} in {radii:?}"
+                );
+            }
+        }
+    }
 
     #[test]
     fn mean_mass_is_a_count_over_all() {

@@ -19,6 +19,7 @@ mod geodesic;
 mod mass;
 mod outline;
 mod plot;
+mod ranked;
 mod scalar;
 mod width;
 

@@ -1,4 +1,4 @@
-//! Plots of an analysis, as SVG.
+//! Plots of an analysis, as SVG and PNG.
 
 use std::error::Error;
 
@@ -8,6 +8,7 @@ use plotters::prelude::*;
 
 use super::dimension::{Dimension, Method, Through};
 use super::{Analysis, Scaling};
+use crate::picture::Image;
 
 /// A plot that could not be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -19,62 +20,96 @@ pub struct PlotError {
     pub reason: String,
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Area<B> = DrawingArea<B, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
 
-/// A file, its size in pixels and what is drawn.
-struct Plot {
-    name: &'static str,
-    size: (u32, u32),
-    draw: fn(&Area<'_>, &Analysis) -> Drawn,
-}
-
-const fn plot(
-    name: &'static str,
-    size: (u32, u32),
-    draw: fn(&Area<'_>, &Analysis) -> Drawn,
-) -> Plot {
-    Plot { name, size, draw }
+/// What can be drawn.
+#[derive(Clone, Copy)]
+enum Plot {
+    Dimensions,
+    LocalSlopes,
+    BranchWidths,
+    Growth,
 }
 
 const PLOTS: [Plot; 4] = [
-    plot("dimensions.svg", (1200, 900), fits),
-    plot("local-slopes.svg", (1200, 520), slopes),
-    plot("branch-widths.svg", (800, 520), widths),
-    plot("growth.svg", (1200, 520), growth),
+    Plot::Dimensions,
+    Plot::LocalSlopes,
+    Plot::BranchWidths,
+    Plot::Growth,
 ];
 
 /// Names of the files of [`plots`].
 pub fn plot_names() -> impl Iterator<Item = &'static str> {
-    PLOTS.iter().map(|plot| plot.name)
+    PLOTS.iter().flat_map(|plot| plot.names())
 }
 
-/// The plots as SVG files, by name: the curves that dimensions were fitted to, their local slopes,
-/// the widths of the branches, and growth with the density profile.
+/// The plots by the names of their files, each as SVG and as PNG: the curves that dimensions were
+/// fitted to, their local slopes, the widths of the branches, and growth with the density profile.
 ///
 /// # Errors
 /// When the plotting library cannot draw one.
-pub fn plots(analysis: &Analysis) -> Result<Vec<(&'static str, String)>, PlotError> {
-    let svg = |plot: &Plot| {
-        let failed = |e: Box<dyn Error>| PlotError {
-            name: plot.name,
-            reason: e.to_string(),
+pub fn plots(analysis: &Analysis) -> Result<Vec<(&'static str, Vec<u8>)>, PlotError> {
+    let mut files = Vec::new();
+    for plot in PLOTS {
+        let [svg, png] = plot.names();
+        let failed = |name: &'static str| {
+            move |e: Box<dyn Error>| PlotError {
+                name,
+                reason: e.to_string(),
+            }
         };
-        let svg = plot.svg(analysis).map_err(failed)?;
-        Ok((plot.name, svg))
-    };
-    PLOTS.iter().map(svg).collect()
+        files.push((svg, plot.svg(analysis).map_err(failed(svg))?));
+        files.push((png, plot.png(analysis).map_err(failed(png))?));
+    }
+    Ok(files)
 }
 
 impl Plot {
-    fn svg(&self, analysis: &Analysis) -> Result<String, Box<dyn Error>> {
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Dimensions => ["dimensions.svg", "dimensions.png"],
+            Self::LocalSlopes => ["local-slopes.svg", "local-slopes.png"],
+            Self::BranchWidths => ["branch-widths.svg", "branch-widths.png"],
+            Self::Growth => ["growth.svg", "growth.png"],
+        }
+    }
+
+    /// Width and height; a PNG has twice as many pixels each way.
+    fn size(self) -> [u32; 2] {
+        match self {
+            Self::Dimensions => [1200, 900],
+            Self::LocalSlopes | Self::Growth => [1200, 520],
+            Self::BranchWidths => [800, 520],
+        }
+    }
+
+    fn svg(self, analysis: &Analysis) -> Result<Vec<u8>, Box<dyn Error>> {
         let mut svg = String::new();
-        let area = SVGBackend::with_string(&mut svg, self.size).into_drawing_area();
+        let backend = SVGBackend::with_string(&mut svg, self.size().into());
+        self.draw(backend, analysis)?;
+        Ok(svg.into_bytes())
+    }
+
+    fn png(self, analysis: &Analysis) -> Result<Vec<u8>, Box<dyn Error>> {
+        let image = Image::drawn(self.size(), |drawing| self.draw(drawing, analysis))?;
+        Ok(image.to_png())
+    }
+
+    fn draw<B: DrawingBackend>(self, backend: B, analysis: &Analysis) -> Drawn
+    where
+        B::ErrorType: 'static,
+    {
+        let area = backend.into_drawing_area();
         area.fill(&WHITE)?;
-        (self.draw)(&area, analysis)?;
+        match self {
+            Self::Dimensions => fits(&area, analysis)?,
+            Self::LocalSlopes => slopes(&area, analysis)?,
+            Self::BranchWidths => widths(&area, analysis)?,
+            Self::Growth => growth(&area, analysis)?,
+        }
         area.present()?;
-        drop(area);
-        Ok(svg)
+        Ok(())
     }
 }
 
@@ -133,7 +168,10 @@ fn line(scaling: &Scaling) -> Vec<(f64, f64)> {
 }
 
 /// The curves that dimensions are read from, one panel for each kind.
-fn fits(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+fn fits<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
+where
+    B::ErrorType: 'static,
+{
     use Method::{Boxes, Correlation, Gyration, MassRadius, Sandbox};
     const LENGTH: &str = "distance, mesh units";
     let panels: [(&[Method], Panel<'_>); 4] = [
@@ -175,7 +213,10 @@ fn fits(area: &Area<'_>, analysis: &Analysis) -> Drawn {
 }
 
 /// Dimensions by local slope, which are level where there is scaling; the range of the fit thick.
-fn slopes(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+fn slopes<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
+where
+    B::ErrorType: 'static,
+{
     let is_growth = |d: &&Dimension| d.method == Method::Gyration;
     let curve = |d: &Dimension| {
         let points: Vec<_> = d.local().map(|[x, y]| (x, y)).collect();
@@ -198,14 +239,20 @@ fn slopes(area: &Area<'_>, analysis: &Analysis) -> Drawn {
     ] {
         let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
         let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
-        let panel = rising("Dimension by local slope", x, "dimension");
+        let panel = Panel {
+            key: SeriesLabelPosition::LowerLeft,
+            ..rising("Dimension by local slope", x, "dimension")
+        };
         draw(area, &panel, x_range.log_scale(), 0.0..2.5, &curves)?;
     }
     Ok(())
 }
 
 /// Share of the elements by the width of their branch.
-fn widths(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+fn widths<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
+where
+    B::ErrorType: 'static,
+{
     let histogram = &analysis.branch_widths;
     let all = histogram.counts.iter().sum::<u64>().max(1) as f64;
     let bar = |(k, &n): (usize, &u64)| {
@@ -236,7 +283,10 @@ fn widths(area: &Area<'_>, analysis: &Analysis) -> Drawn {
 }
 
 /// R_e against births, and the density profile.
-fn growth(area: &Area<'_>, analysis: &Analysis) -> Drawn {
+fn growth<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
+where
+    B::ErrorType: 'static,
+{
     let areas = area.split_evenly((1, 2));
     let growth = &analysis.front.growth;
     let exponent = growth.fit.map_or(String::new(), |f| {
@@ -303,15 +353,20 @@ fn positive_range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     }
 }
 
-fn log_log(area: &Area<'_>, panel: &Panel<'_>, curves: &[Curve]) -> Drawn {
+fn log_log<B: DrawingBackend>(area: &Area<B>, panel: &Panel<'_>, curves: &[Curve]) -> Drawn
+where
+    B::ErrorType: 'static,
+{
     let points = || curves.iter().flat_map(|c| &c.points);
     let x = positive_range(points().map(|p| p.0));
     let y = positive_range(points().map(|p| p.1));
     draw(area, panel, x.log_scale(), y.log_scale(), curves)
 }
 
-fn draw<X, Y>(area: &Area<'_>, panel: &Panel<'_>, x: X, y: Y, curves: &[Curve]) -> Drawn
+fn draw<B, X, Y>(area: &Area<B>, panel: &Panel<'_>, x: X, y: Y, curves: &[Curve]) -> Drawn
 where
+    B: DrawingBackend,
+    B::ErrorType: 'static,
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
     X::CoordDescType: ValueFormatter<f64>,
@@ -356,11 +411,10 @@ where
     Ok(())
 }
 
-fn mesh<X, Y>(
-    chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
-    panel: &Panel<'_>,
-) -> Drawn
+fn mesh<B, X, Y>(chart: &mut ChartContext<'_, B, Cartesian2d<X, Y>>, panel: &Panel<'_>) -> Drawn
 where
+    B: DrawingBackend,
+    B::ErrorType: 'static,
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {

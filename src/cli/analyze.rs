@@ -78,10 +78,8 @@ fn ground(
 }
 
 fn write_plots(folder: &Path, force: bool, analysis: &Analysis) -> Result<(), Failure> {
-    for (name, svg) in plots(analysis).map_err(Error::new)? {
-        write_file_atomically(&folder.join(name), force, |out| {
-            out.write_all(svg.as_bytes())
-        })?;
+    for (name, bytes) in plots(analysis).map_err(Error::new)? {
+        write_file_atomically(&folder.join(name), force, |out| out.write_all(&bytes))?;
     }
     Ok(())
 }

@@ -17,7 +17,7 @@ pub(crate) struct AnalyzeArgs {
     /// Everything as JSON: curves, local slopes, ranges and errors of the fits, histograms
     #[arg(long)]
     pub(crate) json: bool,
-    /// Folder for plots as SVG: the fits, their local slopes, widths of the branches, growth and
+    /// Folder for plots as SVG and PNG: the fits, their local slopes, widths of the branches, growth and
     /// density
     #[arg(long, value_name = "DIR")]
     pub(crate) plots: Option<PathBuf>,

@@ -79,7 +79,8 @@ pub(crate) struct MergeArgs {
     /// The folders of the parts
     #[arg(value_name = "DIR", required = true)]
     pub(crate) parts: Vec<PathBuf>,
-    /// Folder to write to: a new one
+    /// Folder to write to: a new one, or one that holds a part, which the others are added to; after
+    /// an interruption the same command goes on
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Where the mesh lies now [default: where the grid says, seen from here or from the grid]

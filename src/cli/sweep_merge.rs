@@ -22,8 +22,8 @@ use super::terminal::Voice;
 
 pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
-    let mut grid = common_grid(&args.parts)?;
-    check_new(&args.output)?;
+    let parts = folders(args)?;
+    let mut grid = common_grid(&parts)?;
     start_threads(args.run.threads)?;
     let cancel = Arc::default();
     interrupt::listen(Arc::clone(&cancel));
@@ -31,13 +31,13 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let (substrate, _) = grow::load(&mesh)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
-    let sources = sources(&args.parts, &plan, voice)?;
+    let sources = sources(&parts, &args.output, &plan, voice)?;
     record::open(&args.output, &grid)?;
     for (run, part) in sources.iter().enumerate() {
-        copy(
-            &part.join(plan.folder(run)),
-            &args.output.join(plan.folder(run)),
-        )?;
+        let folder = plan.folder(run);
+        if *part != args.output {
+            copy(&part.join(&folder), &args.output.join(&folder))?;
+        }
     }
     let folder = |run| args.output.join(plan.folder(run));
     let read = |run| record::read(&folder(run), &plan.runs[run]);
@@ -80,16 +80,25 @@ fn common_grid(parts: &[PathBuf]) -> Result<Grid, Failure> {
         .ok_or_else(|| Failure::usage("name the folders of the parts"))
 }
 
-/// The output is a new folder: joining must not mix.
-fn check_new(output: &Path) -> Result<(), Failure> {
+/// The folders that runs are looked for in: the parts, and before them the output where it holds a
+/// sweep, as after a join that was interrupted. It must not hold anything else.
+fn folders(args: &MergeArgs) -> Result<Vec<PathBuf>, Failure> {
+    let output = &args.output;
+    let place = |folder: &Path| folder.canonicalize().ok();
+    if output.join(GRID).is_file() {
+        let there = place(output);
+        let others = args.parts.iter().filter(|part| place(part) != there);
+        return Ok([output].into_iter().chain(others).cloned().collect());
+    }
     let is_new = match fs::read_dir(output) {
         Ok(mut entries) => entries.next().is_none(),
         Err(_) => !output.exists(),
     };
     match is_new {
-        true => Ok(()),
+        true => Ok(args.parts.clone()),
         false => Err(Failure::Failed(anyhow::anyhow!(
-            "{} exists already: the parts are joined into a new folder",
+            "{} exists, and there is no sweep in it: the parts are joined into a new folder, or into one \
+             of theirs",
             output.display()
         ))),
     }
@@ -108,8 +117,13 @@ fn mesh_file(args: &MergeArgs, grid: &Grid) -> Result<PathBuf, Failure> {
     })
 }
 
-/// For each run the part that has it.
-fn sources<'a>(parts: &'a [PathBuf], plan: &Plan, voice: Voice) -> Result<Vec<&'a Path>, Failure> {
+/// For each run the part that has it. What is in the output already is not told.
+fn sources<'a>(
+    parts: &'a [PathBuf],
+    output: &Path,
+    plan: &Plan,
+    voice: Voice,
+) -> Result<Vec<&'a Path>, Failure> {
     let mut sources = Vec::new();
     let mut missing = Vec::new();
     for run in 0..plan.runs.len() {
@@ -122,6 +136,9 @@ fn sources<'a>(parts: &'a [PathBuf], plan: &Plan, voice: Voice) -> Result<Vec<&'
         };
         for second in holders {
             check_same(first, second, plan, run)?;
+            if first == output {
+                continue;
+            }
             voice.warn(&format!(
                 "{} is in {} and in {}: they are the same, and the first is taken",
                 plan.name(run),
@@ -166,7 +183,7 @@ fn check_same(first: &Path, second: &Path, plan: &Plan, run: usize) -> Result<()
 
 /// Copies a finished run, to appear complete or not at all.
 fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
-    let mut output = OutputDir::create(to, false)?;
+    let mut output = OutputDir::create(to, true)?;
     let there = |name: &&&str| from.join(name).is_file();
     for name in FILES.iter().filter(there).chain([&MEASURES]) {
         let bytes = fs::read(from.join(name)).map_err(|source| OutputError::Io {

@@ -1,7 +1,8 @@
 //! Pictures of the cells of a sweep, all from one side and at one scale.
 
+use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::cluster::Cluster;
@@ -40,13 +41,14 @@ pub(super) struct Pictures {
 const LOOKED_AT: usize = 30_000;
 
 impl Pictures {
-    /// Takes them, and writes each as soon as it is taken.
+    /// Takes them, and writes each as soon as it is taken. Those that are there as they would be
+    /// taken now stay.
     pub(super) fn take(page: &Page, args: &PictureArgs) -> Result<Self, Failure> {
         let results = page.results();
         let sight = Sight::of(page, args, &results)?;
         let folder = page.folder.join(PICTURES);
         let side = side(&results, args.size);
-        let mut cells = Vec::new();
+        let (mut cells, mut kept) = (Vec::new(), 0);
         let all = page.plan.cells.len();
         let pictures = plural(all, "picture", "pictures");
         page.voice.note(&format!("taking {pictures}"));
@@ -57,14 +59,18 @@ impl Pictures {
             cells.push(match results.pictured(number) {
                 None => None,
                 Some(run) => {
-                    let image = picture(page, &sight.camera, args, run)?;
                     let file = folder.join(format!("{}.png", cell.name));
-                    let png = image.to_png();
-                    write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+                    let (image, is_kept) = at_hand(page, &sight.camera, args, run, &file)?;
+                    kept += usize::from(is_kept);
                     Some(Taken::of(&image, side[0], all))
                 }
             });
             spinner.finish_and_clear();
+        }
+        if kept > 0 {
+            let kept = plural(kept, "picture", "pictures");
+            page.voice
+                .note(&format!("{kept} of them were there already"));
         }
         Ok(Self {
             cells,
@@ -219,8 +225,47 @@ fn some_granules(page: &Page, run: usize, most: usize) -> Result<Vec<Disc>, Fail
     Ok(discs.step_by(step).collect())
 }
 
+fn elements_file(page: &Page, run: usize) -> PathBuf {
+    page.folder.join(page.plan.folder(run)).join(ELEMENTS)
+}
+
+/// A hash of all that decides a picture.
+fn mark(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<String, Failure> {
+    let file = elements_file(page, run);
+    let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
+    let all = format!(
+        "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples",
+        env!("CARGO_PKG_VERSION"),
+        page.substrate.mesh_hash(),
+        blake3::hash(&elements),
+        args.size.width,
+        args.size.height,
+        args.samples,
+    );
+    Ok(blake3::hash(all.as_bytes()).to_string())
+}
+
+/// The picture of a run, and whether it was there. One that was not is taken and written.
+fn at_hand(
+    page: &Page,
+    camera: &Camera,
+    args: &PictureArgs,
+    run: usize,
+    file: &Path,
+) -> Result<(Image, bool), Failure> {
+    let mark = mark(page, camera, args, run)?;
+    let there = fs::read(file).ok();
+    if let Some(image) = there.and_then(|png| Image::of_marked_png(&png, &mark)) {
+        return Ok((image, true));
+    }
+    let image = picture(page, camera, args, run)?;
+    let png = image.to_marked_png(&mark);
+    write_file_atomically(file, true, |out: &mut dyn Write| out.write_all(&png))?;
+    Ok((image, false))
+}
+
 fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
-    let file: PathBuf = page.folder.join(page.plan.folder(run)).join(ELEMENTS);
+    let file = elements_file(page, run);
     let elements = read_elements(&file).map_err(anyhow::Error::new)?;
     let cluster = elements.to_cluster(page.substrate);
     Ok(cluster.with_context(|| file.display().to_string())?)

@@ -52,7 +52,7 @@ impl<'a> Show<'a> {
             done.cost += self.plan.costs[run];
         }
         let share = done.cost / self.cost;
-        let left = self.started.elapsed().as_secs_f64() * (1.0 / share.max(1e-9) - 1.0);
+        let left = left(self.started.elapsed().as_secs_f64(), share);
         let line = format!(
             "{} of {} runs, {} left; {}: {}",
             count(done.runs as u64),
@@ -87,6 +87,12 @@ impl<'a> Show<'a> {
     }
 }
 
+/// Seconds still to go when this share took so many. Costs add up to a little more than all, or less,
+/// by the order in which runs end.
+fn left(seconds: f64, share: f64) -> f64 {
+    (seconds * (1.0 / share.max(1e-9) - 1.0)).max(0.0)
+}
+
 fn words(end: &End, outcome: Option<&Outcome>, took: Duration) -> String {
     let elements = outcome.and_then(|o| o.measures.iter().find(|(name, _)| name == "elements"));
     match (end, elements) {
@@ -98,5 +104,18 @@ fn words(end: &End, outcome: Option<&Outcome>, took: Duration) -> String {
             format!("{} elements in {seconds}", count(*n as u64))
         }
         (End::Finished, None) => "done".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_of_the_whole_however_it_was_added_up() {
+        assert_eq!(left(10.0, 0.25), 30.0);
+        for share in [1f64.next_down(), 1.0, 1f64.next_up(), 1.01] {
+            assert_eq!(duration(left(100.0, share)), duration(0.0));
+        }
     }
 }

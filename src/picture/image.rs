@@ -26,8 +26,12 @@ impl Image {
     /// # Panics
     /// If the public fields were changed so that they disagree, or a side is zero.
     pub fn to_png(&self) -> Vec<u8> {
+        self.encoded(None)
+    }
+
+    pub(super) fn encoded(&self, text: Option<[&str; 2]>) -> Vec<u8> {
         let mut bytes = Vec::new();
-        self.encode(&mut bytes)
+        self.encode(&mut bytes, text)
             .expect("three bytes for each of at least one pixel");
         bytes
     }
@@ -140,7 +144,11 @@ impl Image {
         }
     }
 
-    fn encode(&self, bytes: &mut Vec<u8>) -> Result<(), png::EncodingError> {
+    fn encode(
+        &self,
+        bytes: &mut Vec<u8>,
+        text: Option<[&str; 2]>,
+    ) -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(bytes, self.width, self.height);
         encoder.set_color(match self.alpha {
             None => png::ColorType::Rgb,
@@ -151,6 +159,9 @@ impl Image {
         }
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        if let Some([keyword, text]) = text {
+            encoder.add_text_chunk(keyword.to_owned(), text.to_owned())?;
+        }
         let mut writer = encoder.write_header()?;
         match &self.alpha {
             None => writer.write_image_data(&self.rgb)?,

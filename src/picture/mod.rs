@@ -9,9 +9,11 @@
 
 mod camera;
 mod color;
+mod drawing;
 mod gif;
 mod image;
 mod legend;
+mod marked;
 mod material;
 mod render;
 mod sample;

@@ -81,7 +81,7 @@ const DIALOG: &str = "\
 <form method=\"dialog\"><h2 id=\"cell-title\"></h2><button aria-label=\"Close\">&times;</button></form>
 <div class=\"about\"><img id=\"cell-picture\" alt=\"\">
 <div><p id=\"cell-error\"></p>
-<h3>This picture again</h3>
+<h3>This lichen again</h3>
 <div class=\"command\"><code id=\"cell-command\"></code><button type=\"button\" data-copy=\"cell-command\">Copy</button></div>
 <h3>All seeds of this cell again</h3>
 <div class=\"command\"><code id=\"cell-only\"></code><button type=\"button\" data-copy=\"cell-only\">Copy</button></div>

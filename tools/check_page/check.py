@@ -5,6 +5,7 @@ import html
 import json
 import pathlib
 import re
+import statistics
 import sys
 from html.parser import HTMLParser
 
@@ -63,7 +64,18 @@ def check_cell(cell, rows):
         assert number in cell.texts["cell-numbers"], number
 
 
-def check_frame(path):
+def check_hover(found, rows):
+    """The numbers of the fourth cell, while the pointer is on it, where they can be read."""
+    told = found["told"]
+    assert not told["hidden"] and found["forgotten"], found
+    mine = [float(row["elements"]) for row in rows if row["cell"] == "L=5r_B=0.9_join=pack"]
+    assert "L = 5r, B = 0.9, join = pack" in told["text"], told
+    assert f"{statistics.fmean(mine):,.1f} ± {statistics.stdev(mine):.1f}" in told["text"], told
+    left, right = told["sides"]
+    assert 0 <= left and right <= found["width"], found
+
+
+def check_frame(path, rows):
     title = re.search(r"<title>(.*?)</title>", pathlib.Path(path).read_text(), re.S).group(1)
     found = json.loads(html.unescape(title))
     assert found["scrolls"] <= found["width"], found
@@ -71,6 +83,7 @@ def check_frame(path):
     assert found["opened"] and found["closed"] and found["loaded"], found
     left, right = found["dialog"]
     assert 0 <= left and right <= found["width"], found
+    check_hover(found, rows)
     return found["width"]
 
 
@@ -78,5 +91,5 @@ folder, page, cell, *frames = sys.argv[1:]
 rows = list(csv.DictReader(open(pathlib.Path(folder) / "results.csv")))
 check_page(Tags(pathlib.Path(page).read_text()), rows)
 check_cell(Tags(pathlib.Path(cell).read_text()), rows)
-widths = [check_frame(frame) for frame in frames]
+widths = [check_frame(frame, rows) for frame in frames]
 print(f"the page of a sweep: {len(rows)} runs, fits {', '.join(map(str, widths))} pixels")

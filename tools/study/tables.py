@@ -82,6 +82,12 @@ def trend(data, across, within, name, is_length):
     return found, (as_far + 1) / (SHUFFLES + 1)
 
 
+def chance(p):
+    """As the tables have it: shuffling cannot tell smaller ones."""
+    least = 2 / SHUFFLES
+    return f"{p:.2g}" if p > least else f"< {least:.0e}".replace("e-0", "e-")
+
+
 def grid_table(data, name, is_length, digits):
     across = sorted({row["axis_L"] for row in data}, key=lambda L: float(L[:-1]))
     down = sorted({row["axis_B"] for row in data}, key=float)
@@ -115,7 +121,7 @@ def grid(folder):
         ("branch_width", True, "axis_B", "axis_L"),
     ]:
         found, p = trend(data, axis, other, name, is_length)
-        print(f"| {name} | {axis[5:]} | {found:+.2f} | {p:.1g} |")
+        print(f"| {name} | {axis[5:]} | {found:+.2f} | {chance(p)} |")
     for name, is_length, digits in [
         ("lobe_width", True, 1),
         ("branch_width", True, 1),
@@ -164,7 +170,7 @@ def compare(folder, axis, title):
             share = lambda x: f"{100 * x / abs(mean):+.1f} %"
             print(
                 f"| {name}{' / r' if is_length else ''} | {mean:.4g} | {statistics.fmean(b):.4g} "
-                f"| {share(found)} | {p:.2g} | {share(seen(a, b)).lstrip('+')} |"
+                f"| {share(found)} | {chance(p)} | {share(seen(a, b)).lstrip('+')} |"
             )
         print(f"\nA p below {FALSE_ALARM / len(MEASURES):.4f} would be a difference.")
 
