@@ -195,28 +195,32 @@ fn colours_come_from_names_stops_and_files() {
     };
     let stops = bytes(
         "--colormap 0:#102030,1:#a0b0c0 --age-darken 0.5 --prothallus 4r,#111111 \
-         --areoles 7r,#222222 --apothecia 5r,#333333",
+         --areoles 7r,#222222",
     );
     let file = "stops = [[0.0, \"#102030\"], [1, \"#a0b0c0\"]]\nage-darken = 0.5\n\
-                prothallus = \"4r,#111111\"\nareoles = \"7r,#222222\"\n\
-                apothecia = { width = \"5r\", color = \"#333333\" }\n";
+                prothallus = \"4r,#111111\"\nareoles = \"7r,#222222\"\n";
     fs::write(desk.path("own.toml"), file).unwrap();
     assert!(bytes("--colormap own.toml") == stops);
-    for without in ["prothallus", "areoles", "apothecia"] {
+    for without in ["prothallus", "areoles"] {
         assert!(bytes(&format!("--colormap own.toml --{without} none")) != stops);
     }
-    let more = "[apothecia]\nwidth = \"5r\"\ncolor = \"#333333\"\n";
-    let own = file.split("apothecia").next().unwrap().to_owned() + more;
-    for change in ["spacing = \"9r\"\n", "from = \"3r\"\n", "margin = 0.5\n"] {
-        fs::write(desk.path("own.toml"), own.clone() + change).unwrap();
-        assert!(bytes("--colormap own.toml") != stops, "{change}");
+    let table = |lines: &str| {
+        let apothecia = "[apothecia]\nwidth = \"5r\"\ncolor = \"#333333\"\n";
+        fs::write(desk.path("own.toml"), format!("{file}{apothecia}{lines}")).unwrap();
+        bytes("--colormap own.toml")
+    };
+    let bearing = table("from = \"1r\"\n");
+    assert!(bearing != stops);
+    assert!(bytes("--colormap own.toml --apothecia none") == stops);
+    assert!(bytes("--colormap own.toml --apothecia 5r,#333333") == bearing);
+    assert!(table("from = \"1r\"\nspacing = \"6r\"\nmargin = 0.25\n") == bearing);
+    for other in [
+        "from = \"5r\"",
+        "from = \"1r\"\nspacing = \"9r\"",
+        "from = \"1r\"\nmargin = 0.5",
+    ] {
+        assert!(table(other) != bearing, "{other}");
     }
-    fs::write(
-        desk.path("own.toml"),
-        own + "spacing = \"6r\"\nfrom = \"15r\"\nmargin = 0.25\n",
-    )
-    .unwrap();
-    assert!(bytes("--colormap own.toml") == stops);
     let maps: Vec<_> = thallus::skin::PALETTE.iter().collect();
     let painted: Vec<_> = maps
         .iter()
