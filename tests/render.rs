@@ -8,7 +8,9 @@ use std::io::Cursor;
 use std::process::Output;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
-use thallus::picture::{Background, Camera, Disc, Image, Painted, Scene, Settings, render};
+use thallus::picture::{
+    Background, Camera, Detail, Disc, Image, Painted, Scene, Settings, Structure, render,
+};
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
@@ -66,6 +68,7 @@ impl Corner {
             colors: &self.colors,
             triangles: &self.triangles,
             grain: 0.0,
+            structure: None,
         }
     }
 }
@@ -111,6 +114,58 @@ fn hollows_are_darker_the_more_of_the_sky_a_wall_hides() {
     let tall = floor_at(&Corner::new(50.0), 0.01, -1.0);
     assert!((foot - tall).abs() < 2.0, "{foot} {tall}");
     assert!(foot < 0.97 * open, "{foot} {open}");
+}
+
+/// The same everywhere.
+struct Everywhere(Detail);
+
+impl Structure for Everywhere {
+    fn at(&self, _: [f32; 3], _: [f32; 3]) -> Detail {
+        self.0
+    }
+}
+
+#[test]
+fn a_structure_colours_and_tilts_what_it_is_on() {
+    let plain = Detail {
+        shade: 1.0,
+        cover: [0.0; 3],
+        slope: [0.0; 3],
+    };
+    let corner = Corner::new(0.0);
+    // The key comes from +x.
+    let camera = Camera::look_at([0.5, 30.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 1.0], 2e-4);
+    let pictured = |structure: Option<&dyn Structure>| {
+        let skins = [Painted {
+            structure,
+            ..corner.painted()
+        }];
+        render(&scene_of(&skins), &camera, &flat(24, 24, 16))
+    };
+    let with = |detail: Detail| pictured(Some(&Everywhere(detail)));
+    assert!(with(plain) == pictured(None));
+    let dark = Detail {
+        shade: 0.0,
+        ..plain
+    };
+    assert!(mean(&with(dark)) < 1.0);
+    let red = with(Detail {
+        cover: [0.4, 0.0, 0.0],
+        ..dark
+    });
+    assert!(
+        red.rgb
+            .chunks(3)
+            .all(|p| p[0] > 100 && p[1] < 60 && p[2] < 60)
+    );
+    let [towards, away] = [-0.5, 0.5].map(|x| {
+        mean(&with(Detail {
+            slope: [x, 0.0, 0.0],
+            ..plain
+        }))
+    });
+    let level = mean(&pictured(None));
+    assert!(towards > level && level > away, "{towards} {level} {away}");
 }
 
 #[test]

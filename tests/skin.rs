@@ -8,7 +8,7 @@ use glam::DVec3;
 use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::export::TriMesh;
 use thallus::run::{Execution, grow};
-use thallus::skin::{PALETTE, Paint, Shape, SkinError, decimate, faults, skin};
+use thallus::skin::{PALETTE, Paint, Shape, SkinError, decimate, faults, skin, skin_in_parts};
 use thallus::substrate::Substrate;
 
 /// A lichen of this many elements, grown.
@@ -262,7 +262,11 @@ fn a_lichen_without_a_rim_has_no_margin() {
     let places: Vec<DVec3> = (0..n).map(place).collect();
     let cluster = placed(&surface, 0.05, &places);
     let map = PALETTE.iter().find(|map| map.name == "rhizocarpon");
-    let paint = Paint::of(map.expect("a map"));
+    let paint = Paint {
+        areoles: None,
+        apothecia: None,
+        ..Paint::of(map.expect("a map"))
+    };
     let margin = paint.prothallus.expect("a dark margin").color;
     let mesh = skin(&surface, &cluster, &Shape::default(), &paint).expect("a skin");
     let dark = |color: &&[u8; 3]| (0..3).all(|k| color[k] < margin[k] + 40);
@@ -288,6 +292,38 @@ fn a_sphere_is_followed() {
         assert!(height < 1.9, "{height} over the surface");
         // The surface's triangles sag below the sphere by up to 1e-3.
         assert!(outside > 1.0 - 2e-3 - 0.051 * r, "sunk to {outside}");
+    }
+}
+
+/// Areoles and apothecia change where vertices are by little, and nothing else of the mesh; cracks
+/// never reach the substrate.
+#[test]
+fn structure_lies_on_the_skin() {
+    let surface = rock(24);
+    let r = 0.01;
+    let cluster = grown(&surface, r, 3000);
+    let shape = Shape {
+        resolution: 0.7,
+        ..Shape::default()
+    };
+    for map in PALETTE.iter().filter(|map| map.areoles.is_some()) {
+        let paint = Paint::of(map);
+        let parts = skin_in_parts(&surface, &cluster, &shape, &paint).expect("a skin");
+        let mesh = skin(&surface, &cluster, &shape, &paint).expect("a skin");
+        assert!(faults(mesh.positions.len(), &mesh.triangles).is_empty());
+        assert!(parts.cortex.is_some());
+        assert_eq!(parts.mesh.triangles.len(), mesh.triangles.len());
+        let (mut sunk, mut recoloured) = (0, 0);
+        let pairs = mesh.positions.iter().zip(&parts.mesh.positions).enumerate();
+        for (v, (p, bare)) in pairs {
+            let moved = (DVec3::from(*p) - DVec3::from(*bare)).length();
+            assert!(moved < 2.0 * r, "{}: {moved}", map.name);
+            let height = |p: [f64; 3]| surface.nearest(surface.units().to_local(p)).1;
+            sunk += usize::from(moved > 0.0 && height(*p) < 0.15 * height(*bare));
+            recoloured += usize::from(mesh.colors[v] != parts.mesh.colors[v]);
+        }
+        assert!(sunk * 1000 <= mesh.positions.len(), "{}: {sunk}", map.name);
+        assert!(recoloured * 10 > mesh.positions.len(), "{}", map.name);
     }
 }
 

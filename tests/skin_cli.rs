@@ -193,12 +193,34 @@ fn colours_come_from_names_stops_and_files() {
         made(&desk, &format!("out -o c.ply --force --quiet {words}"));
         desk.read("c.ply")
     };
-    let stops = bytes("--colormap 0:#102030,1:#a0b0c0 --age-darken 0.5 --prothallus 4r,#111111");
+    let stops = bytes(
+        "--colormap 0:#102030,1:#a0b0c0 --age-darken 0.5 --prothallus 4r,#111111 \
+         --areoles 7r,#222222",
+    );
     let file = "stops = [[0.0, \"#102030\"], [1, \"#a0b0c0\"]]\nage-darken = 0.5\n\
-                prothallus = \"4r,#111111\"\n";
+                prothallus = \"4r,#111111\"\nareoles = \"7r,#222222\"\n";
     fs::write(desk.path("own.toml"), file).unwrap();
     assert!(bytes("--colormap own.toml") == stops);
-    assert!(bytes("--colormap own.toml --prothallus none") != stops);
+    for without in ["prothallus", "areoles"] {
+        assert!(bytes(&format!("--colormap own.toml --{without} none")) != stops);
+    }
+    let table = |lines: &str| {
+        let apothecia = "[apothecia]\nwidth = \"5r\"\ncolor = \"#333333\"\n";
+        fs::write(desk.path("own.toml"), format!("{file}{apothecia}{lines}")).unwrap();
+        bytes("--colormap own.toml")
+    };
+    let bearing = table("from = \"1r\"\n");
+    assert!(bearing != stops);
+    assert!(bytes("--colormap own.toml --apothecia none") == stops);
+    assert!(bytes("--colormap own.toml --apothecia 5r,#333333") == bearing);
+    assert!(table("from = \"1r\"\nspacing = \"6r\"\nmargin = 0.25\n") == bearing);
+    for other in [
+        "from = \"5r\"",
+        "from = \"1r\"\nspacing = \"9r\"",
+        "from = \"1r\"\nmargin = 0.5",
+    ] {
+        assert!(table(other) != bearing, "{other}");
+    }
     let maps: Vec<_> = thallus::skin::PALETTE.iter().collect();
     let painted: Vec<_> = maps
         .iter()
@@ -286,6 +308,13 @@ fn what_is_wrong_is_said_in_one_line() {
     refused(&desk, "out -o a.ply --age-darken 7", 2, &["--age-darken"]);
     refused(&desk, "out -o a.ply --prothallus -3r", 2, &["--prothallus"]);
     refused(&desk, "out -o a.ply --prothallus 3r,#zz", 2, &["#zz"]);
+    refused(
+        &desk,
+        "out -o a.ply --areoles 1r",
+        2,
+        &["--areoles", "3r to 1000r"],
+    );
+    refused(&desk, "out -o a.ply --apothecia wide", 2, &["--apothecia"]);
     refused(&desk, "out -o a.ply --decimate 1.5", 2, &["--decimate"]);
     refused(&desk, "out -o a.ply --lod 0", 2, &["--lod"]);
     fs::write(desk.path("bad.toml"), "stops = [[0.0, \"red\"]]\n").unwrap();

@@ -191,7 +191,7 @@ pub fn bake<'a>(
     let (size, gutter) = (settings.size as usize, settings.gutter as usize);
     let layout = Layout::new(substrate, texturing, size, gutter)?;
     let ground = Ground::new(substrate, texturing, look.base).map_err(BakeError::Base)?;
-    let relief = Relief::new(substrate, look.cluster, look.shape)?;
+    let relief = Relief::new(substrate, look.cluster, look.shape, look.paint)?;
     let frames = frames(substrate, texturing, &relief);
     let placer = Placer::new(substrate, &layout);
     let sampler = Sampler {

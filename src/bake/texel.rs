@@ -80,8 +80,9 @@ impl Sampler<'_> {
             .map(|t| self.relief.may_carry(t, margin))
             .collect();
         let row = |probe: &mut Probe, y: usize| self.row(y, &carrying, probe);
+        let blur = (0.5 * self.placer.texel) as f32 / self.along as f32;
         let rows = (0..layout.size).into_par_iter();
-        let rows: Vec<Vec<(u32, Texel)>> = rows.map_init(|| self.relief.probe(), row).collect();
+        let rows: Vec<Vec<(u32, Texel)>> = rows.map_init(|| self.relief.probe(blur), row).collect();
         gather(layout, &rows)
     }
 
@@ -127,7 +128,8 @@ impl Sampler<'_> {
             };
             let at = sample.attributes;
             let age = at.birth / self.last.max(1.0);
-            let color = self.paint.color(at.density, age, at.rim).map(to_linear);
+            let plain = || self.paint.color(at.density, age, at.rim);
+            let color = at.color.unwrap_or_else(plain).map(to_linear);
             sums.add(Part {
                 inside: sample.level > 0.0,
                 height: sample.height,

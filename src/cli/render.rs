@@ -9,10 +9,11 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, Image, Key, Painted, Scene, Settings, draw_legend, number, round_below,
+    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, draw_legend, number,
+    round_below,
 };
 use thallus::run::Length;
-use thallus::skin::{self, Paint, Shape};
+use thallus::skin::{self, Cortex, Paint, Parts, Shape};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -115,6 +116,21 @@ pub(super) struct Skin {
     colors: Vec<[u8; 3]>,
     triangles: Vec<[u32; 3]>,
     grain: f32,
+    structure: Option<Cut>,
+}
+
+/// The structure of a skin, as fine as it is.
+struct Cut(Cortex);
+
+impl Structure for Cut {
+    fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail {
+        let detail = self.0.at(place.map(f64::from), normal, 0.0);
+        Detail {
+            shade: detail.shade * (1.0 - detail.share),
+            cover: detail.cover,
+            slope: detail.slope,
+        }
+    }
 }
 
 impl Lichens {
@@ -161,8 +177,7 @@ impl Lichens {
         let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;
         let color = ColorArgs {
             colormap,
-            age_darken: color.age_darken,
-            prothallus: color.prothallus.clone(),
+            ..color.clone()
         };
         Ok(Lichen {
             elements,
@@ -203,10 +218,17 @@ impl Lichens {
         }
         let grey = vec![[0; 3]; cluster.len()];
         dressed.discs.extend(granules(substrate, cluster, grey));
-        let made = skin::skin_and_elements(substrate, cluster, &self.shape, &lichen.paint);
-        let (mesh, strongest) = made.map_err(|e| Failure::Usage(e.into()))?;
+        let made = skin::skin_in_parts(substrate, cluster, &self.shape, &lichen.paint);
+        let Parts {
+            mesh,
+            strongest,
+            cortex,
+        } = made.map_err(|e| Failure::Usage(e.into()))?;
         dressed.skins.push(match colors {
-            None => Skin::new(substrate, mesh, cluster.radius() as f32),
+            None => Skin {
+                structure: cortex.map(Cut),
+                ..Skin::new(substrate, mesh, cluster.radius() as f32)
+            },
             Some(colors) => {
                 let of = |&element: &u32| colors[element as usize];
                 let colors = strongest.par_iter().map(of).collect();
@@ -259,6 +281,7 @@ impl Skin {
             colors: mesh.colors,
             triangles: mesh.triangles,
             grain,
+            structure: None,
         }
     }
 
@@ -269,6 +292,7 @@ impl Skin {
             colors: &self.colors,
             triangles: &self.triangles,
             grain: self.grain,
+            structure: self.structure.as_ref().map(|cut| cut as &dyn Structure),
         }
     }
 }

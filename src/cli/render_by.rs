@@ -157,11 +157,7 @@ impl Coloring {
         };
         Ok(Self {
             quantity,
-            ramp: Paint {
-                colormap: colormap.map_err(wrong)?,
-                age_darken: 0.0,
-                prothallus: None,
-            },
+            ramp: colormap.map_err(wrong)?.into(),
             ends: range.unwrap_or(found),
         })
     }

@@ -67,7 +67,7 @@ pub(crate) struct ReliefArgs {
     pub(crate) falloff: Option<Length>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Colour")]
 pub(crate) struct ColorArgs {
     #[arg(long, value_name = "NAME|STOPS|FILE.toml", help = colormap_help())]
@@ -79,6 +79,14 @@ pub(crate) struct ColorArgs {
     /// 6r or 6r,#303028; or 'none' [default: that of the colour map]
     #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
     pub(crate) prothallus: Option<String>,
+    /// Cracks the crust into plates this wide, with a colour if they are not black: 9r or
+    /// 9r,#303028; or 'none' [default: those of the colour map]
+    #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
+    pub(crate) areoles: Option<String>,
+    /// Fruiting discs up to this wide, with a colour: 10r or 10r,#b04a10; or 'none' [default: those
+    /// of the colour map]
+    #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
+    pub(crate) apothecia: Option<String>,
 }
 
 #[derive(Debug, Args)]

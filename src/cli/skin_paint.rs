@@ -6,7 +6,9 @@ use std::path::Path;
 use anyhow::Context;
 use serde::Deserialize;
 use thallus::run::Length;
-use thallus::skin::{Colormap, ColormapError, PALETTE, Paint, Prothallus, parse_color};
+use thallus::skin::{
+    Apothecia, Areoles, Colormap, ColormapError, PALETTE, Paint, Prothallus, parse_color,
+};
 
 use super::failure::Failure;
 use super::skin_args::ColorArgs;
@@ -21,6 +23,19 @@ struct ColormapFile {
     stops: Vec<(f32, String)>,
     age_darken: Option<f32>,
     prothallus: Option<String>,
+    areoles: Option<String>,
+    apothecia: Option<ApotheciaTable>,
+}
+
+/// Fruiting bodies of one's own.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+struct ApotheciaTable {
+    width: String,
+    color: Option<String>,
+    spacing: Option<String>,
+    from: Option<String>,
+    margin: Option<f32>,
 }
 
 /// What the flags say, over what a colour map of its own says.
@@ -36,6 +51,13 @@ pub(super) fn paint(args: &ColorArgs, in_radii: InRadii) -> Result<Paint, Failur
     if let Some(text) = &args.prothallus {
         paint.prothallus = prothallus(text, in_radii).map_err(usage("--prothallus"))?;
     }
+    if let Some(text) = &args.areoles {
+        paint.areoles = areoles(text, in_radii).map_err(usage("--areoles"))?;
+    }
+    if let Some(text) = &args.apothecia {
+        let own = paint.apothecia;
+        paint.apothecia = apothecia(text, own, in_radii).map_err(usage("--apothecia"))?;
+    }
     Ok(paint)
 }
 
@@ -43,16 +65,8 @@ fn named(text: &str) -> Result<Paint, Failure> {
     if let Some(map) = PALETTE.iter().find(|map| map.name == text) {
         return Ok(Paint::of(map));
     }
-    let colormap = text.parse().map_err(usage("--colormap"))?;
-    Ok(plain(colormap))
-}
-
-fn plain(colormap: Colormap) -> Paint {
-    Paint {
-        colormap,
-        age_darken: 0.0,
-        prothallus: None,
-    }
+    let colormap: Colormap = text.parse().map_err(usage("--colormap"))?;
+    Ok(colormap.into())
 }
 
 fn usage<E: std::error::Error + Send + Sync + 'static>(flag: &str) -> impl Fn(E) -> Failure {
@@ -77,44 +91,158 @@ fn read(path: &Path, in_radii: InRadii) -> Result<Paint, Failure> {
     let color = |(at, color): &(f32, String)| Ok((*at, parse_color(color)?));
     let stops: Result<Vec<_>, ColormapError> = file.stops.iter().map(color).collect();
     let stops = stops.map_err(usage(&shown))?;
-    let mut paint = plain(Colormap::new(&stops).map_err(usage(&shown))?);
+    let mut paint: Paint = Colormap::new(&stops).map_err(usage(&shown))?.into();
     if let Some(share) = file.age_darken {
         paint.age_darken = checked_share(share, &format!("{shown}: age-darken"))?;
     }
     if let Some(text) = &file.prothallus {
         paint.prothallus = prothallus(text, in_radii).map_err(usage(&shown))?;
     }
+    if let Some(text) = &file.areoles {
+        paint.areoles = areoles(text, in_radii).map_err(usage(&shown))?;
+    }
+    if let Some(table) = &file.apothecia {
+        let apothecia = table.apothecia(in_radii).map_err(usage(&shown))?;
+        paint.apothecia = Some(apothecia);
+    }
     Ok(paint)
 }
 
-/// A margin that cannot be drawn.
+/// A structure that cannot be drawn.
 #[derive(Debug, thiserror::Error)]
-enum ProthallusError {
+enum StructureError {
     #[error(transparent)]
     Length(#[from] thallus::run::LengthError),
     #[error(transparent)]
     Color(#[from] thallus::skin::ColormapError),
     #[error("'{0}' is no width of a margin: write a positive length, as 6r, or 'none'")]
     Width(String),
+    #[error("{name} is '{text}': it may be {low}r to {high}r")]
+    Range {
+        name: &'static str,
+        text: String,
+        low: f32,
+        high: f32,
+    },
+    #[error("the margin of apothecia is {0}: it may be 0 to 0.6")]
+    Margin(f32),
 }
 
 const BLACK: [u8; 3] = [0x1c, 0x1c, 0x1a];
 
 /// `6r`, `6r,#303028` or `none`.
-fn prothallus(text: &str, in_radii: InRadii) -> Result<Option<Prothallus>, ProthallusError> {
+fn prothallus(text: &str, in_radii: InRadii) -> Result<Option<Prothallus>, StructureError> {
     if text == "none" {
         return Ok(None);
     }
-    let (width, color) = match text.split_once(",#") {
-        None => (text, BLACK),
-        Some((width, digits)) => (width, parse_color(&format!("#{digits}"))?),
-    };
+    let (width, color) = width_and_color(text)?;
+    let color = color.unwrap_or(BLACK);
     let radii = in_radii(width.parse()?) as f32;
     match radii > 0.0 && radii.is_finite() {
         true => Ok(Some(Prothallus {
             width: radii,
             color,
         })),
-        false => Err(ProthallusError::Width(width.to_owned())),
+        false => Err(StructureError::Width(width.to_owned())),
+    }
+}
+
+/// `9r,#303028` or `9r`.
+fn width_and_color(text: &str) -> Result<(&str, Option<[u8; 3]>), ColormapError> {
+    match text.split_once(",#") {
+        None => Ok((text, None)),
+        Some((width, digits)) => Ok((width, Some(parse_color(&format!("#{digits}"))?))),
+    }
+}
+
+/// A length that a structure may have, in element radii.
+fn length(
+    name: &'static str,
+    text: &str,
+    low: f32,
+    in_radii: InRadii,
+) -> Result<f32, StructureError> {
+    const HIGH: f32 = 1000.0;
+    let radii = in_radii(text.parse()?) as f32;
+    match (low..=HIGH).contains(&radii) {
+        true => Ok(radii),
+        false => Err(StructureError::Range {
+            name,
+            text: text.to_owned(),
+            low,
+            high: HIGH,
+        }),
+    }
+}
+
+/// The narrowest areole and apothecium, in element radii.
+const NARROWEST: f32 = 3.0;
+
+/// `9r`, `9r,#303028` or `none`.
+fn areoles(text: &str, in_radii: InRadii) -> Result<Option<Areoles>, StructureError> {
+    if text == "none" {
+        return Ok(None);
+    }
+    let (width, color) = width_and_color(text)?;
+    Ok(Some(Areoles {
+        width: length("the width of areoles", width, NARROWEST, in_radii)?,
+        color: color.unwrap_or(BLACK),
+    }))
+}
+
+/// `10r`, `10r,#b04a10` or `none`; all else is that of the colour map's own.
+fn apothecia(
+    text: &str,
+    own: Option<Apothecia>,
+    in_radii: InRadii,
+) -> Result<Option<Apothecia>, StructureError> {
+    if text == "none" {
+        return Ok(None);
+    }
+    let (width, color) = width_and_color(text)?;
+    let width = length("the width of apothecia", width, NARROWEST, in_radii)?;
+    let usual = usual_apothecia(width);
+    let scaled = own.map(|own| Apothecia {
+        spacing: own.spacing * width / own.width,
+        width,
+        ..own
+    });
+    let apothecia = scaled.unwrap_or(usual);
+    Ok(Some(Apothecia {
+        color: color.unwrap_or(apothecia.color),
+        ..apothecia
+    }))
+}
+
+/// Brown discs with a margin, side by side.
+fn usual_apothecia(width: f32) -> Apothecia {
+    Apothecia {
+        width,
+        spacing: 1.2 * width,
+        from: 3.0 * width,
+        color: [0x6b, 0x4a, 0x34],
+        margin: 0.25,
+    }
+}
+
+impl ApotheciaTable {
+    fn apothecia(&self, in_radii: InRadii) -> Result<Apothecia, StructureError> {
+        let width = length("the width of apothecia", &self.width, NARROWEST, in_radii)?;
+        let mut apothecia = usual_apothecia(width);
+        if let Some(color) = &self.color {
+            apothecia.color = parse_color(color)?;
+        }
+        if let Some(text) = &self.spacing {
+            apothecia.spacing = length("the spacing of apothecia", text, NARROWEST, in_radii)?;
+        }
+        if let Some(text) = &self.from {
+            apothecia.from = length("where apothecia begin", text, 1.0, in_radii)?;
+        }
+        if let Some(margin) = self.margin {
+            let is_known = (0.0..=0.6).contains(&margin);
+            let wrong = StructureError::Margin(margin);
+            apothecia.margin = is_known.then_some(margin).ok_or(wrong)?;
+        }
+        Ok(apothecia)
     }
 }

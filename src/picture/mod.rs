@@ -26,6 +26,8 @@ mod trace;
 mod view;
 mod wide;
 
+use std::fmt;
+
 pub use camera::Camera;
 pub use color::{age_color, hue_color};
 pub use gif::GifWriter;
@@ -62,6 +64,31 @@ pub struct Painted<'a> {
     /// The size of the fine relief and of the mottles that the surface is drawn with, in the units
     /// of `positions`: about an element's radius for lichen, 0 for a plain surface.
     pub grain: f32,
+    /// What is finer than the triangles.
+    pub structure: Option<&'a dyn Structure>,
+}
+
+/// The structure of a painted mesh, read at every sample.
+pub trait Structure: Sync {
+    /// At a place of the mesh and its unit normal there, in the units of the mesh's positions.
+    fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail;
+}
+
+impl fmt::Debug for dyn Structure + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Structure")
+    }
+}
+
+/// What a structure does to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detail {
+    /// What the mesh's own colour is multiplied by, linear.
+    pub shade: f32,
+    /// Linear colour that is added to that.
+    pub cover: [f32; 3],
+    /// The gradient along the mesh of the height over it, for shading.
+    pub slope: [f32; 3],
 }
 
 /// What is to be drawn. Parts that cannot be (not finite, no area, no such vertex) are left out.

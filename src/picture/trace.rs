@@ -215,13 +215,16 @@ impl<'a> World<'a> {
         let facing = Facing::new(spot, met, normals);
         let colors = corners.map(|c| color::linear(skin.colors[c]));
         let grain = skin.grain;
+        let (mut normal, mut color) = (facing.smooth, facing.mean(colors));
+        if let Some(structure) = skin.structure {
+            let detail = structure.at(facing.place.to_array(), normal.to_array());
+            color = color * detail.shade + Vec3A::from(detail.cover);
+            normal = (normal - Vec3A::from(detail.slope)).normalize_or(normal);
+        }
         Hit {
             place: facing.place,
-            normal: facing.smooth,
-            material: Material::Lichen {
-                color: facing.mean(colors),
-                grain,
-            },
+            normal,
+            material: Material::Lichen { color, grain },
             starts: (facing.place + facing.flat * (CLEAR * self.size)).into(),
         }
     }

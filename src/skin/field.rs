@@ -125,7 +125,7 @@ impl<'a> Field<'a> {
     /// The same, colouring places as it reads them, as far as that does not depend on the moment.
     pub(super) fn painted(self, paint: &'a Paint) -> Self {
         Self {
-            paint: (paint.age_darken == 0.0).then_some(paint),
+            paint: (paint.age_darken == 0.0 && !paint.is_structured()).then_some(paint),
             ..self
         }
     }

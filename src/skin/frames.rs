@@ -13,6 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::base::{Face, Winding};
+use super::cortex::{Cortex, Dress};
 use super::felt::Felt;
 use super::field::{Field, NOTHING, RING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
@@ -21,7 +22,7 @@ use super::lichen::{Granule, Lichen, far};
 use super::march::{Outline, Samples, close, is_touched};
 use super::refine::{NEVER, Tree};
 use super::sheet::Sheet;
-use super::{Paint, Shape, SkinError, UNDERSIDE, finish, refine};
+use super::{Paint, Shape, SkinError, UNDERSIDE, blur, finish, last, refine};
 use crate::cluster::{Cluster, Presence};
 use crate::export::TriMesh;
 use crate::substrate::Substrate;
@@ -43,6 +44,7 @@ pub struct SkinFrames<'a> {
     tree: Tree,
     lichen: Lichen,
     grid: Grid,
+    cortex: Option<Cortex>,
     history: History,
     moments: Vec<Presence>,
     next: usize,
@@ -79,11 +81,12 @@ impl<'a> SkinFrames<'a> {
             first.map_or(NEVER, |birth| birth + 1)
         };
         let farthest = farthest(substrate, cluster, shape, paint);
-        let ((mut lichen, history), tree) = rayon::join(
+        let ((mut lichen, cortex, history), tree) = rayon::join(
             || {
                 let lichen = Lichen::unmeasured(substrate, &winding, cluster);
+                let cortex = Cortex::new(&lichen, paint, shape.thickness);
                 let history = History::new(&lichen, farthest);
-                (lichen, history)
+                (lichen, cortex, history)
             },
             || refine(substrate, &winding, cluster, shape, since),
         );
@@ -103,6 +106,7 @@ impl<'a> SkinFrames<'a> {
             paint,
             winding,
             grid,
+            cortex,
             history,
             moments,
             next: 0,
@@ -126,6 +130,10 @@ impl<'a> SkinFrames<'a> {
         let rims = keys.counts.map(|count| &self.rims[&count]);
         let crowded = self.change_about(presence);
         let history = &self.history;
+        if let Some(cortex) = &mut self.cortex {
+            let born = presence.born(self.cluster.len()) as u32;
+            cortex.move_to(born, |birth| keys.distance(birth as usize, rims));
+        }
         let change = |(granule, moved): (&mut Granule, &mut bool)| {
             let birth = granule.birth as usize;
             let influence = presence.influence(birth);
@@ -238,8 +246,19 @@ impl<'a> SkinFrames<'a> {
         let leaves: Vec<&Face> = leaves.collect();
         let samples = Samples::new(&self.levels, &self.samples, &leaves);
         let cross = |sides| self.outline_across(&samples, sides);
-        let underside = UNDERSIDE * self.cluster.radius();
-        let (marched, outline) = close(&self.tree, elements, &leaves, &samples, underside, cross);
+        let radius = self.cluster.radius();
+        let dress = |cortex| Dress {
+            cortex,
+            paint: self.paint,
+            last: last(born),
+            blur: blur(self.shape, radius),
+        };
+        let dress = self.cortex.as_ref().map(dress);
+        let underside = UNDERSIDE * radius;
+        let closed = close(
+            &self.tree, elements, &leaves, &samples, underside, dress, cross,
+        );
+        let (marched, outline) = closed;
         self.outline = outline;
         let mut mesh = finish(
             self.substrate,
@@ -276,6 +295,7 @@ impl ExactSizeIterator for SkinFrames<'_> {}
 fn farthest(substrate: &Substrate, cluster: &Cluster, shape: &Shape, paint: &Paint) -> f32 {
     let margin = |p: super::Prothallus| p.width + 2.0 * cutoff(shape) as f32;
     let margin = paint.prothallus.map_or(0.0, margin);
+    let grown = paint.apothecia.map_or(0.0, |a| a.full_grown());
     let far = far(substrate) / cluster.radius();
-    RING.max(margin).min(far as f32)
+    RING.max(margin).max(grown).min(far as f32)
 }

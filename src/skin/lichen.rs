@@ -4,10 +4,12 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::Paint;
 use super::base::Winding;
+use super::cortex::Cortex;
 use super::grid::Grid;
+use super::{Paint, last};
 use crate::cluster::{Cluster, Element};
+use crate::color::to_byte;
 use crate::morphometry::{Neighbours, density, is_rim, rim_distance, smooth_normals};
 use crate::substrate::{Substrate, SurfacePoint};
 
@@ -75,8 +77,17 @@ impl Lichen {
 
     /// The colour of each element, in birth order, before it is sorted.
     pub(super) fn colors(&self, paint: &Paint) -> Vec<[u8; 3]> {
-        let last = self.granules.len().saturating_sub(1).max(1) as f32;
-        let color = |g: &Granule| paint.color(g.density, g.birth as f32 / last, g.rim);
+        let last = last(self.granules.len());
+        let cortex = Cortex::new(self, paint, 0.0);
+        let color = |g: &Granule| {
+            let light = paint.light(g.density, g.birth as f32 / last, g.rim);
+            let detail = |cortex: &Cortex| {
+                let (place, normal) = (g.position.to_array(), g.normal.to_array());
+                cortex.at(place, normal, self.radius as f32)
+            };
+            let detail = cortex.as_ref().map(detail);
+            detail.map_or(light, |d| d.over(light)).map(to_byte)
+        };
         self.granules.par_iter().map(color).collect()
     }
 

@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
+use super::cortex::Dress;
 use super::field::{Attributes, Field, Sample};
 use super::refine::{ALL, Tree, side_key, sides};
 use super::sheet::Sheet;
@@ -21,6 +22,9 @@ const APART: f32 = 0.02;
 
 /// Places that one task samples.
 const BATCH: usize = 1024;
+
+/// Vertices that are made before they are put in their order.
+const AT_ONCE: usize = 1 << 16;
 
 /// A mesh in local units, with the field's attributes for each vertex.
 #[derive(Debug, Default)]
@@ -43,7 +47,13 @@ pub(super) struct Samples<'a> {
 }
 
 /// The iso-surface of a field over a surface, on an underside so deep, in local units.
-pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f64) -> Marched {
+pub(super) fn march(
+    field: &Field,
+    winding: &Winding,
+    tree: &Tree,
+    underside: f64,
+    dress: Option<Dress>,
+) -> Marched {
     let (levels, inside) = sample_all(field, winding, tree);
     let leaves = tree.leaves(|leaf| is_touched(leaf, &levels));
     let leaves: Vec<&Face> = leaves.iter().collect();
@@ -54,17 +64,18 @@ pub(super) fn march(field: &Field, winding: &Winding, tree: &Tree, underside: f6
         field.sample(place, home, facing, sheet)
     };
     let cross = |sides| Outline::default().moved(field, tree, &samples, sides, &|_, _| true, &read);
-    close(tree, ALL, &leaves, &samples, underside, cross).0
+    close(tree, ALL, &leaves, &samples, underside, dress, cross).0
 }
 
-/// The closed mesh of these samples for a lichen of so many elements, which touches these leaves of
-/// the tree, with the outline that `cross` makes of the sides that it crosses.
+/// The closed mesh of these samples, dressed, for a lichen of so many elements, which touches these
+/// leaves of the tree, with the outline that `cross` makes of the sides that it crosses.
 pub(super) fn close(
     tree: &Tree,
     elements: u32,
     leaves: &[&Face],
     samples: &Samples,
     underside: f64,
+    dress: Option<Dress>,
     cross: impl FnOnce(Vec<u64>) -> Outline,
 ) -> (Marched, Outline) {
     let outline = cross(crossed_sides(samples, leaves));
@@ -73,6 +84,8 @@ pub(super) fn close(
     let needed: Vec<&Face> = needed.collect();
     let below = tree.coarsened(elements, &needed, |f| samples.touches(f));
     let mut weaver = Weaver::new(tree, samples, &outline, underside);
+    weaver.add_upper(dress);
+    weaver.add_outline(dress);
     weaver.number_underside(&below);
     let mut triangles = weaver.woven(leaves, Weaver::upper);
     triangles.extend(weaver.woven(&below, Weaver::under));
@@ -185,11 +198,11 @@ pub(super) struct Outline {
     sides: Vec<u64>,
     /// For each vertex the first of the sides whose lower end it is, and their number at the end.
     starts: Vec<u32>,
-    crossings: Vec<Crossing>,
+    crossings: Vec<Told>,
 }
 
-/// A place of the outline and what the field says there.
-type Crossing = (DVec3, Sample);
+/// A place of the surface and what the field says there.
+type Told = (DVec3, Sample);
 
 /// Reads the field between the ends of a side: the inner one is told, and the nearer one.
 pub(super) type Read<'s, 'a> = dyn Fn(DVec3, [u32; 2], &mut Sheet<'s>) -> Sample + Sync + 'a;
@@ -249,7 +262,7 @@ fn cross(
     samples: &Samples,
     ends: [u32; 2],
     mut read: impl FnMut(DVec3, [u32; 2]) -> Sample,
-) -> Crossing {
+) -> Told {
     let [mut a, mut b] = ends;
     if samples.levels[a as usize] <= 0.0 {
         (a, b) = (b, a);
@@ -268,10 +281,7 @@ fn cross(
 /// The level falls as the square of the distance, so a straight line between the ends misses by
 /// more the longer the side is, and the outline would be jagged: two steps of the method of false
 /// position mend it.
-fn crossing(
-    [mut inner, mut outer]: [f32; 2],
-    mut sampled: impl FnMut(f32) -> Crossing,
-) -> Crossing {
+fn crossing([mut inner, mut outer]: [f32; 2], mut sampled: impl FnMut(f32) -> Told) -> Told {
     const STEPS: usize = 2;
     let (mut low, mut high) = (0.0, 1.0);
     let mut share = inner / (inner - outer);
@@ -313,36 +323,40 @@ enum Corner {
 
 impl<'a> Weaver<'a> {
     fn new(tree: &'a Tree, samples: &'a Samples<'a>, outline: &'a Outline, underside: f64) -> Self {
-        let mut weaver = Self {
+        Self {
             tree,
             samples,
             outline,
             under: vec![NONE; tree.positions.len()],
             underside,
             mesh: Marched::default(),
-        };
-        weaver.add_upper();
-        weaver.add_outline();
-        weaver
-    }
-
-    fn add_upper(&mut self) {
-        self.mesh.reserve(2 * self.samples.inside.len());
-        for &v in &self.samples.inside {
-            let sample = self.samples.sample(v);
-            let up = sample.up.as_dvec3();
-            let place = self.tree.positions[v as usize] + up * f64::from(sample.height);
-            self.mesh.add(place, sample.normal, sample.attributes);
         }
     }
 
-    fn add_outline(&mut self) {
-        for (place, sample) in &self.outline.crossings {
+    fn add_upper(&mut self, dress: Option<Dress>) {
+        self.mesh.reserve(2 * self.samples.inside.len());
+        let told = |v: &u32| {
+            let place = self.tree.positions[*v as usize];
+            dressed(dress, place, self.samples.sample(*v))
+        };
+        for batch in self.samples.inside.chunks(AT_ONCE) {
+            let batch: Vec<Told> = batch.par_iter().map(told).collect();
+            for (place, sample) in batch {
+                let place = place + sample.up.as_dvec3() * f64::from(sample.height);
+                self.mesh.add(place, sample.normal, sample.attributes);
+            }
+        }
+    }
+
+    fn add_outline(&mut self, dress: Option<Dress>) {
+        let told = |(place, sample): &Told| dressed(dress, *place, sample);
+        let crossings: Vec<Told> = self.outline.crossings.par_iter().map(told).collect();
+        for (place, sample) in crossings {
             // At the outline the height is 0, and the iso-surface stands upright.
-            let Sample { normal, up, .. } = *sample;
+            let Sample { normal, up, .. } = sample;
             let flat = (normal - up * normal.dot(up)).try_normalize();
             self.mesh
-                .add(*place, flat.unwrap_or(normal), sample.attributes);
+                .add(place, flat.unwrap_or(normal), sample.attributes);
         }
     }
 
@@ -471,6 +485,11 @@ impl<'a> Weaver<'a> {
             },
         }
     }
+}
+
+fn dressed(dress: Option<Dress>, place: DVec3, sample: &Sample) -> Told {
+    let sample = dress.map_or(*sample, |dress| dress.sample(place, sample));
+    (place, sample)
 }
 
 impl Marched {

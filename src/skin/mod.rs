@@ -17,6 +17,7 @@
 //! has at least the substrate's triangles under lichen.
 
 mod base;
+mod cortex;
 mod decimate;
 mod felt;
 mod field;
@@ -31,10 +32,12 @@ mod palette;
 mod refine;
 mod relief;
 mod sheet;
+mod sites;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use cortex::{Apothecia, Areoles, Cortex, Detail};
 pub use decimate::{Decimated, decimate};
 pub use frames::SkinFrames;
 pub use manifold::{Faults, faults};
@@ -43,6 +46,7 @@ pub use palette::{NamedColormap, PALETTE};
 pub(crate) use relief::{Probe, Relief};
 
 use base::{Base, Winding};
+use cortex::Dress;
 use field::{Field, cutoff, overhang};
 use grid::Nearness;
 use lichen::Lichen;
@@ -183,20 +187,40 @@ pub fn skin(
     shape: &Shape,
     paint: &Paint,
 ) -> Result<TriMesh, SkinError> {
-    skin_and_elements(substrate, cluster, shape, paint).map(|(mesh, _)| mesh)
+    made(substrate, cluster, shape, paint, true).map(|parts| parts.mesh)
 }
 
-/// The same as [`skin`], with the birth index of the strongest element at each vertex, to look up
-/// what else is known about it.
+/// A skin that is to be drawn by something that reads its structure more finely than its triangles are.
+pub struct Parts {
+    /// The skin without areoles and apothecia.
+    pub mesh: TriMesh,
+    /// The birth index of the strongest element at each vertex, to look up what else is known about it.
+    pub strongest: Vec<u32>,
+    /// Areoles and apothecia, if it has any.
+    pub cortex: Option<Cortex>,
+}
+
+/// The same as [`skin`], in parts.
 ///
 /// # Errors
 /// Those of [`skin`].
-pub fn skin_and_elements(
+pub fn skin_in_parts(
     substrate: &Substrate,
     cluster: &Cluster,
     shape: &Shape,
     paint: &Paint,
-) -> Result<(TriMesh, Vec<u32>), SkinError> {
+) -> Result<Parts, SkinError> {
+    made(substrate, cluster, shape, paint, false)
+}
+
+/// A skin, with its structure in the mesh or beside it.
+fn made(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+    paint: &Paint,
+    is_dressed: bool,
+) -> Result<Parts, SkinError> {
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
@@ -209,16 +233,38 @@ pub fn skin_and_elements(
         || Lichen::new(substrate, &winding, cluster),
         || refine(substrate, &winding, cluster, shape, always),
     );
-    let grid = lichen.sort(cutoff(shape) * cluster.radius());
+    let cortex = Cortex::new(&lichen, paint, shape.thickness);
+    let (radius, last) = (cluster.radius(), last(cluster.len()));
+    let grid = lichen.sort(cutoff(shape) * radius);
     let field = Field::new(substrate, &lichen, &grid, shape);
-    let marched = march(&field, &winding, &tree, UNDERSIDE * cluster.radius());
+    let dress = cortex.as_ref().filter(|_| is_dressed).map(|cortex| Dress {
+        cortex,
+        paint,
+        last,
+        blur: blur(shape, radius),
+    });
+    let marched = march(&field, &winding, &tree, UNDERSIDE * radius, dress);
     drop(tree);
     if marched.triangles.is_empty() {
         return Err(SkinError::TooCoarse);
     }
     let strongest = marched.attributes.par_iter().map(|a| a.strongest).collect();
-    let mesh = finish(substrate, cluster.radius(), cluster.len(), marched, paint);
-    Ok((mesh, strongest))
+    let mesh = finish(substrate, radius, cluster.len(), marched, paint);
+    Ok(Parts {
+        mesh,
+        strongest,
+        cortex,
+    })
+}
+
+/// Birth index of the last of so many elements, by which ages are told.
+fn last(elements: usize) -> f32 {
+    elements.saturating_sub(1).max(1) as f32
+}
+
+/// What a skin of elements of this radius cannot show, local units: half of its longest edge.
+fn blur(shape: &Shape, radius: f64) -> f32 {
+    (0.5 * shape.resolution * radius) as f32
 }
 
 /// The part of the substrate that may carry lichen, cut finer where it does: from as many elements
@@ -261,7 +307,7 @@ fn finish(
 ) -> TriMesh {
     let units = substrate.units();
     let radius = units.length_to_file(radius) as f32;
-    let last = elements.saturating_sub(1).max(1) as f32;
+    let last = last(elements);
     let of = &marched.attributes;
     let colors = of
         .par_iter()

@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use super::palette::{PALETTE, find};
+use super::{Apothecia, Areoles};
 use crate::color::{from_oklab, to_byte, to_oklab};
 
 /// Colours for numbers from 0 to 1, straight lines in Oklab between stops.
@@ -142,6 +143,23 @@ pub struct Paint {
     pub age_darken: f32,
     /// The dark margin, if there is one.
     pub prothallus: Option<Prothallus>,
+    /// The cracks, if there are any.
+    pub areoles: Option<Areoles>,
+    /// The fruiting bodies, if there are any.
+    pub apothecia: Option<Apothecia>,
+}
+
+impl From<Colormap> for Paint {
+    /// A map and nothing else.
+    fn from(colormap: Colormap) -> Self {
+        Self {
+            colormap,
+            age_darken: 0.0,
+            prothallus: None,
+            areoles: None,
+            apothecia: None,
+        }
+    }
 }
 
 impl Default for Paint {
@@ -152,25 +170,36 @@ impl Default for Paint {
 }
 
 impl Paint {
-    /// A map of the palette, with the margin that such a lichen has.
+    /// A map of the palette, with the margin and the structure that such a lichen has.
     pub fn of(map: &super::NamedColormap) -> Self {
         Self {
-            colormap: Colormap::from_named(map),
-            age_darken: 0.0,
             prothallus: map.prothallus,
+            areoles: map.areoles,
+            apothecia: map.apothecia,
+            ..Colormap::from_named(map).into()
         }
     }
 
+    /// Whether it has any structure.
+    pub(super) fn is_structured(&self) -> bool {
+        self.areoles.is_some() || self.apothecia.is_some()
+    }
+
     /// sRGB at a density, an age from 0 for the first born to 1 for the last, and a distance from
-    /// the rim in element radii.
+    /// the rim in element radii; without areoles and apothecia.
     pub fn color(&self, density: f32, age: f32, rim: f32) -> [u8; 3] {
+        self.light(density, age, rim).map(to_byte)
+    }
+
+    /// The same as linear light.
+    pub(super) fn light(&self, density: f32, age: f32, rim: f32) -> [f32; 3] {
         let mut lab = self.colormap.at(density);
         let darker = 1.0 - self.age_darken * (1.0 - age.clamp(0.0, 1.0));
         lab = lab.map(|x| x * darker);
         if let Some(Prothallus { width, color }) = self.prothallus {
             lab = mix(lab, to_oklab(color), margin(rim / width));
         }
-        from_oklab(lab).map(to_byte)
+        from_oklab(lab)
     }
 }
 
@@ -185,11 +214,7 @@ mod tests {
     use super::*;
 
     fn paint(colormap: &str) -> Paint {
-        Paint {
-            colormap: colormap.parse().unwrap(),
-            age_darken: 0.0,
-            prothallus: None,
-        }
+        colormap.parse::<Colormap>().unwrap().into()
     }
 
     #[test]

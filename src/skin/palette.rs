@@ -1,7 +1,7 @@
 //! Colour maps named after the lichens that look so.
 
-use super::ColormapError;
 use super::paint::{Prothallus, UnknownColormap};
+use super::{Apothecia, Areoles, ColormapError};
 
 /// A colour map with a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +14,20 @@ pub struct NamedColormap {
     pub stops: &'static [(f32, [u8; 3])],
     /// The dark margin that such a lichen has.
     pub prothallus: Option<Prothallus>,
+    /// The cracks that its crust has.
+    pub areoles: Option<Areoles>,
+    /// The fruiting bodies that it has.
+    pub apothecia: Option<Apothecia>,
 }
+
+const PLAIN: NamedColormap = NamedColormap {
+    name: "",
+    look: "",
+    stops: &[],
+    prothallus: None,
+    areoles: None,
+    apothecia: None,
+};
 
 /// Every colour map.
 pub const PALETTE: &[NamedColormap; 8] = &[
@@ -27,22 +40,29 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             (0.60, [0x8d, 0x97, 0x84]),
             (0.80, [0x6c, 0x74, 0x63]),
         ],
-        prothallus: None,
+        ..PLAIN
     },
     NamedColormap {
         name: "xanthoria",
-        look: "sunburst lichen: yellow lobes, deep orange in the middle",
+        look: "sunburst lichen: yellow-orange lobes, crowded with orange discs in the middle",
         stops: &[
-            (0.10, [0xe6, 0xae, 0x2c]),
-            (0.40, [0xe2, 0x9a, 0x20]),
-            (0.60, [0xd2, 0x7e, 0x16]),
-            (0.80, [0xb6, 0x60, 0x12]),
+            (0.10, [0xf0, 0xc4, 0x3c]),
+            (0.40, [0xe9, 0xac, 0x2a]),
+            (0.60, [0xdc, 0x93, 0x1c]),
+            (0.80, [0xc4, 0x7a, 0x14]),
         ],
-        prothallus: None,
+        apothecia: Some(Apothecia {
+            width: 11.0,
+            spacing: 9.0,
+            from: 6.0,
+            color: [0xc8, 0x68, 0x0f],
+            margin: 0.22,
+        }),
+        ..PLAIN
     },
     NamedColormap {
         name: "rhizocarpon",
-        look: "map lichen: yellow-green with a black margin",
+        look: "map lichen: yellow-green, with black cracks, discs and margin",
         stops: &[
             (0.10, [0x8f, 0x92, 0x40]),
             (0.45, [0xad, 0xb0, 0x52]),
@@ -53,21 +73,36 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             width: 6.0,
             color: [0x1f, 0x20, 0x1a],
         }),
+        areoles: Some(Areoles {
+            width: 9.0,
+            color: [0x1f, 0x20, 0x1a],
+        }),
+        apothecia: Some(Apothecia {
+            width: 7.0,
+            spacing: 15.0,
+            from: 8.0,
+            color: [0x1c, 0x1c, 0x1a],
+            margin: 0.0,
+        }),
     },
     NamedColormap {
         name: "caloplaca",
-        look: "firedot lichen: rust orange, brighter at the rim",
+        look: "firedot lichen: cracked, rust orange, brighter at the rim",
         stops: &[
-            (0.10, [0xe9, 0x9b, 0x32]),
-            (0.45, [0xdb, 0x7c, 0x20]),
-            (0.62, [0xc4, 0x68, 0x1d]),
-            (0.80, [0x9c, 0x4c, 0x1a]),
+            (0.10, [0xee, 0xb0, 0x40]),
+            (0.45, [0xe3, 0x92, 0x2a]),
+            (0.62, [0xd6, 0x80, 0x22]),
+            (0.80, [0xb5, 0x64, 0x1c]),
         ],
-        prothallus: None,
+        areoles: Some(Areoles {
+            width: 10.0,
+            color: [0x7a, 0x3e, 0x12],
+        }),
+        ..PLAIN
     },
     NamedColormap {
         name: "lecanora",
-        look: "rim lichen: chalk grey with a blue-grey margin",
+        look: "rim lichen: chalk grey and cracked, brown discs with pale rims, a blue-grey margin",
         stops: &[
             (0.10, [0xb9, 0xbb, 0xb0]),
             (0.50, [0xd0, 0xd0, 0xc2]),
@@ -76,6 +111,17 @@ pub const PALETTE: &[NamedColormap; 8] = &[
         prothallus: Some(Prothallus {
             width: 5.0,
             color: [0x5b, 0x63, 0x68],
+        }),
+        areoles: Some(Areoles {
+            width: 8.0,
+            color: [0x5e, 0x60, 0x58],
+        }),
+        apothecia: Some(Apothecia {
+            width: 9.0,
+            spacing: 11.0,
+            from: 10.0,
+            color: [0x5c, 0x46, 0x36],
+            margin: 0.25,
         }),
     },
     NamedColormap {
@@ -87,7 +133,7 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             (0.60, [0x98, 0x9f, 0x6a]),
             (0.80, [0x6c, 0x71, 0x4a]),
         ],
-        prothallus: None,
+        ..PLAIN
     },
     NamedColormap {
         name: "verrucaria",
@@ -97,7 +143,11 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             (0.50, [0x49, 0x44, 0x30]),
             (0.80, [0x2c, 0x2a, 0x20]),
         ],
-        prothallus: None,
+        areoles: Some(Areoles {
+            width: 8.0,
+            color: [0x14, 0x13, 0x0f],
+        }),
+        ..PLAIN
     },
     NamedColormap {
         name: "cladonia",
@@ -107,7 +157,7 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             (0.40, [0xd0, 0xd4, 0xbb]),
             (0.70, [0xaa, 0xb1, 0x95]),
         ],
-        prothallus: None,
+        ..PLAIN
     },
 ];
 

@@ -4,11 +4,12 @@
 use glam::DVec3;
 
 use super::base::Winding;
+use super::cortex::{Cortex, Dress};
 use super::field::{Field, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::lichen::Lichen;
 use super::sheet::Sheet;
-use super::{Shape, SkinError, may_carry};
+use super::{Paint, Shape, SkinError, last, may_carry};
 use crate::cluster::Cluster;
 use crate::substrate::{Substrate, SurfacePoint};
 
@@ -20,6 +21,8 @@ pub(crate) struct Relief<'a> {
     lichen: Lichen,
     grid: Grid,
     nearness: Nearness,
+    cortex: Option<Cortex>,
+    paint: &'a Paint,
 }
 
 impl<'a> Relief<'a> {
@@ -29,6 +32,7 @@ impl<'a> Relief<'a> {
         substrate: &'a Substrate,
         cluster: &Cluster,
         shape: &Shape,
+        paint: &'a Paint,
     ) -> Result<Self, SkinError> {
         shape.check()?;
         if cluster.is_empty() {
@@ -36,6 +40,7 @@ impl<'a> Relief<'a> {
         }
         let winding = Winding::of(substrate);
         let mut lichen = Lichen::new(substrate, &winding, cluster);
+        let cortex = Cortex::new(&lichen, paint, shape.thickness);
         let grid = lichen.sort(cutoff(shape) * cluster.radius());
         let nearness = Nearness::new(lichen.granules.iter().map(|g| g.position));
         Ok(Self {
@@ -45,6 +50,8 @@ impl<'a> Relief<'a> {
             winding,
             lichen,
             grid,
+            cortex,
+            paint,
         })
     }
 
@@ -65,9 +72,18 @@ impl<'a> Relief<'a> {
         self.nearness.within(place, felt)
     }
 
-    /// What asks, with scratch space for the answers: one for each thread.
-    pub(crate) fn probe(&self) -> Probe<'_> {
+    /// What asks, with scratch space for the answers: one for each thread. What is narrower than
+    /// `blur`, local units, is not told apart.
+    pub(crate) fn probe(&self, blur: f32) -> Probe<'_> {
+        let last = last(self.lichen.granules.len());
+        let dress = |cortex| Dress {
+            cortex,
+            paint: self.paint,
+            last,
+            blur,
+        };
         Probe {
+            dress: self.cortex.as_ref().map(dress),
             field: Field::new(self.substrate, &self.lichen, &self.grid, &self.shape),
             winding: &self.winding,
             sheet: Sheet::new(self.substrate, self.lichen.radius),
@@ -78,17 +94,23 @@ impl<'a> Relief<'a> {
 /// Asks a relief.
 pub(crate) struct Probe<'a> {
     field: Field<'a>,
+    dress: Option<Dress<'a>>,
     winding: &'a Winding,
     sheet: Sheet<'a>,
 }
 
 impl Probe<'_> {
-    /// What the field says about a place.
+    /// What the field says about a place, with areoles and apothecia.
     pub(crate) fn sample(&mut self, at: &SurfacePoint) -> Sample {
         let substrate = self.field.substrate;
         let facing = self.winding.normal(substrate, at.triangle).as_vec3();
         let place = substrate.position(at);
-        self.field
-            .sample(place, at.triangle, facing, &mut self.sheet)
+        let bare = self
+            .field
+            .sample(place, at.triangle, facing, &mut self.sheet);
+        match self.dress {
+            Some(dress) if bare.is_near_lichen() => dress.sample(place, &bare),
+            _ => bare,
+        }
     }
 }
