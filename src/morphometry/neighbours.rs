@@ -6,14 +6,20 @@ use rayon::prelude::*;
 /// The neighbours within a distance: points sorted by the cells of a grid of that size.
 pub struct Neighbours {
     within: f64,
-    low: DVec3,
-    /// Cell and number of every point, ascending.
-    cells: Vec<(u64, u32)>,
-    /// Position and normal of every point, in the order of `cells`.
+    /// The number of every point, by the cells that they are in.
+    numbers: Vec<u32>,
+    /// Position and normal of every point, in the same order.
     places: Vec<(DVec3, Vec3)>,
-    /// Where in `cells` each point is.
+    /// Where in that order each point is.
     slots: Vec<u32>,
+    /// For each point in that order, which of the cells it is in, of those that hold any.
+    cell_of: Vec<u32>,
+    /// For each of those cells, where the points are that are in it or in one that touches it.
+    around: Vec<Rows>,
 }
+
+/// Rows of three cells: the first point of each, and the one after the last.
+type Rows = [[u32; 2]; 9];
 
 /// Bits of a cell's number in each direction.
 const BITS: u32 = 21;
@@ -29,7 +35,7 @@ impl Neighbours {
         let points = || positions.iter().map(|&p| DVec3::from(p));
         let low = points().fold(DVec3::INFINITY, DVec3::min);
         let number = |(i, p)| (pack(cell(p, low, within)), i as u32);
-        let mut cells: Vec<_> = points().enumerate().map(number).collect();
+        let mut cells: Vec<(u64, u32)> = points().enumerate().map(number).collect();
         cells.par_sort_unstable();
         let place =
             |&(_, i): &(u64, u32)| (positions[i as usize].into(), normals[i as usize].into());
@@ -37,12 +43,20 @@ impl Neighbours {
         for (slot, &(_, i)) in cells.iter().enumerate() {
             slots[i as usize] = slot as u32;
         }
+        let mut held: Vec<u64> = Vec::new();
+        let cell_of = cells.iter().map(|&(cell, _)| {
+            if held.last() != Some(&cell) {
+                held.push(cell);
+            }
+            held.len() as u32 - 1
+        });
         Self {
             within,
-            low,
+            cell_of: cell_of.collect(),
+            numbers: cells.iter().map(|&(_, i)| i).collect(),
             places: cells.iter().map(place).collect(),
-            cells,
             slots,
+            around: held.par_iter().map(|&c| rows_around(c, &cells)).collect(),
         }
     }
 
@@ -53,12 +67,12 @@ impl Neighbours {
 
     /// How many points there are.
     pub fn len(&self) -> usize {
-        self.cells.len()
+        self.numbers.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.cells.is_empty()
+        self.numbers.is_empty()
     }
 
     /// The unit normal of a point.
@@ -69,11 +83,7 @@ impl Neighbours {
     /// A value for each point, on all of rayon's threads: taken in the order of the grid, where
     /// what one point looks at is still at hand for the next.
     pub(crate) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        let values: Vec<T> = self
-            .cells
-            .par_iter()
-            .map(|&(_, i)| of(i as usize))
-            .collect();
+        let values: Vec<T> = self.numbers.par_iter().map(|&i| of(i as usize)).collect();
         self.slots
             .iter()
             .map(|&slot| values[slot as usize])
@@ -86,25 +96,35 @@ impl Neighbours {
     pub fn visit(&self, of: usize, mut visit: impl FnMut(u32, DVec3, f64)) {
         let slot = self.slots[of] as usize;
         let (p, normal) = self.places[slot];
-        let [x, y, z] = cell(p, self.low, self.within);
-        let around = |c: u64| c.saturating_sub(1)..=(c + 1).min(MOST);
-        for z in around(z) {
-            for y in around(y) {
-                let row = around(x);
-                let [first, last] = [row.start(), row.end()].map(|&x| pack([x, y, z]));
-                let start = self.cells.partition_point(|&(c, _)| c < first);
-                let row = self.cells[start..].iter().zip(&self.places[start..]);
-                for (&(_, i), &(q, other)) in row.take_while(|((c, _), _)| *c <= last) {
-                    let way = q - p;
-                    let length_sq = way.length_squared();
-                    let near = length_sq <= self.within * self.within;
-                    if near && i as usize != of && normal.dot(other) > 0.0 {
-                        visit(i, way, length_sq.sqrt());
-                    }
+        for [start, end] in self.around[self.cell_of[slot] as usize] {
+            let row = start as usize..end as usize;
+            let row = self.numbers[row.clone()].iter().zip(&self.places[row]);
+            for (&i, &(q, other)) in row {
+                let way = q - p;
+                let length_sq = way.length_squared();
+                let near = length_sq <= self.within * self.within;
+                if near && i as usize != of && normal.dot(other) > 0.0 {
+                    visit(i, way, length_sq.sqrt());
                 }
             }
         }
     }
+}
+
+/// The rows of a cell and of those that touch it, where points are sorted by their cells.
+fn rows_around(of: u64, cells: &[(u64, u32)]) -> Rows {
+    let [x, y, z] = [0, 1, 2].map(|axis| of >> (axis * BITS) & MOST);
+    std::array::from_fn(|row| {
+        let [dy, dz] = [row as u64 % 3, row as u64 / 3];
+        let beside = |c: u64, d: u64| (c + d).checked_sub(1).filter(|&c| c <= MOST);
+        let (Some(y), Some(z)) = (beside(y, dy), beside(z, dz)) else {
+            return [0; 2];
+        };
+        let [first, last] = [x.saturating_sub(1), (x + 1).min(MOST)].map(|x| pack([x, y, z]));
+        let start = cells.partition_point(|&(c, _)| c < first);
+        let row = cells[start..].partition_point(|&(c, _)| c <= last);
+        [start, start + row].map(|slot| slot as u32)
+    })
 }
 
 const MOST: u64 = (1 << BITS) - 1;

@@ -18,16 +18,22 @@ use super::Neighbours;
 /// Directions are those of the tangent plane, distances those in space. Where the surface curves
 /// strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
-    neighbours.map(|i| !cover(&mut blocked(neighbours, i)))
+    // Inside the lichen the nearest neighbours take all directions, and others need not be asked.
+    let covered = |i: usize, share| cover(&mut blocked(neighbours, i, share));
+    neighbours.map(|i| !covered(i, 0.5) && !covered(i, 1.0))
 }
 
-/// The arcs of directions that an element's neighbours take away.
-fn blocked(neighbours: &Neighbours, of: usize) -> Vec<[f64; 2]> {
+/// The arcs of directions that an element's neighbours take away: those within a share of the
+/// neighbours' distance.
+fn blocked(neighbours: &Neighbours, of: usize, share: f64) -> Vec<[f64; 2]> {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     let mut blocked = Vec::new();
     neighbours.visit(of, |_, way, length| {
-        blocked.extend(arc(way.dot(x), way.dot(y), length / neighbours.within()));
+        let distance = length / neighbours.within();
+        if distance <= share {
+            blocked.extend(arc(way.dot(x), way.dot(y), distance));
+        }
     });
     blocked
 }
@@ -37,7 +43,7 @@ fn blocked(neighbours: &Neighbours, of: usize) -> Vec<[f64; 2]> {
 /// outline of all discs together. Directions and distances as for [`is_rim`], of whose elements it
 /// is positive.
 pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
-    neighbours.map(|i| uncovered(&mut blocked(neighbours, i)))
+    neighbours.map(|i| uncovered(&mut blocked(neighbours, i, 1.0)))
 }
 
 /// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
