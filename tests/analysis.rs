@@ -264,13 +264,16 @@ fn plain_dla_has_dimension_1_71() {
     }
 }
 
-/// The table of docs/analysis.md: box counts of the first so many elements of ten seeds.
+/// Box counts of the first so many elements: docs/analysis.md has the table. They near 1.71 from
+/// below, as the gaps between branches are late.
+///
+/// Errors have a confidence of two thirds: fewer than 3 of 10 would have 1.71 within theirs three
+/// times in a thousand.
 #[test]
-#[ignore = "the study that docs/analysis.md quotes: ten lichens of 300,000 take minutes; plain_dla_has_dimension_1_71 holds the method to it"]
-fn the_table_of_box_counts_over_sizes() {
-    const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
+fn box_counts_near_1_71_from_below_as_lichens_grow() {
+    const SIZES: [usize; 3] = [10_000, 30_000, 100_000];
     let of_seed = |seed| {
-        let elements = dla(seed, 300_000);
+        let elements = dla(seed, SIZES[SIZES.len() - 1] as u64);
         let whole = elements.sample();
         SIZES.map(|n| {
             let first = Sample {
@@ -287,11 +290,18 @@ fn the_table_of_box_counts_over_sizes() {
         })
     };
     let seeds: Vec<_> = (1..=10u64).into_par_iter().map(of_seed).collect();
+    let mut before = 0.0;
     for (k, n) in SIZES.into_iter().enumerate() {
         let boxes: Vec<_> = seeds.iter().map(|sizes| sizes[k].clone()).collect();
         let [mean, error, stated] = over_seeds(&boxes);
         let truths = boxes.iter().filter(|d| states(&d[0], 1.71)).count();
         println!("| {n} | {mean:.3} ± {error:.3} | {stated:.3} | {truths} of 10 |");
+        assert!(
+            mean > before + 3.0 * error && mean < 1.71,
+            "{n}: {mean} ± {error}"
+        );
+        assert!(truths >= 3, "{n}: {truths} of 10 state 1.71");
+        before = mean;
     }
 }
 
