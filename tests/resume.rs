@@ -378,6 +378,27 @@ fn what_does_not_fit_into_memory_is_refused_with_the_number() {
     assert!(!desk.path("out").exists());
 }
 
+/// More elements are asked for than have a place: room that is made for them leaves enough for all
+/// else under a limit on address space.
+#[cfg(target_os = "linux")]
+#[test]
+fn room_made_ahead_leaves_room() {
+    let desk = Desk::new();
+    for elements in [5_000_000, 40_000_000] {
+        let program = env!("CARGO_BIN_EXE_thallus");
+        let script = format!(
+            "ulimit -v 500000; exec {program} grow rock.obj --radius 1% --elements {elements} \
+             --threads 1 --preview 32 --quiet -o out --force"
+        );
+        let shell = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(desk.0.path())
+            .output();
+        let output = shell.unwrap();
+        assert!(output.status.success(), "{elements}: {}", said(&output));
+    }
+}
+
 #[test]
 fn elements_that_cannot_be_of_the_run_are_refused() {
     let desk = Desk::new();

@@ -97,6 +97,9 @@ pub enum GrowError {
 /// Most elements: their ages are 32-bit numbers, and one is kept for 'none'.
 const MOST_ELEMENTS: u64 = u32::MAX as u64 - 1;
 
+/// Bytes: room is made for some 400 an element.
+const TWICE_THE_ROOM: usize = 800;
+
 /// Smallest radius over the diagonal.
 const LEAST_RADIUS: f64 = 1e-7;
 
@@ -156,9 +159,19 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
+    /// Makes room for the elements asked for, where twice as much is to be had: under a limit on
+    /// address space, or where memory is promised once only, the rest of the program needs some too.
     fn make_room(&mut self) {
-        if let StopRule::Elements(n) = self.rule {
-            let n = n.min(MOST_ELEMENTS) as usize;
+        let StopRule::Elements(n) = self.rule else {
+            return;
+        };
+        let n = n.min(MOST_ELEMENTS) as usize;
+        let mut twice: Vec<u8> = Vec::new();
+        let is_there = twice.try_reserve_exact(n.saturating_mul(TWICE_THE_ROOM));
+        // Nobody looks into it, and so the compiler might do without it.
+        std::hint::black_box(&twice);
+        drop(twice);
+        if is_there.is_ok() {
             self.cluster.expect(n);
             self.model.expect(n);
         }
