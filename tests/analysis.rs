@@ -146,6 +146,52 @@ fn boxes_do_not_depend_on_how_a_lichen_leans() {
     }
 }
 
+/// The edge of a disc is a line, that of a Koch island (1904) has ln 4 / ln 3, and a line has nothing but
+/// edge.
+#[test]
+fn an_outline_has_the_dimension_of_the_edge() {
+    let disc: Vec<_> = packing(150).filter(|p| p.length() < 250.0).collect();
+    let coast = koch_island(400.0, 4);
+    let island: Vec<_> = packing(240).filter(|&p| is_inside(p, &coast)).collect();
+    let line: Vec<_> = (-2000..=2000)
+        .map(|i| DVec2::new(2.0 * f64::from(i), 0.0))
+        .collect();
+    for (places, expected) in [(disc, 1.0), (island, 4f64.ln() / 3f64.ln()), (line, 1.0)] {
+        let dimensions = dimensions_of(&outwards(places));
+        let outline = found(&dimensions, Method::Outline);
+        println!("{expected:.3} {:?} {:?}", outline.dimension, outline.error);
+        assert_near(outline.dimension.unwrap(), expected, 0.1);
+        assert!(states(outline, expected), "{outline:?}");
+    }
+}
+
+/// The corners of a Koch island whose triangle has its corners at this distance.
+fn koch_island(radius: f64, levels: u32) -> Vec<DVec2> {
+    let turned = |turn: f64| DVec2::from_angle(turn * TAU);
+    let mut corners = [0.25, -1.0 / 12.0, 7.0 / 12.0]
+        .map(|t| radius * turned(t))
+        .to_vec();
+    for _ in 0..levels {
+        let next = corners.iter().cycle().skip(1);
+        let bent = |(&a, &b): (&DVec2, &DVec2)| {
+            let third = (b - a) / 3.0;
+            let [first, second] = [a + third, a + 2.0 * third];
+            [a, first, first + turned(1.0 / 6.0).rotate(third), second]
+        };
+        corners = corners.iter().zip(next).flat_map(bent).collect();
+    }
+    corners
+}
+
+/// Whether a ray from a place crosses the coast an odd number of times.
+fn is_inside(p: DVec2, coast: &[DVec2]) -> bool {
+    let next = coast.iter().cycle().skip(1);
+    let crossed = |(a, b): &(&DVec2, &DVec2)| {
+        (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+    };
+    coast.iter().zip(next).filter(crossed).count() % 2 == 1
+}
+
 /// The share of pairs of points of a disc of radius 1 that are nearer than s (disc line picking).
 fn pairs_within(s: f64) -> f64 {
     let h = 0.5 * s;

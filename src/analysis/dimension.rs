@@ -11,6 +11,10 @@
 //! | sandbox | mean N(ρ) about many elements | slope | R_g/2 |
 //! | correlation | mean density in rings about them | 2 + slope = 2 − α | R_g/2 |
 //! | boxes | boxes of edge ε that hold a centre | −slope | R_g/4 |
+//! | outline | boxes of edge ε that hold a centre on the rim | −slope | R_g/3 |
+//!
+//! The last is the dimension of the edge and not of the lichen: 1 where that is smooth, and that of the
+//! lichen where every branch is edge.
 //!
 //! The many elements are taken from all of the lichen, evenly in birth order. Those near its middle
 //! alone will not do: they stand where the mean density is highest, and rings about them pass the
@@ -29,7 +33,7 @@ use serde::Serialize;
 use super::boxes::count_boxes;
 use super::fit::Scaling;
 use super::mass::{Metric, Space, ladder, mean_mass};
-use crate::morphometry::Sample;
+use crate::morphometry::{Neighbours, Sample, is_rim};
 
 /// The least distance of a fit, in element radii: four diameters. A large lichen leaves out more.
 pub const FINEST: f64 = 8.0;
@@ -49,6 +53,9 @@ pub enum Method {
     Correlation,
     /// Number of boxes that hold an element.
     Boxes,
+    /// Number of boxes that hold an element of the rim, that of holes included: the dimension of the
+    /// edge.
+    Outline,
 }
 
 /// Which way distances were measured.
@@ -104,6 +111,7 @@ impl Method {
             Self::Sandbox => "sandbox",
             Self::Correlation => "correlation",
             Self::Boxes => "boxes",
+            Self::Outline => "outline",
         }
     }
 
@@ -112,7 +120,7 @@ impl Method {
             Self::MassRadius | Self::Sandbox => slope,
             Self::Gyration => 1.0 / slope,
             Self::Correlation => 2.0 + slope,
-            Self::Boxes => -slope,
+            Self::Boxes | Self::Outline => -slope,
         }
     }
 
@@ -158,6 +166,7 @@ impl Scales {
 /// All dimensions with distances through space, `centres` elements being averaged over at most.
 pub(super) fn through_space(
     sample: &Sample<'_>,
+    neighbours: &Neighbours,
     scales: &Scales,
     centres: usize,
 ) -> Vec<Dimension> {
@@ -168,7 +177,7 @@ pub(super) fn through_space(
     ];
     let centres = self::centres(sample.positions.len(), centres);
     dimensions.extend(about_centres(&space, Through::Space, &centres, scales));
-    dimensions.push(boxes(sample, scales));
+    dimensions.extend(by_boxes(sample, neighbours, scales));
     dimensions
 }
 
@@ -236,12 +245,22 @@ fn about_centres(
     ]
 }
 
-fn boxes(sample: &Sample<'_>, scales: &Scales) -> Dimension {
+/// Of the lichen and of its outline. The rim is that of gaps as wide as neighbours are looked for.
+fn by_boxes(sample: &Sample<'_>, neighbours: &Neighbours, scales: &Scales) -> [Dimension; 2] {
+    let all = upright(sample);
+    let rim = std::iter::zip(&all, is_rim(neighbours)).filter(|(_, is_rim)| *is_rim);
+    let rim: Vec<_> = rim.map(|(&p, _)| p).collect();
     let sizes = ladder(scales.radius, 2.0 * scales.gyration);
-    let counts = count_boxes(&upright(sample), &sizes);
-    let curve = std::iter::zip(sizes, counts).map(|(size, n)| [size, n]);
-    let scaling = Scaling::new(curve, scales.range(0.25 * scales.gyration));
-    Dimension::new(Method::Boxes, Through::Space, scaling)
+    let dimension = |method, positions: &[_], until: f64| {
+        let counts = count_boxes(positions, &sizes);
+        let curve = std::iter::zip(&sizes, counts).map(|(&size, n)| [size, n]);
+        let scaling = Scaling::new(curve, scales.range(until * scales.gyration));
+        Dimension::new(method, Through::Space, scaling)
+    };
+    [
+        dimension(Method::Boxes, &all, 1.0 / 4.0),
+        dimension(Method::Outline, &rim, 1.0 / 3.0),
+    ]
 }
 
 /// The elements' positions, turned so that their mean normal is the third axis: boxes meet a flat

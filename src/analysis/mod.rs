@@ -138,10 +138,24 @@ pub fn dimensions(
     surface: Option<&dyn Metric>,
     centres: Centres,
 ) -> Vec<Dimension> {
+    dimensions_among(sample, &neighbours(sample, LOOK), surface, centres)
+}
+
+/// The elements about each, within so many radii.
+fn neighbours(sample: &Sample<'_>, radii: f64) -> Neighbours {
+    Neighbours::new(sample.positions, sample.normals, radii * sample.radius)
+}
+
+fn dimensions_among(
+    sample: &Sample<'_>,
+    neighbours: &Neighbours,
+    surface: Option<&dyn Metric>,
+    centres: Centres,
+) -> Vec<Dimension> {
     assert!(!sample.positions.is_empty(), "elements to measure");
     assert!(centres.space > 0, "centres");
     let scales = Scales::of(sample);
-    let mut dimensions = dimension::through_space(sample, &scales, centres.space);
+    let mut dimensions = dimension::through_space(sample, neighbours, &scales, centres.space);
     if let Some(metric) = surface.filter(|_| centres.surface > 0) {
         let along = dimension::along_surface(metric, sample, &scales, centres.surface);
         dimensions.extend(along);
@@ -155,13 +169,11 @@ pub fn dimensions(
 /// When there are no elements, the slices differ in length, or no element is to be averaged over
 /// through space.
 pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
-    let dimensions = dimensions(sample, surface, centres);
     let n = sample.positions.len();
-    let within =
-        |radii: f64| Neighbours::new(sample.positions, sample.normals, radii * sample.radius);
-    let neighbours = within(LOOK);
-    let widths = branch_widths(sample.radius, &neighbours);
-    let lobe_widths = branch_widths(sample.radius, &within(LOBE));
+    let near = neighbours(sample, LOOK);
+    let dimensions = dimensions_among(sample, &near, surface, centres);
+    let widths = branch_widths(sample.radius, &near);
+    let lobe_widths = branch_widths(sample.radius, &neighbours(sample, LOBE));
     let known: Vec<f64> = widths.iter().copied().flatten().collect();
     Analysis {
         elements: n,
@@ -169,12 +181,12 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
         radius_of_gyration: Scales::of(sample).gyration,
         effective_radius: Distances::of(sample.positions).greatest(),
         covered_area: n as f64 * PI * sample.radius * sample.radius,
-        density: density(sample.radius, &neighbours).iter().sum::<f64>() / n as f64,
-        outline: Outline::new(&neighbours),
+        density: density(sample.radius, &near).iter().sum::<f64>() / n as f64,
+        outline: Outline::new(&near),
         branch_widths: Histogram::of(&known, 2.0 * sample.radius),
         branch_width: Distribution::of(known),
         lobe_width: Distribution::of(lobe_widths.into_iter().flatten().collect()),
-        branching: Branching::new(sample, &neighbours, &widths),
+        branching: Branching::new(sample, &near, &widths),
         front: Front::new(sample),
         dimensions,
     }

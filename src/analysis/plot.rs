@@ -139,6 +139,7 @@ fn color(method: Method) -> RGBColor {
         Method::Sandbox => RGBColor(0xd5, 0x5e, 0x00),
         Method::Correlation => RGBColor(0x00, 0x9e, 0x73),
         Method::Boxes => RGBColor(0xcc, 0x79, 0xa7),
+        Method::Outline => RGBColor(0x56, 0xb4, 0xe9),
     }
 }
 
@@ -172,7 +173,7 @@ fn fits<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
 where
     B::ErrorType: 'static,
 {
-    use Method::{Boxes, Correlation, Gyration, MassRadius, Sandbox};
+    use Method::{Boxes, Correlation, Gyration, MassRadius, Outline, Sandbox};
     const LENGTH: &str = "distance, mesh units";
     let panels: [(&[Method], Panel<'_>); 4] = [
         (
@@ -184,7 +185,7 @@ where
             falling("Density-density correlation", LENGTH, "elements per area"),
         ),
         (
-            &[Boxes],
+            &[Boxes, Outline],
             falling("Box counting", "edge of a box, mesh units", "boxes"),
         ),
         (

@@ -1,6 +1,6 @@
 //! Every single number of an analysis, by name.
 
-use super::dimension::Method::{Boxes, Correlation, Gyration, MassRadius, Sandbox};
+use super::dimension::Method::{Boxes, Correlation, Gyration, MassRadius, Outline, Sandbox};
 use super::dimension::Through::{Space, Surface};
 use super::dimension::{Dimension, Method, Through};
 use super::{Analysis, Distribution};
@@ -64,6 +64,8 @@ pub const SCALARS: &[Scalar] = &[
     Scalar { name: "dimension_correlation_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| found(a, Space, Correlation)?.error },
     Scalar { name: "dimension_boxes", unit: "1", meaning: "fractal dimension by box counting, through space", read: |a| found(a, Space, Boxes)?.dimension },
     Scalar { name: "dimension_boxes_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| found(a, Space, Boxes)?.error },
+    Scalar { name: "dimension_outline", unit: "1", meaning: "fractal dimension of the outline by box counting, through space", read: |a| found(a, Space, Outline)?.dimension },
+    Scalar { name: "dimension_outline_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| found(a, Space, Outline)?.error },
     Scalar { name: "surface_dimension_mass_radius", unit: "1", meaning: "fractal dimension by mass-radius, along the surface", read: |a| found(a, Surface, MassRadius)?.dimension },
     Scalar { name: "surface_dimension_mass_radius_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| found(a, Surface, MassRadius)?.error },
     Scalar { name: "surface_dimension_gyration", unit: "1", meaning: "fractal dimension by radius of gyration, along the surface", read: |a| found(a, Surface, Gyration)?.dimension },

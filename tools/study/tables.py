@@ -29,6 +29,7 @@ MEASURES = [
     ("dimension_gyration", False),
     ("dimension_sandbox", False),
     ("dimension_correlation", False),
+    ("dimension_outline", False),
 ]
 
 
@@ -114,6 +115,7 @@ def grid(folder):
         ("lobe_width", True, "axis_L", "axis_B"),
         ("branch_width", True, "axis_L", "axis_B"),
         ("roughness", False, "axis_B", "axis_L"),
+        ("dimension_outline", False, "axis_B", "axis_L"),
         ("dimension_mass_radius", False, "axis_B", "axis_L"),
         ("dimension_sandbox", False, "axis_B", "axis_L"),
         ("dimension_correlation", False, "axis_B", "axis_L"),
@@ -126,6 +128,7 @@ def grid(folder):
         ("lobe_width", True, 1),
         ("branch_width", True, 1),
         ("roughness", False, 3),
+        ("dimension_outline", False, 3),
         ("dimension_mass_radius", False, 3),
         ("dimension_sandbox", False, 3),
         ("circularity", False, 3),
@@ -178,8 +181,8 @@ def compare(folder, axis, title):
 def presets(folder):
     data = rows(folder)
     print("\n## The presets\n")
-    print("| preset | L | B | elements | branch width / r | lobe width / r | tips | roughness | dimension (mass-radius) | circularity |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| preset | L | B | elements | branch width / r | lobe width / r | tips | roughness | dimension of the outline | dimension (mass-radius) | circularity |")
+    print("|" + " --- |" * 11)
     for name in dict.fromkeys(row["axis_preset"] for row in data):
         some = [row for row in data if row["axis_preset"] == name]
         mean = lambda m, length=False: statistics.fmean(numbers(some, m, length) or [math.nan])
@@ -187,7 +190,7 @@ def presets(folder):
         print(
             f"| `{name}` | {length:.0f}r | {float(some[0]['bias']):g} | {mean('elements'):.0f} "
             f"| {mean('branch_width', True):.1f} | {mean('lobe_width', True):.1f} | {mean('tips'):.0f} | {mean('roughness'):.3f} "
-            f"| {mean('dimension_mass_radius'):.2f} | {mean('circularity'):.2f} |"
+            f"| {mean('dimension_outline'):.2f} | {mean('dimension_mass_radius'):.2f} | {mean('circularity'):.2f} |"
         )
 
 
