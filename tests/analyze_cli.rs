@@ -49,7 +49,7 @@ fn json_has_every_scalar_and_what_it_was_read_from() {
     }
     assert_eq!(scalars["elements"], 6000.0);
     let dimensions = found["dimensions"].as_array().unwrap();
-    assert_eq!(dimensions.len(), 9);
+    assert_eq!(dimensions.len(), 10);
     for dimension in dimensions {
         let scaling = &dimension["scaling"];
         let [points, slopes] =
@@ -101,14 +101,14 @@ fn without_its_mesh_a_lichen_is_measured_through_space() {
     let output = analyze(&desk, "alone.ply --json");
     assert!(output.status.success() && said(&output).contains("give the mesh with --mesh"));
     let alone: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(alone["dimensions"].as_array().unwrap().len(), 5);
+    assert_eq!(alone["dimensions"].as_array().unwrap().len(), 6);
     assert!(alone["scalars"]["surface_dimension_sandbox"].is_null());
     let quiet = analyze(&desk, "alone.ply --json --quiet");
     assert!(quiet.stderr.is_empty() && quiet.stdout == output.stdout);
     let with = json(&desk, "alone.ply --mesh rock.obj");
     assert_eq!(with, json(&desk, "out"));
     let without = json(&desk, "out --surface-centres 0");
-    assert_eq!(without["dimensions"].as_array().unwrap().len(), 5);
+    assert_eq!(without["dimensions"].as_array().unwrap().len(), 6);
 }
 
 #[test]

@@ -51,6 +51,9 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
                 continue;
             }
             let name = path.strip_prefix(folder).unwrap().to_owned();
+            if name.to_string_lossy().starts_with("part-") {
+                continue;
+            }
             files.insert(name, promised(&path));
         }
     }
@@ -112,7 +115,7 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
     let desk = desk();
     done(&desk, &format!("{GRID} -o whole --threads 1"));
     let names: Vec<_> = files(&desk.path("whole")).into_keys().collect();
-    assert_eq!(names.len(), 8 * 5 + 4 + 5, "{names:?}");
+    assert_eq!(names.len(), 8 * 5 + 4 + 6, "{names:?}");
     done(&desk, &format!("{GRID} -o threads --threads 3"));
     assert_same(&desk, "threads", "whole");
 
@@ -124,65 +127,71 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
         [1, 2, 3].map(|p| finished(&desk, &format!("part{p}"))),
         [3, 3, 2]
     );
-    let pictures = "--size 48x40 --samples 1 --quiet";
     refused(
         &desk,
-        &format!("merge part1 part3 -o joined {pictures}"),
+        "merge part1 part3 -o joined --quiet",
         1,
-        &["3 runs are in none of the parts", "seed"],
+        &[
+            "part 2/3 is missing: 3 runs are in none of the folders",
+            "seed",
+        ],
     );
     assert!(!desk.path("joined").exists(), "nothing is written");
-    done(
-        &desk,
-        &format!("merge part1 part2 part3 -o joined {pictures}"),
-    );
+    done(&desk, "merge part1 part2 part3 -o joined --quiet");
     assert_same(&desk, "joined", "whole");
 
     // A join that was interrupted goes on, and one of the parts can take the others in.
     fs::remove_file(desk.path("joined/report.html")).unwrap();
     fs::remove_dir_all(&runs(&desk, "joined")[3]).unwrap();
-    done(
-        &desk,
-        &format!("merge part1 part2 part3 -o joined {pictures}"),
-    );
+    done(&desk, "merge part1 part2 part3 -o joined --quiet");
     assert_same(&desk, "joined", "whole");
     fs::create_dir(desk.path("other")).unwrap();
     fs::write(desk.path("other/mine.txt"), "mine").unwrap();
     refused(
         &desk,
-        &format!("merge part1 part2 part3 -o other {pictures}"),
+        "merge part1 part2 part3 -o other --quiet",
         1,
         &["other exists, and there is no sweep in it"],
     );
     done(&desk, &format!("{GRID} -o shared1 --shard 1/2"));
     done(&desk, &format!("{GRID} -o shared2 --shard 2/2"));
-    done(
-        &desk,
-        &format!("merge ./shared1 shared2 -o shared1 {pictures}"),
-    );
+    done(&desk, "merge ./shared1 shared2 -o shared1 --quiet");
     assert_same(&desk, "shared1", "whole");
 
-    // A doubled run is told; one that differs is refused.
-    let loud = "--size 48x40 --samples 1";
-    let output = done(
-        &desk,
-        &format!("merge part1 part2 part3 whole -o twice {loud}"),
-    );
+    // A doubled part is told; one that differs is refused.
+    let output = done(&desk, "merge part1 part2 part3 whole -o twice");
     assert!(
-        said(&output).contains("is in part1 and in whole"),
+        said(&output).contains("3 runs are both in part1 and in whole"),
         "{}",
         said(&output)
     );
     assert_same(&desk, "twice", "whole");
+    let half = desk.path("half");
+    fs::create_dir(&half).unwrap();
+    for name in ["grid.toml", "part-1-of-3.txt"] {
+        fs::copy(desk.path("part1").join(name), half.join(name)).unwrap();
+    }
+    let output = done(&desk, "merge part1 part2 part3 part1 -o named");
+    assert!(
+        said(&output).contains("part1 is named twice"),
+        "{}",
+        said(&output)
+    );
+    refused(
+        &desk,
+        "merge half part2 -o less --quiet",
+        1,
+        &["part 3/3 is missing; part 1/3 in half lacks 3 runs"],
+    );
     let measures = runs(&desk, "part2")[0].join("measures.json");
     let text = fs::read_to_string(&measures)
         .unwrap()
         .replace("\"reach\"", "\"full\"");
     fs::write(&measures, text).unwrap();
-    let words = format!("merge whole part2 -o wrong {pictures}");
+    let words = "merge whole part2 -o wrong --quiet";
     refused(
         &desk,
-        &words,
+        words,
         1,
         &["differs between whole and part2", "measures.json"],
     );
@@ -245,7 +254,7 @@ fn the_commands_of_the_page_make_the_same_lichen() {
     assert_eq!(finished(&desk, "only"), 2);
     assert!(again == desk.read(&format!("only/cells/{name}/seed-1/elements.ply")));
     let before = files(&desk.path("out"));
-    let page = "--size 48x40 --samples 1 --quiet";
+    let page = "--quiet";
     done(&desk, &format!("out/grid.toml -o out --only {name} {page}"));
     assert!(files(&desk.path("out")) == before);
     refused(
@@ -284,7 +293,8 @@ fn pictures_that_are_there_are_kept() {
     assert!(files(&desk.path("out")) == before);
     assert_eq!(taken("--camera 30,45"), 4);
     assert!(files(&desk.path("out")) != before);
-    assert_eq!(taken(""), 4);
+    assert_eq!(taken(""), 0, "the folder remembers");
+    assert_eq!(taken("--camera auto"), 4);
     assert!(files(&desk.path("out")) == before);
 }
 

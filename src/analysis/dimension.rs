@@ -79,6 +79,9 @@ pub struct Dimension {
     pub dimension: Option<f64>,
     /// Its error, at a confidence of two thirds: see [`Fit::error`](super::Fit::error).
     pub error: Option<f64>,
+    /// Of [`Method::Correlation`] the exponent α by which density falls with distance, 2 less the
+    /// dimension.
+    pub alpha: Option<f64>,
     /// The curve. Of [`Method::Gyration`] x counts elements; else x is a length.
     pub scaling: Scaling,
 }
@@ -91,6 +94,10 @@ impl Dimension {
             through,
             dimension: scaling.fit.map(|f| read(f.slope)),
             error: scaling.fit.map(|f| f.error * method.sensitivity(f.slope)),
+            alpha: scaling
+                .fit
+                .filter(|_| method == Method::Correlation)
+                .map(|f| -f.slope),
             scaling,
         }
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::dimension::{Scales, prefixes};
-use super::fit::Scaling;
+use super::fit::{Fit, Scaling};
 use crate::morphometry::Sample;
 
 /// The growing front, and what is behind it. Distances are through space.
@@ -16,6 +16,8 @@ pub struct Front {
     /// exponent β of R_e ∝ n^β is 1/2 where a disc fills, 1/D for a fractal, and less where growth
     /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions.
     pub growth: Scaling,
+    /// How R_e gains with the births; none where there is no fit.
+    pub pace: Option<Pace>,
     /// Mean distance from the centroid of the last tenth of the births, the active zone
     /// (M. Plischke and Z. Rácz, *Active zone of growing clusters*, 1984). None of fewer than a
     /// hundred elements.
@@ -27,6 +29,37 @@ pub struct Front {
     pub profile: Vec<[f64; 2]>,
 }
 
+/// How R_e gains with the births.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pace {
+    /// Each birth adds less than the one before: the exponent is below 1 by more than its error.
+    Slowing,
+    /// Each adds the same, as far as the error tells.
+    Constant,
+    /// Each adds more.
+    Quickening,
+}
+
+impl Pace {
+    fn of(fit: &Fit) -> Self {
+        match fit.slope - 1.0 {
+            off if off < -fit.error => Self::Slowing,
+            off if off > fit.error => Self::Quickening,
+            _ => Self::Constant,
+        }
+    }
+
+    /// Its name in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Slowing => "slowing",
+            Self::Constant => "constant",
+            Self::Quickening => "quickening",
+        }
+    }
+}
+
 /// Rings of the density profile.
 const RINGS: usize = 32;
 
@@ -34,8 +67,10 @@ impl Front {
     pub(super) fn new(sample: &Sample<'_>) -> Self {
         let distances = Distances::of(sample.positions);
         let active = distances.active_zone();
+        let growth = growth(sample);
         Self {
-            growth: growth(sample),
+            pace: growth.fit.map(|fit| Pace::of(&fit)),
+            growth,
             radius: active.map(|[mean, _]| mean),
             width: active.map(|[_, deviation]| deviation),
             profile: distances.profile(sample.radius),

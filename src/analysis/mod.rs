@@ -30,7 +30,7 @@ use serde::Serialize;
 pub use branching::Branching;
 pub use dimension::{Dimension, FINEST, Method, Through};
 pub use fit::{Fit, Scaling};
-pub use front::Front;
+pub use front::{Front, Pace};
 pub use geodesic::SurfaceMetric;
 pub use mass::{Metric, Space};
 pub use outline::Outline;

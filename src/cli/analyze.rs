@@ -108,6 +108,9 @@ fn text(from: &Path, analysis: &Analysis) -> String {
     let mut lines = vec![format!("{}: {elements} elements", from.display())];
     let form = SCALARS.iter().filter(|s| !s.name.contains("dimension_"));
     lines.extend(form.map(|s| scalar_line(s, analysis)));
+    if let Some(pace) = analysis.front.pace {
+        lines.push(format!("R_e grows by birth: {}", pace.word()));
+    }
     lines.push("fractal dimensions".to_owned());
     lines.extend(analysis.dimensions.iter().map(dimension_line));
     lines.join("\n") + "\n"
@@ -138,6 +141,9 @@ fn dimension_line(dimension: &Dimension) -> String {
         0 => "too small a lichen to fit".to_owned(),
         n => format!("{n} points from {from} to {to}"),
     };
+    let alpha = dimension
+        .alpha
+        .map_or_else(String::new, |alpha| format!(", alpha {alpha:.3}"));
     let method = dimension.method.name();
-    format!("  {method:12}{way:19}{found:15}  {range}")
+    format!("  {method:12}{way:19}{found:15}  {range}{alpha}")
 }

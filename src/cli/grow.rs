@@ -170,18 +170,25 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
     };
     named_mesh(recipe, named).ok_or_else(|| {
         Failure::Failed(anyhow::anyhow!(
-            "{named}: the mesh that {} names is neither here nor beside the recipe; name it: {}",
+            "{named}: the mesh that {} names is not here, nor beside the recipe or above; name it: {}",
             recipe.display(),
             args.with_mesh()
         ))
     })
 }
 
-/// The mesh that a recipe names: seen from here, else from the recipe's folder.
+/// The mesh that a recipe names: seen from here, else from the recipe's folder, else from those that
+/// hold that one: one of them mostly is where it was grown from.
 pub(super) fn named_mesh(recipe: &Path, named: &str) -> Option<PathBuf> {
     let here = PathBuf::from(named);
     let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
-    [here, beside].into_iter().find(|path| path.exists())
+    let place = recipe.canonicalize().unwrap_or_default();
+    let above = place.ancestors().skip(2).map(|folder| folder.join(named));
+    let found = [here, beside]
+        .into_iter()
+        .chain(above)
+        .find(|path| path.exists());
+    found
 }
 
 /// Folders of one mesh that are tried before giving up.

@@ -27,7 +27,7 @@ pub(crate) enum NoMesh {
     NoRecipe(PathBuf),
     #[error("{} does not name the mesh that this grew on", .0.display())]
     Unnamed(PathBuf),
-    #[error("{named}, the mesh that {} names, is neither here nor beside it", .recipe.display())]
+    #[error("{named}, the mesh that {} names, is not here, nor beside it or above", .recipe.display())]
     Gone { named: String, recipe: PathBuf },
 }
 

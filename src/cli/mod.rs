@@ -38,10 +38,12 @@ mod sweep;
 mod sweep_args;
 mod sweep_merge;
 mod sweep_page;
+mod sweep_part;
 mod sweep_picture;
 mod sweep_progress;
 mod sweep_record;
 mod sweep_run;
+mod sweep_view;
 mod terminal;
 mod warnings;
 

@@ -1,5 +1,6 @@
 //! The arguments of `thallus render` as they are typed.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -124,6 +125,12 @@ impl Size {
 
 /// The longest side of a picture.
 const LONGEST: u32 = 16_384;
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
 
 impl FromStr for Size {
     type Err = String;

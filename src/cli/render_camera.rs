@@ -1,5 +1,6 @@
 //! Where a picture is taken from, as `--camera` says it.
 
+use std::fmt;
 use std::fs;
 use std::path::Path;
 use std::str::FromStr;
@@ -70,6 +71,20 @@ impl FromStr for View {
     }
 }
 
+/// As it is read.
+impl fmt::Display for View {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Side { azimuth, elevation } => write!(f, "{azimuth},{elevation}"),
+            Self::Given(camera) => {
+                f.write_str(&serde_json::to_string(camera).map_err(|_| fmt::Error)?)
+            }
+            Self::File(name) => f.write_str(name),
+        }
+    }
+}
+
 fn camera_text(text: &str) -> Result<CameraText, String> {
     let camera: CameraText = serde_json::from_str(text).map_err(|e| e.to_string())?;
     let [eye, target] = [camera.eye, camera.target].map(glam::DVec3::from);
@@ -88,6 +103,14 @@ fn camera_text(text: &str) -> Result<CameraText, String> {
 }
 
 impl View {
+    /// With what is in a file instead of its name.
+    pub(super) fn in_full(self) -> Result<Self, Failure> {
+        match self {
+            Self::File(name) => read(Path::new(&name)).map(Self::Given),
+            view => Ok(view),
+        }
+    }
+
     /// The camera for pictures of this width over height; `scene` is what is to be seen.
     pub(super) fn camera(
         &self,

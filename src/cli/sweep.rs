@@ -16,8 +16,9 @@ use super::sweep_args::{SweepArgs, SweepCommand};
 use super::sweep_page::Page;
 use super::sweep_record::{self as record, error_file};
 use super::sweep_run::{End, Sweep};
+use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
-use super::{grow, interrupt, memory, sweep_merge, warnings};
+use super::{grow, interrupt, memory, sweep_merge, sweep_part, warnings};
 
 pub(crate) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
     match (&args.command, &args.from, &args.output) {
@@ -46,7 +47,13 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     let plan = plan(&grid, &substrate)?;
     let only = args.only.as_deref().map(|name| cell(name, &plan));
     let only = only.transpose()?;
+    let beside = from.parent().filter(|_| is_grid(from));
+    let folders: Vec<&Path> = [output].into_iter().chain(beside).collect();
+    let style = PictureStyle::new(&args.pictures, &folders)?;
     record::open(output, &grid)?;
+    style.keep(output)?;
+    args.shard
+        .map_or(Ok(()), |shard| sweep_part::mark(output, shard))?;
     let sweep = Sweep {
         substrate: &substrate,
         grid: &grid,
@@ -58,7 +65,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     let runs = chosen(args, only, &sweep);
     sweep.announce(&runs);
     let ends = sweep.grow(&runs, args.only.is_some());
-    sweep.conclude(args, &runs, &ends)
+    sweep.conclude(args, &style, &runs, &ends)
 }
 
 /// The grid that file and flags say.
@@ -109,7 +116,7 @@ fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Fail
         ))),
         (None, true, Some(named)) => named_mesh(from, named).ok_or_else(|| {
             Failure::Failed(anyhow::anyhow!(
-                "{named}: the mesh that {} names is neither here nor beside it; name it with --mesh",
+                "{named}: the mesh that {} names is not here, nor beside it or above; name it with --mesh",
                 from.display()
             ))
         }),
@@ -238,7 +245,13 @@ impl Sweep<'_> {
     }
 
     /// What came of it, and how the command ends.
-    fn conclude(&self, args: &SweepArgs, runs: &[usize], ends: &[End]) -> Result<(), Failure> {
+    fn conclude(
+        &self,
+        args: &SweepArgs,
+        style: &PictureStyle,
+        runs: &[usize],
+        ends: &[End],
+    ) -> Result<(), Failure> {
         let all = self.plan.runs.len();
         let finished = (0..all).filter(|&run| self.outcome(run).is_some()).count();
         let folder = self.folder.display();
@@ -264,7 +277,7 @@ impl Sweep<'_> {
             cancel: self.execution.cancel.clone(),
             voice: self.voice,
         };
-        page.make(&args.pictures)?;
+        page.make(style)?;
         self.fail(&failures)?;
         page.tell()
     }
@@ -302,18 +315,17 @@ impl Sweep<'_> {
         ends: &[End],
     ) -> Result<(), Failure> {
         let all = self.plan.runs.len();
-        let elsewhere = ends.iter().filter(|end| **end == End::Elsewhere).count();
+        let elsewhere = ends.contains(&End::Elsewhere);
         let folder = self.folder.display();
         let done = format!(
             "{} of {} runs are finished",
             count(finished as u64),
             count(all as u64)
         );
-        if args.shard.is_none() && args.only.is_none() && elsewhere > 0 {
-            let runs = plural(elsewhere, "run is", "runs are");
+        if args.shard.is_none() && args.only.is_none() && elsewhere {
             return Err(Failure::Failed(anyhow::anyhow!(
-                "{folder}: {done}, and {runs} being grown by another process: wait for it, then give \
-                 the same command again for the page"
+                "{folder}: {done}, and another process grows the others: wait for it, then give the \
+                 same command again for the page"
             )));
         }
         if !self.voice.quiet {

@@ -1,5 +1,6 @@
 //! The arguments of `thallus sweep` as they are typed.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -12,6 +13,7 @@ use super::args::{LookArgs, PlaceArgs, StopArgs, WalkArgs, settings};
 use super::render_args::Size;
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs};
+use super::sweep_view::MOST_SAMPLES;
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = AFTER)]
@@ -98,25 +100,20 @@ pub(crate) struct MergeArgs {
 pub(crate) struct PictureArgs {
     /// Where from, the same for all cells: 'auto' finds the side that shows most of all lichens
     /// together; degrees round the mesh and above the horizon, as 30,45; or JSON as for 'thallus
-    /// render'
+    /// render' [default: as before in this sweep, or auto]
     #[arg(
         long,
         value_name = "auto|AZIMUTH,ELEVATION|JSON",
-        default_value = "auto",
         allow_hyphen_values = true
     )]
-    pub(crate) camera: View,
-    /// Pixels across and down
-    #[arg(
-        long,
-        value_name = "WIDTHxHEIGHT",
-        default_value = "800x800",
-        allow_hyphen_values = true
-    )]
-    pub(crate) size: Size,
-    /// Rays through a pixel, at most: more take out grain, and time
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
-    pub(crate) samples: u32,
+    pub(crate) camera: Option<View>,
+    /// Pixels across and down [default: as before in this sweep, or 800x800]
+    #[arg(long, value_name = "WIDTHxHEIGHT", allow_hyphen_values = true)]
+    pub(crate) size: Option<Size>,
+    /// Rays through a pixel, at most: more take out grain, and time [default: as before in this sweep,
+    /// or 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)), allow_negative_numbers = true)]
+    pub(crate) samples: Option<u32>,
 }
 
 const AXES: &str = "Axes";
@@ -124,14 +121,14 @@ const PARTS: &str = "Parts of a sweep";
 
 const AFTER: &str = "\
 An axis takes VALUES: a list, as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five values
-at equal distances, 1r..100r/5log five of equal ratio, with both ends. Separate values by ';'
+at equal distances, 3r..300r/5log five of equal ratio, with both ends. Separate values by ';'
 where they have commas, as in --axis 'at=0,1,0; 1,0,0'. The first axis goes across the page, the
 second down; each combination of further ones is a page.
 Every cell grows to the same effective radius, 150 radii of the largest elements, unless
 --elements, --reach or --cover says otherwise.
 A grid file is a recipe file with seeds = N and, below a line [axes], a line an axis:
 L = \"5r,10r,20r\" or bias = [0.2, 0.5].
-DIR gets grid.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
+DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
 results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
 Ctrl-C, a kill or a power cut lose at most the elements of the last seconds: the same command goes
 on. A run that fails leaves cells/CELL/seed-N.error.txt, and the others go on.
@@ -143,6 +140,12 @@ To try: thallus sweep rock.obj -o out/grid --L 5r,10r,20r --B 0.3,0.5,0.9";
 pub(crate) struct Shard {
     pub(crate) part: usize,
     pub(crate) parts: usize,
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.part, self.parts)
+    }
 }
 
 impl FromStr for Shard {

@@ -1,5 +1,6 @@
 //! `thallus sweep merge`: parts that were grown apart, as one sweep.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +11,6 @@ use thallus::sweep::{Grid, Plan};
 
 use super::failure::Failure;
 use super::grow::{self, named_mesh};
-use super::interrupt;
 use super::number::plural;
 use super::output::{ELEMENTS, FILES};
 use super::skin::start_threads;
@@ -18,11 +18,13 @@ use super::sweep::{first_of, plan, settle};
 use super::sweep_args::MergeArgs;
 use super::sweep_page::Page;
 use super::sweep_record::{self as record, GRID, MEASURES};
+use super::sweep_view::PictureStyle;
 use super::terminal::Voice;
+use super::{interrupt, sweep_part};
 
 pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
-    let parts = folders(args)?;
+    let parts = folders(args, voice)?;
     let mut grid = common_grid(&parts)?;
     start_threads(args.run.threads)?;
     let cancel = Arc::default();
@@ -32,7 +34,9 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
     let sources = sources(&parts, &args.output, &plan, voice)?;
+    let style = style(args, &parts)?;
     record::open(&args.output, &grid)?;
+    style.keep(&args.output)?;
     for (run, part) in sources.iter().enumerate() {
         let folder = plan.folder(run);
         if *part != args.output {
@@ -51,8 +55,14 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         cancel: Arc::clone(&cancel),
         voice,
     };
-    page.make(&args.pictures)?;
+    page.make(&style)?;
     page.tell()
+}
+
+/// How the pictures are taken: as in the parts.
+fn style(args: &MergeArgs, parts: &[PathBuf]) -> Result<PictureStyle, Failure> {
+    let folders: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
+    PictureStyle::new(&args.pictures, &folders)
 }
 
 /// The grid that all parts are of.
@@ -82,20 +92,28 @@ fn common_grid(parts: &[PathBuf]) -> Result<Grid, Failure> {
 
 /// The folders that runs are looked for in: the parts, and before them the output where it holds a
 /// sweep, as after a join that was interrupted. It must not hold anything else.
-fn folders(args: &MergeArgs) -> Result<Vec<PathBuf>, Failure> {
+fn folders(args: &MergeArgs, voice: Voice) -> Result<Vec<PathBuf>, Failure> {
     let output = &args.output;
     let place = |folder: &Path| folder.canonicalize().ok();
+    let mut parts: Vec<PathBuf> = Vec::new();
+    for part in &args.parts {
+        let is_same = |other: &PathBuf| place(other).is_some_and(|p| Some(p) == place(part));
+        match parts.iter().any(is_same) {
+            true => voice.warn(&format!("{} is named twice", part.display())),
+            false => parts.push(part.clone()),
+        }
+    }
     if output.join(GRID).is_file() {
         let there = place(output);
-        let others = args.parts.iter().filter(|part| place(part) != there);
-        return Ok([output].into_iter().chain(others).cloned().collect());
+        let others = parts.into_iter().filter(|part| place(part) != there);
+        return Ok([output.clone()].into_iter().chain(others).collect());
     }
     let is_new = match fs::read_dir(output) {
         Ok(mut entries) => entries.next().is_none(),
         Err(_) => !output.exists(),
     };
     match is_new {
-        true => Ok(args.parts.clone()),
+        true => Ok(parts),
         false => Err(Failure::Failed(anyhow::anyhow!(
             "{} exists, and there is no sweep in it: the parts are joined into a new folder, or into one \
              of theirs",
@@ -111,7 +129,7 @@ fn mesh_file(args: &MergeArgs, grid: &Grid) -> Result<PathBuf, Failure> {
     let named = grid.base.mesh.as_deref().unwrap_or_default();
     named_mesh(&args.parts[0].join(GRID), named).ok_or_else(|| {
         Failure::Failed(anyhow::anyhow!(
-            "{named}: the mesh of the sweep is neither here nor beside {}; name it with --mesh",
+            "{named}: the mesh of the sweep is not here, nor beside {} or above; name it with --mesh",
             args.parts[0].join(GRID).display()
         ))
     })
@@ -125,42 +143,58 @@ fn sources<'a>(
     voice: Voice,
 ) -> Result<Vec<&'a Path>, Failure> {
     let mut sources = Vec::new();
-    let mut missing = Vec::new();
+    let mut missing = BTreeSet::new();
+    let mut doubled: BTreeMap<[&Path; 2], usize> = BTreeMap::new();
     for run in 0..plan.runs.len() {
         let has =
             |part: &&PathBuf| record::read(&part.join(plan.folder(run)), &plan.runs[run]).is_some();
         let mut holders = parts.iter().filter(has);
         let Some(first) = holders.next() else {
-            missing.push(plan.name(run));
+            missing.insert(run);
             continue;
         };
         for second in holders {
             check_same(first, second, plan, run)?;
-            if first == output {
-                continue;
+            if first != output {
+                *doubled.entry([first, second]).or_default() += 1;
             }
-            voice.warn(&format!(
-                "{} is in {} and in {}: they are the same, and the first is taken",
-                plan.name(run),
-                first.display(),
-                second.display()
-            ));
         }
         sources.push(first.as_path());
     }
-    match missing.is_empty() {
-        true => Ok(sources),
-        false => Err(lacking(&missing)),
+    if !missing.is_empty() {
+        return Err(lacking(parts, plan, &missing));
     }
+    for ([first, second], runs) in doubled {
+        voice.warn(&twice(first, second, runs));
+    }
+    Ok(sources)
 }
 
-fn lacking(missing: &[String]) -> Failure {
+fn lacking(parts: &[PathBuf], plan: &Plan, missing: &BTreeSet<usize>) -> Failure {
+    let names: Vec<_> = missing.iter().map(|&run| plan.name(run)).collect();
+    let wanting = match sweep_part::wanting(parts, plan, missing) {
+        words if words.is_empty() => words,
+        words => format!("{words}: "),
+    };
     Failure::Failed(anyhow::anyhow!(
-        "{} in none of the parts: {}; grow what is missing, or name its folder too; nothing was \
-         written",
-        plural(missing.len(), "run is", "runs are"),
-        first_of(missing),
+        "{wanting}{} in none of the folders: {}; grow what is missing, or name its folder too; nothing \
+         was written",
+        plural(names.len(), "run is", "runs are"),
+        first_of(&names),
     ))
+}
+
+fn twice(first: &Path, second: &Path, runs: usize) -> String {
+    let part = match sweep_part::in_both(first, second) {
+        words if words.is_empty() => words,
+        words => format!(" ({words})"),
+    };
+    format!(
+        "{} both in {} and in {}{part}: they are the same, and those of the first are taken",
+        plural(runs, "run is", "runs are"),
+        first.display(),
+        second.display()
+    )
 }
 
 /// Refuses two results of one run.

@@ -12,8 +12,8 @@ use thallus::sweep::{Grid, Outcome, Plan, Results, page};
 
 use super::failure::Failure;
 use super::number::{count, duration, plural, short};
-use super::sweep_args::PictureArgs;
 use super::sweep_picture::Pictures;
+use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 
 const CSV: &str = "results.csv";
@@ -34,12 +34,12 @@ pub(super) struct Page<'a> {
 
 impl Page<'_> {
     /// Makes all of it; what stood there is replaced.
-    pub(super) fn make(&self, args: &PictureArgs) -> Result<(), Failure> {
+    pub(super) fn make(&self, style: &PictureStyle) -> Result<(), Failure> {
         let results = self.results();
         let table = results.table();
         self.write(CSV, |out| table.write_csv(out))?;
         self.write(PARQUET, |out| table.write_parquet(out))?;
-        let pictures = Pictures::take(self, args)?;
+        let pictures = Pictures::take(self, style)?;
         for number in 0..self.grid.layout().pages {
             let png = pictures.sheet(&results, number, self.note()).to_png();
             self.write(&self.sheet_name(number), |out| out.write_all(&png))?;
@@ -79,7 +79,14 @@ impl Page<'_> {
 
     /// What all cells have in common, in one line.
     fn note(&self) -> String {
-        format!("each grown to {}; same camera and scale", self.size())
+        let seeds = match self.grid.seeds {
+            1 => String::new(),
+            seeds => format!("; mean of {seeds} seeds, the picture is of the first"),
+        };
+        format!(
+            "each grown to {}; same camera and scale{seeds}",
+            self.size()
+        )
     }
 
     /// How large the lichens were to get.
@@ -88,11 +95,23 @@ impl Page<'_> {
         if rules.iter().any(|rule| *rule != rules[0]) {
             return "the size of its cell".to_owned();
         }
-        match rules[0] {
+        let size = match rules[0] {
             StopRule::Elements(n) => plural(n as usize, "element", "elements"),
             StopRule::Reach(length) => format!("R_e = {}", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
+        };
+        match self.full() {
+            0 => size,
+            _ => format!("{size}, or until no free surface was left"),
         }
+    }
+
+    /// How many runs stopped before their size, as no free surface was left.
+    fn full(&self) -> usize {
+        let results = self.results();
+        (0..self.plan.cells.len())
+            .map(|cell| results.full(cell))
+            .sum()
     }
 
     /// What the page says of all cells.
@@ -131,6 +150,13 @@ impl Page<'_> {
 
     /// Tells what there is now.
     pub(super) fn tell(&self) -> Result<(), Failure> {
+        if let full @ 1.. = self.full() {
+            self.voice.warn(&format!(
+                "{} before it had its size, as no free surface was left: 'full' in {CSV}; ask for a \
+                 smaller one, or take smaller elements",
+                plural(full, "lichen stopped", "lichens stopped")
+            ));
+        }
         if self.voice.quiet {
             return Ok(());
         }

@@ -21,8 +21,8 @@ use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
 use super::skin::spinner;
-use super::sweep_args::PictureArgs;
 use super::sweep_page::Page;
+use super::sweep_view::PictureStyle;
 
 /// The folder of the pictures.
 const PICTURES: &str = "pictures";
@@ -43,15 +43,15 @@ const LOOKED_AT: usize = 30_000;
 impl Pictures {
     /// Takes them, and writes each as soon as it is taken. Those that are there as they would be
     /// taken now stay.
-    pub(super) fn take(page: &Page, args: &PictureArgs) -> Result<Self, Failure> {
+    pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
-        let sight = Sight::of(page, args, &results)?;
+        let sight = Sight::of(page, style, &results)?;
         let folder = page.folder.join(PICTURES);
-        let side = side(&results, args.size);
+        let side = side(&results, style.size);
         let (mut cells, mut kept) = (Vec::new(), 0);
         let all = page.plan.cells.len();
         let pictures = plural(all, "picture", "pictures");
-        page.voice.note(&format!("taking {pictures}"));
+        page.voice.note(&format!("making {pictures}"));
         for (number, cell) in page.plan.cells.iter().enumerate() {
             page.check_cancelled()?;
             let doing = format!("picture {} of {all}: {}", number + 1, cell.name);
@@ -60,7 +60,7 @@ impl Pictures {
                 None => None,
                 Some(run) => {
                     let file = folder.join(format!("{}.png", cell.name));
-                    let (image, is_kept) = at_hand(page, &sight.camera, args, run, &file)?;
+                    let (image, is_kept) = at_hand(page, &sight.camera, style, run, &file)?;
                     kept += usize::from(is_kept);
                     Some(Taken::of(&image, side[0], all))
                 }
@@ -171,7 +171,7 @@ struct Sight {
 
 impl Sight {
     /// Sees all lichens together.
-    fn of(page: &Page, args: &PictureArgs, results: &Results) -> Result<Self, Failure> {
+    fn of(page: &Page, style: &PictureStyle, results: &Results) -> Result<Self, Failure> {
         let spinner = spinner(page.voice, "looking for the best side");
         let pictured = |cell| results.pictured(cell);
         let runs: Vec<usize> = (0..page.plan.cells.len()).filter_map(pictured).collect();
@@ -186,12 +186,12 @@ impl Sight {
             discs: &discs,
             ..bare(page.substrate, &vertices)
         };
-        let aspect = args.size.aspect();
-        let camera = args.camera.camera(page.substrate, &scene, aspect)?;
+        let aspect = style.size.aspect();
+        let camera = style.camera.camera(page.substrate, &scene, aspect)?;
         spinner.finish_and_clear();
         let sum: glam::Vec3 = discs.iter().map(|d| glam::Vec3::from(d.center)).sum();
         let middle = (sum / discs.len().max(1) as f32).to_array();
-        let camera = match args.camera {
+        let camera = match style.camera {
             View::Auto => nearer(&camera, &discs, middle, aspect),
             _ => camera,
         };
@@ -230,7 +230,7 @@ fn elements_file(page: &Page, run: usize) -> PathBuf {
 }
 
 /// A hash of all that decides a picture.
-fn mark(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<String, Failure> {
+fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Result<String, Failure> {
     let file = elements_file(page, run);
     let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
     let all = format!(
@@ -238,9 +238,9 @@ fn mark(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<
         env!("CARGO_PKG_VERSION"),
         page.substrate.mesh_hash(),
         blake3::hash(&elements),
-        args.size.width,
-        args.size.height,
-        args.samples,
+        style.size.width,
+        style.size.height,
+        style.samples,
     );
     Ok(blake3::hash(all.as_bytes()).to_string())
 }
@@ -249,16 +249,16 @@ fn mark(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<
 fn at_hand(
     page: &Page,
     camera: &Camera,
-    args: &PictureArgs,
+    style: &PictureStyle,
     run: usize,
     file: &Path,
 ) -> Result<(Image, bool), Failure> {
-    let mark = mark(page, camera, args, run)?;
+    let mark = mark(page, camera, style, run)?;
     let there = fs::read(file).ok();
     if let Some(image) = there.and_then(|png| Image::of_marked_png(&png, &mark)) {
         return Ok((image, true));
     }
-    let image = picture(page, camera, args, run)?;
+    let image = picture(page, camera, style, run)?;
     let png = image.to_marked_png(&mark);
     write_file_atomically(file, true, |out: &mut dyn Write| out.write_all(&png))?;
     Ok((image, false))
@@ -266,13 +266,22 @@ fn at_hand(
 
 fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
     let file = elements_file(page, run);
-    let elements = read_elements(&file).map_err(anyhow::Error::new)?;
+    let cell = &page.plan.cells[page.plan.runs[run].cell].name;
+    let cure = || format!("a finished run is damaged; --only {cell} grows its cell anew");
+    let elements = read_elements(&file).map_err(anyhow::Error::new);
+    let elements = elements.with_context(cure)?;
     let cluster = elements.to_cluster(page.substrate);
-    Ok(cluster.with_context(|| file.display().to_string())?)
+    let cluster = cluster.with_context(|| file.display().to_string());
+    Ok(cluster.with_context(cure)?)
 }
 
 /// A run with its skin on, as `thallus render` draws it.
-fn picture(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Result<Image, Failure> {
+fn picture(
+    page: &Page,
+    camera: &Camera,
+    style: &PictureStyle,
+    run: usize,
+) -> Result<Image, Failure> {
     let cluster = cluster(page, run)?;
     let (shape, paint) = (Shape::default(), Paint::default());
     let mesh = skin::skin(page.substrate, &cluster, &shape, &paint);
@@ -285,9 +294,9 @@ fn picture(page: &Page, camera: &Camera, args: &PictureArgs, run: usize) -> Resu
         ..bare(page.substrate, &vertices)
     };
     let settings = Settings {
-        width: args.size.width,
-        height: args.size.height,
-        samples: args.samples,
+        width: style.size.width,
+        height: style.size.height,
+        samples: style.samples,
         ..Settings::default()
     };
     Ok(render(&scene, camera, &settings))

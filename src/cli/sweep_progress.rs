@@ -52,12 +52,17 @@ impl<'a> Show<'a> {
             done.cost += self.plan.costs[run];
         }
         let share = done.cost / self.cost;
-        let left = left(self.started.elapsed().as_secs_f64(), share);
+        let left = match done.runs {
+            0 => String::new(),
+            _ => format!(
+                ", {} left",
+                duration(left(self.started.elapsed().as_secs_f64(), share))
+            ),
+        };
         let line = format!(
-            "{} of {} runs, {} left; {}: {}",
+            "{} of {} runs{left}; {}: {}",
             count(done.runs as u64),
             count(self.runs as u64),
-            duration(left),
             self.plan.name(run),
             words(end, outcome, took)
         );

@@ -153,8 +153,10 @@ impl Places {
         let labels = widest(&sheet.rows, letters);
         let left = margin + if labels > 0.0 { labels + letters } else { 0.0 };
         let top = margin + 3.6 * letters;
+        let written = sheet.tiles.iter().map(|tile| widest(&tile.captions, small));
+        let tile = written.fold(side, |tile, caption| tile.max(caption + small));
         let step = [
-            (side + gap).ceil() as u32,
+            (tile + gap).ceil() as u32,
             (sheet.side[1] as f32 + captions + gap).ceil() as u32,
         ];
         let across = left + (sheet.columns.len() as u32 * step[0]) as f32 - gap + margin;
@@ -238,5 +240,10 @@ mod tests {
         let narrow = sheet.draw().width;
         sheet.note = "a note much longer than the pictures are wide, and on and on".to_owned();
         assert!(sheet.draw().width > narrow);
+        let mut sheet = self::sheet();
+        sheet.tiles[0].captions = vec!["a caption wider than its picture".to_owned()];
+        let places = Places::of(&sheet);
+        let caption = text::width(&sheet.tiles[0].captions[0], places.small);
+        assert!(places.tile(1, 0)[0] as f32 > places.tile(0, 0)[0] as f32 + caption);
     }
 }

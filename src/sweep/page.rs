@@ -177,7 +177,8 @@ fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: 
 }
 
 /// What stands under the picture of a cell: effective radius R_e in mesh units and number of
-/// elements n, with their standard deviations over several seeds.
+/// elements n, with their standard deviations over several seeds; and whether no free surface was left
+/// before the lichen had its size.
 pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     let names = results.measures();
     let of = |name: &str| names.iter().position(|n| *n == name);
@@ -187,7 +188,12 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
         lines.push(format!("R_e {}", spread(&radius)));
     }
     if let Some(elements) = summary("elements").filter(|s| s.runs > 0) {
-        lines.push(format!("n {}", spread(&elements)));
+        lines.push(format!("n {}", counted(&elements)));
+    }
+    match (results.full(cell), results.grid.seeds) {
+        (0, _) => {}
+        (_, 1) => lines.push("full".to_owned()),
+        (full, seeds) => lines.push(format!("{full} of {seeds} full")),
     }
     if lines.is_empty() {
         lines.push("failed".to_owned());
@@ -197,6 +203,15 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
 
 /// Where there is no number.
 const NONE: &str = "–";
+
+/// The same of a number of things.
+fn counted(summary: &Summary) -> String {
+    let [mean, deviation] = [summary.mean, summary.deviation].map(|x| number(x, 1.0));
+    match summary.runs {
+        1 => mean,
+        _ => format!("{mean} ± {deviation}"),
+    }
+}
 
 /// Mean and standard deviation, to the decimals of the larger one.
 pub(super) fn spread(summary: &Summary) -> String {

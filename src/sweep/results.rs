@@ -2,7 +2,7 @@
 
 use super::{Axis, Cell, Grid, Plan};
 use crate::export::{Table, TableColumn, TableValues};
-use crate::run::{COVER, ELEMENTS, REACH, Settings, shell_word};
+use crate::run::{COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
 
 /// What a run came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +69,15 @@ impl<'a> Results<'a> {
     pub fn runs_of(&self, cell: usize) -> std::ops::Range<usize> {
         let seeds = self.grid.seeds as usize;
         cell * seeds..(cell + 1) * seeds
+    }
+
+    /// How many runs of a cell stopped because no free surface was left, and not at their size.
+    pub fn full(&self, cell: usize) -> usize {
+        let is_full = |run: &usize| {
+            let outcome = self.outcomes[*run].as_ref();
+            outcome.is_ok_and(|o| o.stopped == Stopped::Full.name())
+        };
+        self.runs_of(cell).filter(is_full).count()
     }
 
     /// The run of a cell that stands for it in pictures: the first that was grown.
@@ -153,7 +162,7 @@ impl<'a> Results<'a> {
 
     /// The values of an axis as they were written: numbers where all of them are.
     fn axis_column(&self, k: usize, axis: &Axis) -> TableColumn {
-        let name = format!("axis_{}", axis.symbol());
+        let name = format!("axis_{}", axis.symbol().replace('-', "_"));
         let label = |run: usize| axis.values()[self.cell_of(run).at[k]].label().to_owned();
         let is_number = |v: &super::AxisValue| v.label().parse::<f64>().is_ok();
         match axis.values().iter().all(is_number) {

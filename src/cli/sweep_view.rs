@@ -1,0 +1,107 @@
+//! How the pictures of a sweep are taken: the flags, and what the folder remembers of them.
+
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+use thallus::export::write_file_atomically;
+
+use super::failure::Failure;
+use super::render_args::Size;
+use super::render_camera::View;
+use super::sweep_args::PictureArgs;
+
+/// The record in a sweep's folder.
+const FILE: &str = "pictures.toml";
+
+const HEAD: &str =
+    "# How the pictures of this sweep are taken: --camera, --size and --samples say otherwise.\n";
+
+/// How the pictures of the cells are taken.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PictureStyle {
+    pub(super) camera: View,
+    pub(super) size: Size,
+    /// Rays through a pixel, at most.
+    pub(super) samples: u32,
+}
+
+/// As it is written down: the flags' words.
+#[derive(Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Said {
+    camera: Option<String>,
+    size: Option<String>,
+    samples: Option<u32>,
+}
+
+impl PictureStyle {
+    /// What the flags say, over what the first of these folders remembers that does, over what is usual.
+    pub(super) fn new(args: &PictureArgs, folders: &[&Path]) -> Result<Self, Failure> {
+        let remembered = folders.iter().map(|folder| read(folder));
+        let there = remembered.collect::<Result<Vec<_>, _>>()?;
+        let below = there.into_iter().flatten().next();
+        let usual = Self {
+            camera: View::Auto,
+            size: Size {
+                width: 800,
+                height: 800,
+            },
+            samples: 4,
+        };
+        let below = below.unwrap_or(usual);
+        let camera = args.camera.clone().map(View::in_full).transpose()?;
+        Ok(Self {
+            camera: camera.unwrap_or(below.camera),
+            size: args.size.unwrap_or(below.size),
+            samples: args.samples.unwrap_or(below.samples),
+        })
+    }
+
+    /// Remembers it in a folder.
+    pub(super) fn keep(&self, folder: &Path) -> Result<(), Failure> {
+        if read(folder).is_ok_and(|there| there.as_ref() == Some(self)) {
+            return Ok(());
+        }
+        let said = Said {
+            camera: Some(self.camera.to_string()),
+            size: Some(self.size.to_string()),
+            samples: Some(self.samples),
+        };
+        let text = toml::to_string(&said).context("how pictures are taken, as TOML")?;
+        let text = format!("{HEAD}{text}");
+        let fill = |out: &mut dyn Write| out.write_all(text.as_bytes());
+        Ok(write_file_atomically(&folder.join(FILE), true, fill)?)
+    }
+}
+
+/// What a folder remembers, if it does.
+fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
+    let file = folder.join(FILE);
+    let place = || file.display().to_string();
+    let text = match fs::read_to_string(&file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        text => text.with_context(place)?,
+    };
+    let said: Said = toml::from_str(&text).with_context(place)?;
+    let wrong = |what: String| anyhow::anyhow!("{}: {what}", place());
+    let (Some(camera), Some(size), Some(samples @ 1..=MOST_SAMPLES)) =
+        (said.camera, said.size, said.samples)
+    else {
+        return Err(wrong(
+            "camera, size and samples are all to be said; without this file the usual is done"
+                .to_owned(),
+        )
+        .into());
+    };
+    Ok(Some(PictureStyle {
+        camera: camera.parse().map_err(wrong)?,
+        size: size.parse().map_err(wrong)?,
+        samples,
+    }))
+}
+
+/// Rays through a pixel, at most.
+pub(super) const MOST_SAMPLES: u32 = 65_536;
