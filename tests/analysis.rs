@@ -364,8 +364,8 @@ fn dla_on(ground: &Substrate, radius: f64, at: SeedPlace, seed: u64) -> Vec<Dime
     dimensions(&elements.sample(), Some(&metric), Centres::default())
 }
 
-/// The table of docs/analysis.md: plain DLA of 100,000, ten seeds on each of four surfaces that are
-/// much larger than an element.
+/// What `tools/study/run` makes the table of docs/analysis.md from: plain DLA of 100,000, ten seeds on each
+/// of four surfaces that are much larger than an element.
 #[test]
 #[ignore = "the study that docs/analysis.md quotes: 40 lichens of 100,000 take minutes; plain_dla_has_dimension_1_71 holds the methods to it"]
 fn the_table_of_dimensions_over_surfaces() {
@@ -383,22 +383,11 @@ fn the_table_of_dimensions_over_surfaces() {
     for (name, ground, at) in grounds {
         let one = |seed| dla_on(&ground, 1.0 / 4000.0, at.clone(), seed);
         let found: Vec<_> = (1..=10u64).into_par_iter().map(one).collect();
-        for through in [Through::Space, Through::Surface] {
-            for method in METHODS {
-                let all = |d: &Vec<Dimension>| {
-                    let is = |d: &&Dimension| d.method == method && d.through == through;
-                    d.iter().find(is).cloned()
-                };
-                let found: Vec<Vec<_>> =
-                    found.iter().map(|d| all(d).into_iter().collect()).collect();
-                if found.iter().all(|d| !d.is_empty()) {
-                    let [mean, error, stated] = over_seeds(&found);
-                    let truths = found.iter().filter(|d| states(&d[0], 1.71)).count();
-                    let (method, way) = (method.name(), format!("{through:?}").to_lowercase());
-                    println!(
-                        "| {name} | {method} | {way} | {mean:.3} ± {error:.3} | {stated:.3} | {truths} |"
-                    );
-                }
+        for (seed, dimensions) in (1..).zip(&found) {
+            for d in dimensions.iter().filter(|d| d.method != Method::Outline) {
+                let (method, way) = (d.method.name(), format!("{:?}", d.through).to_lowercase());
+                let (dimension, error) = (d.dimension.unwrap(), d.error.unwrap());
+                println!("csv,{name},{method},{way},{seed},{dimension},{error}");
             }
         }
     }

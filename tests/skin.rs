@@ -396,7 +396,7 @@ fn threads_change_no_byte() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("threads").install(|| {
             let mesh = skinned(&surface, &cluster, &Shape::default());
-            let fewer = decimate(&mesh, mesh.triangles.len() / 4).mesh;
+            let fewer = decimate(&mesh, mesh.triangles.len() / 4);
             let mut bytes = Vec::new();
             for format in thallus::export::MESH_FORMATS {
                 format.write(&mesh, 1.0, &mut bytes).expect("written");
@@ -455,12 +455,32 @@ fn decimating_keeps_to_the_count_and_the_surface() {
     for share in [0.5, 0.2] {
         let goal = (mesh.triangles.len() as f64 * share) as usize;
         let fewer = decimate(&mesh, goal);
-        assert!(fewer.faults.is_empty(), "{share}: {:?}", fewer.faults);
-        assert!(fewer.mesh.triangles.len() <= goal + goal / 10);
-        fewer.mesh.check().expect("sound");
-        let ratio = volume(&fewer.mesh) / volume(&mesh);
-        assert!((0.9..1.1).contains(&ratio), "{share}: volume {ratio}");
+        assert!(fewer.triangles.len() <= goal + goal / 10);
+        assert_whole(&fewer, &mesh, 0.1);
     }
+}
+
+fn assert_whole(fewer: &TriMesh, mesh: &TriMesh, loss: f64) {
+    let count = fewer.triangles.len();
+    let faults = faults(fewer.positions.len(), &fewer.triangles);
+    assert!(faults.is_empty(), "{count}: {faults:?}");
+    fewer.check().expect("sound");
+    let ratio = volume(fewer) / volume(mesh);
+    assert!((ratio - 1.0).abs() <= loss, "{count}: volume {ratio}");
+}
+
+/// What cannot be is not tried at any price: the mesh stays whole, with as few triangles as that takes.
+#[test]
+fn a_skin_is_decimated_no_farther_than_it_keeps_its_shape() {
+    let surface = sphere(24);
+    let mesh = skinned(&surface, &grown(&surface, 0.02, 1500), &Shape::default());
+    let counts = [10, 300, 1000, 3000].map(|goal| {
+        let fewer = decimate(&mesh, goal);
+        assert_whole(&fewer, &mesh, 0.15);
+        fewer.triangles.len()
+    });
+    assert!(counts[0] < mesh.triangles.len() / 4, "{counts:?}");
+    assert!(counts[3] <= 3300, "{counts:?}");
 }
 
 #[test]

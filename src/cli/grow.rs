@@ -184,11 +184,10 @@ pub(super) fn named_mesh(recipe: &Path, named: &str) -> Option<PathBuf> {
     let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
     let place = recipe.canonicalize().unwrap_or_default();
     let above = place.ancestors().skip(2).map(|folder| folder.join(named));
-    let found = [here, beside]
+    [here, beside]
         .into_iter()
         .chain(above)
-        .find(|path| path.exists());
-    found
+        .find(|path| path.exists())
 }
 
 /// Folders of one mesh that are tried before giving up.

@@ -209,25 +209,18 @@ fn simplify(
         voice,
         &format!("decimating to {} triangles", count(triangles as u64)),
     );
-    let decimated = decimate(mesh, triangles);
+    let fewer = decimate(mesh, triangles);
     spinner.finish_and_clear();
     report.seconds.decimate += started.elapsed().as_secs_f64();
-    let (made, shown) = (decimated.mesh.triangles.len(), file.display());
+    let (made, shown) = (fewer.triangles.len(), file.display());
     if made as f64 > 1.1 * triangles as f64 {
         let (made, asked) = (count(made as u64), count(triangles as u64));
         voice.warn(&format!(
-            "{shown}: {made} triangles are left where {asked} were asked for: fewer would change \
-             the lichen's topology"
+            "{shown}: {made} triangles are left where {asked} were asked for: with fewer it \
+             would tear or lose its shape; --resolution makes a coarser skin"
         ));
     }
-    if !decimated.faults.is_empty() {
-        let (edges, vertices) = (decimated.faults.edges, decimated.faults.vertices);
-        voice.warn(&format!(
-            "{shown}: decimating left {edges} edges and {vertices} vertices that are not manifold; \
-             keep more triangles, or make the skin coarser with --resolution instead"
-        ));
-    }
-    decimated.mesh
+    fewer
 }
 
 fn write(

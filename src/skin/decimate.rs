@@ -1,18 +1,10 @@
 //! Fewer triangles: meshoptimizer's simplifier, which weighs normals and colours with the shape.
 
+use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
 
-use super::manifold::{Faults, faults, faulty};
+use super::manifold::faulty;
 use crate::export::{TriMesh, VertexAttribute};
-
-/// A mesh with fewer triangles.
-#[derive(Clone, Debug)]
-pub struct Decimated {
-    /// The mesh.
-    pub mesh: TriMesh,
-    /// Where it is no closed manifold.
-    pub faults: Faults,
-}
 
 /// Weights of normal and colour against a length of the mesh's size.
 const NORMAL_WEIGHT: f32 = 0.02;
@@ -21,28 +13,48 @@ const COLOR_WEIGHT: f32 = 0.05;
 /// Times that faults are tried to be avoided.
 const ATTEMPTS: usize = 6;
 
-/// The mesh with about as many triangles as asked for: vertices are kept where they are, with all
-/// that is known of them, or dropped. What cannot go without changing the topology stays, so there
-/// may be more.
+/// A mesh that has lost a larger share of its volume than this has lost its shape.
+const LOSS: f64 = 0.15;
+
+/// Times that the distance between too few triangles and enough of them is halved.
+const HALVINGS: usize = 3;
+
+/// The mesh with about as many triangles as asked for, or the fewest above that with which it stays
+/// closed and manifold, and keeps its volume but for 15 %: vertices are kept where they are, with all
+/// that is known of them, or dropped.
 ///
 /// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
-/// fault are held fast and it is done again, several times and with wider surroundings each time;
-/// [`Decimated::faults`] tells what is left after that.
-pub fn decimate(mesh: &TriMesh, triangles: usize) -> Decimated {
+/// fault are held fast and it is done again, several times and with wider surroundings each time. Where
+/// that does not help, more triangles are left.
+pub fn decimate(mesh: &TriMesh, triangles: usize) -> TriMesh {
     let simplifier = Simplifier::new(mesh);
-    let mut held = vec![false; mesh.positions.len()];
-    let mut kept = simplifier.run(mesh, triangles, &held);
-    for rings in 1..ATTEMPTS {
-        let faulty = faulty(held.len(), &kept);
-        if faulty.is_empty() {
-            break;
+    let mut best = simplifier.sound(mesh, triangles);
+    if best.is_none() {
+        let (mut too_few, mut enough) = (triangles.max(1), mesh.triangles.len());
+        while best.is_none() && 2 * too_few < enough {
+            best = simplifier.sound(mesh, 2 * too_few);
+            match best {
+                Some(_) => enough = 2 * too_few,
+                None => too_few *= 2,
+            }
         }
-        hold(&mut held, mesh, &faulty, rings);
-        kept = simplifier.run(mesh, triangles, &held);
+        for _ in 0..HALVINGS {
+            let between = (too_few as f64 * enough as f64).sqrt() as usize;
+            match simplifier.sound(mesh, between) {
+                None => too_few = between,
+                fewer => (best, enough) = (fewer, between),
+            }
+        }
     }
-    let mesh = picked(mesh, kept);
-    let faults = faults(mesh.positions.len(), &mesh.triangles);
-    Decimated { mesh, faults }
+    picked(mesh, best.unwrap_or_else(|| mesh.triangles.clone()))
+}
+
+/// Volume inside of closed triangles.
+fn volume(mesh: &TriMesh, triangles: &[[u32; 3]]) -> f64 {
+    let origin = DVec3::from(mesh.positions[0]);
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]) - origin;
+    let six_times = |&[a, b, c]: &[u32; 3]| corner(a).cross(corner(b)).dot(corner(c));
+    triangles.iter().map(six_times).sum::<f64>() / 6.0
 }
 
 /// Holds vertices, and so many rings of vertices about them.
@@ -65,6 +77,7 @@ struct Simplifier {
     places: Vec<u8>,
     /// Normal and colour of each vertex.
     watched: Vec<f32>,
+    volume: f64,
 }
 
 impl Simplifier {
@@ -82,7 +95,26 @@ impl Simplifier {
         Self {
             places: mesh.positions.iter().flat_map(bytes).collect(),
             watched: watched.collect(),
+            volume: volume(mesh, &mesh.triangles),
         }
+    }
+
+    /// About so many triangles, if they make a closed manifold that has kept its volume.
+    fn sound(&self, mesh: &TriMesh, triangles: usize) -> Option<Vec<[u32; 3]>> {
+        let mut held = vec![false; mesh.positions.len()];
+        for rings in 1..=ATTEMPTS {
+            let kept = self.run(mesh, triangles, &held);
+            let share = volume(mesh, &kept) / self.volume;
+            if (share - 1.0).abs() > LOSS {
+                return None;
+            }
+            let faulty = faulty(held.len(), &kept);
+            if faulty.is_empty() {
+                return Some(kept);
+            }
+            hold(&mut held, mesh, &faulty, rings);
+        }
+        None
     }
 
     fn run(&self, mesh: &TriMesh, triangles: usize, held: &[bool]) -> Vec<[u32; 3]> {

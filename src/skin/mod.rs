@@ -38,7 +38,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use cortex::{Apothecia, Areoles, Cortex, Detail};
-pub use decimate::{Decimated, decimate};
+pub use decimate::decimate;
 pub use frames::SkinFrames;
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};

@@ -13,6 +13,10 @@ from pathlib import Path
 SHUFFLES = 20_000
 FALSE_ALARM = 0.05
 
+# What plain DLA on the plane has, and the order of the table that shows it.
+DLA = 1.71
+ORDER = ["mass-radius", "gyration", "sandbox", "correlation", "boxes"]
+
 # Measures that one lichen is compared to another by: name, whether it is a length.
 MEASURES = [
     ("elements", False),
@@ -33,8 +37,9 @@ MEASURES = [
 ]
 
 
-def rows(folder):
-    with open(folder / "results.csv", newline="") as file:
+def rows(place):
+    """Of a table, or of the one in the folder of a sweep."""
+    with open(place / "results.csv" if place.is_dir() else place, newline="") as file:
         return list(csv.DictReader(file))
 
 
@@ -194,9 +199,28 @@ def presets(folder):
         )
 
 
+def surfaces(file):
+    data = rows(file)
+    names = list(dict.fromkeys(row["surface"] for row in data))
+    print("\n## Plain DLA over surfaces\n")
+    print("| method | way | " + " | ".join(names) + " |")
+    print("|" + " --- |" * (2 + len(names)))
+    for method, way in sorted({(row["method"], row["way"]) for row in data}, key=lambda m: (m[1], ORDER.index(m[0]))):
+        cells = []
+        for name in names:
+            some = [r for r in data if (r["surface"], r["method"], r["way"]) == (name, method, way)]
+            found, errors = numbers(some, "dimension"), numbers(some, "error")
+            spread = statistics.stdev(found) / math.sqrt(len(found))
+            truths = sum(abs(d - DLA) <= error for d, error in zip(found, errors))
+            cells.append(f"{statistics.fmean(found):.3f} ± {spread:.3f} ({statistics.fmean(errors):.3f}, {truths})")
+        way = "along the surface" if way == "surface" else "through space"
+        print(f"| {method} | {way} | " + " | ".join(cells) + " |")
+
+
 def main():
     out = Path(sys.argv[1])
     grid(out / "grid")
+    surfaces(out / "dimensions.csv")
     compare(out / "copy", "axis_steps", "Far steps on a coarser copy against exact ones, boulder")
     compare(out / "steps", "axis_steps", "Large steps against small ones, rock")
     compare(out / "law", "axis_law", "The two laws of motion, rock")
