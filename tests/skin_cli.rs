@@ -336,5 +336,13 @@ fn what_is_wrong_is_said_in_one_line() {
     refused(&desk, "out -o a.ply", 1, &["a.ply", "--force"]);
     assert_eq!(desk.read("a.ply"), b"mine");
     made(&desk, "out -o a.ply --force --quiet");
+    // What it is read from is not written over, whatever is said.
+    let read = ["out/elements.ply", "rock.obj"].map(|name| fs::read(desk.path(name)).unwrap());
+    for name in ["out/elements.ply", "./rock.obj"] {
+        let words = ["is what the lichen is read from"];
+        refused(&desk, &format!("out -o {name} --force"), 2, &words);
+    }
+    let now = ["out/elements.ply", "rock.obj"].map(|name| fs::read(desk.path(name)).unwrap());
+    assert!(read == now);
     assert_ne!(desk.read("a.ply"), b"mine");
 }

@@ -10,7 +10,9 @@ mod curve;
 
 pub use curve::{Curve, CurveError};
 
-use crate::cluster::{Cluster, Ease, Presence};
+use glam::DVec3;
+
+use crate::cluster::{Cluster, Ease, Element, Presence};
 
 /// What grows evenly from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,9 +20,10 @@ pub enum Clock {
     /// The number of elements.
     #[default]
     Birth,
-    /// The effective radius R_e, as real lichens widen by about the same length a year (R. Armstrong
-    /// and T. Bradwell, *Growth of foliose lichens: a review*, 2011). Where it stands still while
-    /// gaps close, what is born meanwhile comes at once.
+    /// The radius, as real lichens widen by about the same length a year (R. Armstrong and T. Bradwell,
+    /// *Growth of foliose lichens: a review*, 2011). It is that of gyration, which a lichen that keeps
+    /// its shape has in a fixed ratio to R_e, and which does not leap where one lobe gets ahead. Where it
+    /// stands still while gaps close, what is born meanwhile comes at once.
     Radius,
     /// Time on a curve of one's own.
     Curve(Curve),
@@ -120,16 +123,21 @@ impl Timing {
     }
 }
 
-/// The largest effective radius so far, after each birth.
+/// The largest radius of gyration so far, after each birth.
 fn radii(cluster: &Cluster) -> Vec<f64> {
-    let mut grown = Cluster::new(cluster.radius());
-    let mut most = 0.0;
-    let radius = |element: &crate::cluster::Element| {
-        grown.push(*element);
-        most = grown.extent().effective_radius().max(most);
-        most
+    let Some(seed) = cluster.elements().first() else {
+        return Vec::new();
     };
-    cluster.elements().iter().map(radius).collect()
+    let (mut sum, mut squares, mut most) = (DVec3::ZERO, 0.0, 0.0);
+    let radius = |(n, element): (f64, &Element)| {
+        let way = element.position - seed.position;
+        sum += way;
+        squares += way.length_squared();
+        most = (squares / n - (sum / n).length_squared()).max(most);
+        most.sqrt()
+    };
+    let counts = (1..).map(f64::from as fn(u32) -> f64);
+    counts.zip(cluster.elements()).map(radius).collect()
 }
 
 /// How many elements have this share of the last radius, between births by straight lines.
@@ -152,9 +160,7 @@ fn reaching(radii: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cluster::Element;
     use crate::substrate::SurfacePoint;
-    use glam::DVec3;
 
     /// Pairs of elements, the k-th pair k² away on both sides, and a last one in the middle.
     fn spread(pairs: u32) -> Cluster {
@@ -219,6 +225,33 @@ mod tests {
             super::tests::times(&timing(2, 0.0, Clock::Radius), &alone),
             [1.0, 1.0]
         );
+    }
+
+    /// One far ahead of all others makes no leap of it.
+    #[test]
+    fn the_radius_of_many_is_not_that_of_one() {
+        let mut cluster = Cluster::new(0.1);
+        let golden = 2.399_963_229_728_653;
+        for k in 0..2000u32 {
+            let ahead = if k == 1000 { 2.0 } else { 1.0 };
+            let (sin, cos) = (f64::from(k) * golden).sin_cos();
+            let position = ahead * f64::from(k).sqrt() * DVec3::new(cos, sin, 0.0);
+            cluster.push(Element {
+                at: SurfacePoint::centroid(0),
+                position,
+                parent: 0,
+                colony: 0,
+                probability: 1.0,
+            });
+        }
+        let times = times(&timing(50, 0.0, Clock::Radius), &cluster);
+        for (k, time) in (1..).map(f64::from).zip(&times).skip(9) {
+            let even = 2000.0 * (k / 50.0) * (k / 50.0);
+            assert!(
+                (time - even).abs() < 0.01 * 2000.0,
+                "{k}: {time}, not {even}"
+            );
+        }
     }
 
     #[test]

@@ -59,6 +59,7 @@ pub(super) struct Growth {
 impl Growth {
     fn read(args: &AnimateArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
+        grown.spare(&args.output, args.mesh.as_deref())?;
         let mesh = match &args.mesh {
             Some(mesh) => mesh.clone(),
             None => grown.mesh_file()?,

@@ -53,7 +53,7 @@ pub(crate) struct AnimateArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Time")]
 pub(crate) struct TimeArgs {
-    /// How many frames; the last shows the whole lichen
+    /// How many frames; the last shows the whole lichen, or what the curve of --clock ends at
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub(crate) frames: u32,
     /// Frames a second, 0.1 to 1000

@@ -25,6 +25,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
         metres: format.metres,
     };
     let mut grown = Grown::read(&args.from)?;
+    grown.spare(&args.output, args.mesh.as_deref())?;
     let up = smooth(&mut grown, args.mesh.as_deref())?;
     let placement = args.axes.placement(&convention, up)?;
     let measured = measure(&grown.elements.sample(), grown.curvature_radius());

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, UpAxis, read_elements};
+use thallus::log::LOG;
 use thallus::run::{Length, Settings};
 use thallus::substrate::{Substrate, SubstrateError};
 
@@ -15,6 +16,8 @@ use super::{check, output};
 /// Elements, and the recipe that lies beside them.
 pub(crate) struct Grown {
     pub(crate) elements: Elements,
+    /// Where they are.
+    table: PathBuf,
     /// Where a recipe would be.
     recipe_file: PathBuf,
     recipe: Option<Settings>,
@@ -60,9 +63,30 @@ impl Grown {
         let recipe = belongs.then(|| Settings::read(&recipe_file));
         Ok(Self {
             elements,
+            table,
             recipe: recipe.transpose()?,
             recipe_file,
         })
+    }
+
+    /// Refuses to write a file over what was read, or what the run needs to go on, whoever asks for it.
+    pub(crate) fn spare(&self, output: &Path, mesh: Option<&Path>) -> Result<(), Failure> {
+        let Ok(place) = output.canonicalize() else {
+            return Ok(());
+        };
+        let beside = [output::RECIPE, LOG].map(|name| self.table.with_file_name(name));
+        let mesh = mesh.map(Path::to_owned).or_else(|| self.mesh_file().ok());
+        let read = [self.table.clone()].into_iter().chain(beside).chain(mesh);
+        match read
+            .into_iter()
+            .any(|file| file.canonicalize().is_ok_and(|file| file == place))
+        {
+            true => Err(Failure::usage(format!(
+                "{} is what the lichen is read from: write to another file",
+                output.display()
+            ))),
+            false => Ok(()),
+        }
     }
 
     /// The lichen on its mesh: this one, or the one that the recipe names.

@@ -29,7 +29,10 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let started = Instant::now();
-    let (substrate, cluster) = Grown::read(&args.from)?.on_mesh(args.mesh.as_deref())?;
+    let grown = Grown::read(&args.from)?;
+    let mesh = args.mesh.as_deref();
+    files.iter().try_for_each(|file| grown.spare(file, mesh))?;
+    let (substrate, cluster) = grown.on_mesh(mesh)?;
     let convention = Convention {
         extension: format.extension,
         axes: format.axes,
