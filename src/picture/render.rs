@@ -49,6 +49,9 @@ impl Default for Settings {
 /// Rows that are rendered together.
 const BAND: usize = 32;
 
+/// Columns of them at a time: what is about so many pixels fits into a processor's own memory.
+const TILE: usize = 64;
+
 /// Samples of every pixel, before it is decided where more are needed: the least, and the share
 /// of the most.
 const PILOT: u32 = 2;
@@ -134,17 +137,36 @@ impl Frame<'_> {
     /// where they happen to agree would favour what they agree on.
     fn fill(&self, rows: &mut [Pixel], top: usize) {
         let columns = self.size.x as usize;
-        let first = top.saturating_sub(REACH);
-        let last = (top + rows.len() / columns + REACH).min(self.size.y as usize);
-        let at = |i: usize| ((i % columns) as u32, (first + i / columns) as u32);
-        let mut sums = vec![Sums::default(); (last - first) * columns];
+        let bottom = top + rows.len() / columns;
+        for left in (0..columns).step_by(TILE) {
+            let tile = [left..(left + TILE).min(columns), top..bottom];
+            self.fill_tile(tile, |x, y, pixel| rows[(y - top) * columns + x] = pixel);
+        }
+    }
+
+    fn fill_tile(
+        &self,
+        [across, down]: [Range<usize>; 2],
+        mut set: impl FnMut(usize, usize, Pixel),
+    ) {
+        let wider = |range: &Range<usize>, end: f32| {
+            range.start.saturating_sub(REACH)..(range.end + REACH).min(end as usize)
+        };
+        let (columns, rows) = (wider(&across, self.size.x), wider(&down, self.size.y));
+        let at = |i: usize| {
+            let (x, y) = (i % columns.len(), i / columns.len());
+            ((columns.start + x) as u32, (rows.start + y) as u32)
+        };
+        let mut sums = vec![Sums::default(); columns.len() * rows.len()];
         for (i, sums) in sums.iter_mut().enumerate() {
             self.sample(at(i), self.pilot, Seen::default(), sums);
         }
-        let squares = Squares::new(&sums, columns);
-        let start = (top - first) * columns;
-        for (i, pixel) in (start..).zip(rows) {
-            *pixel = self.pixel(at(i), &sums[i], &squares.at(i));
+        let squares = Squares::new(&sums, columns.len());
+        for y in down {
+            for x in across.clone() {
+                let i = (y - rows.start) * columns.len() + x - columns.start;
+                set(x, y, self.pixel(at(i), &sums[i], &squares.at(i)));
+            }
         }
     }
 
