@@ -46,10 +46,10 @@ impl Default for Settings {
     }
 }
 
-/// Rows that are rendered together.
-const BAND: usize = 32;
+/// Columns and rows of a part of the picture.
+type Tile = [Range<usize>; 2];
 
-/// Columns of them at a time: what is about so many pixels fits into a processor's own memory.
+/// Pixels along a tile's side: what is about those of one fits into a processor's own memory.
 const TILE: usize = 64;
 
 /// Samples of every pixel, before it is decided where more are needed: the least, and the share
@@ -87,10 +87,19 @@ pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
             .min(settings.samples.max(1)),
         error: ERROR * (USUAL / settings.samples.max(1) as f32).sqrt(),
     };
-    let columns = width as usize;
-    let mut pixels = vec![Pixel::default(); columns * height as usize];
-    let bands = pixels.par_chunks_mut(columns * BAND).enumerate();
-    bands.for_each(|(band, rows)| frame.fill(rows, band * BAND));
+    let [columns, rows] = [width, height].map(|side| side as usize);
+    let starts = (0..rows).step_by(TILE);
+    let starts = starts.flat_map(|y| (0..columns).step_by(TILE).map(move |x| (x, y)));
+    let tiles: Vec<Tile> = starts
+        .map(|(x, y)| [x..(x + TILE).min(columns), y..(y + TILE).min(rows)])
+        .collect();
+    let filled: Vec<Vec<Pixel>> = tiles.par_iter().map(|tile| frame.filled(tile)).collect();
+    let mut pixels = vec![Pixel::default(); columns * rows];
+    for ([across, down], filled) in tiles.iter().zip(filled) {
+        for (y, row) in down.clone().zip(filled.chunks(across.len())) {
+            pixels[y * columns..][across.clone()].copy_from_slice(row);
+        }
+    }
     finish(&pixels, width, height, settings.background)
 }
 
@@ -132,27 +141,14 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Rows of pixels, from row `top` on: a few samples of each, and more as what is seen round
-    /// about asks for them. A pixel's own samples alone would tell too little, and to stop
+    /// The pixels of a tile, row by row: a few samples of each, and more as what is seen round about
+    /// asks for them. A pixel's own samples alone would tell too little, and to stop
     /// where they happen to agree would favour what they agree on.
-    fn fill(&self, rows: &mut [Pixel], top: usize) {
-        let columns = self.size.x as usize;
-        let bottom = top + rows.len() / columns;
-        for left in (0..columns).step_by(TILE) {
-            let tile = [left..(left + TILE).min(columns), top..bottom];
-            self.fill_tile(tile, |x, y, pixel| rows[(y - top) * columns + x] = pixel);
-        }
-    }
-
-    fn fill_tile(
-        &self,
-        [across, down]: [Range<usize>; 2],
-        mut set: impl FnMut(usize, usize, Pixel),
-    ) {
+    fn filled(&self, [across, down]: &Tile) -> Vec<Pixel> {
         let wider = |range: &Range<usize>, end: f32| {
             range.start.saturating_sub(REACH)..(range.end + REACH).min(end as usize)
         };
-        let (columns, rows) = (wider(&across, self.size.x), wider(&down, self.size.y));
+        let (columns, rows) = (wider(across, self.size.x), wider(down, self.size.y));
         let at = |i: usize| {
             let (x, y) = (i % columns.len(), i / columns.len());
             ((columns.start + x) as u32, (rows.start + y) as u32)
@@ -162,12 +158,12 @@ impl Frame<'_> {
             self.sample(at(i), self.pilot, Seen::default(), sums);
         }
         let squares = Squares::new(&sums, columns.len());
-        for y in down {
-            for x in across.clone() {
-                let i = (y - rows.start) * columns.len() + x - columns.start;
-                set(x, y, self.pixel(at(i), &sums[i], &squares.at(i)));
-            }
-        }
+        let place = |y: usize, x: usize| (y - rows.start) * columns.len() + x - columns.start;
+        let places = down
+            .clone()
+            .flat_map(|y| across.clone().map(move |x| (y, x)));
+        let pixel = |i: usize| self.pixel(at(i), &sums[i], &squares.at(i));
+        places.map(|(y, x)| pixel(place(y, x))).collect()
     }
 
     /// A pixel that some samples were taken of, by what they came to and what those of the square
