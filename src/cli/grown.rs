@@ -51,6 +51,13 @@ impl Grown {
             true => from.join(output::ELEMENTS),
             false => from.to_owned(),
         };
+        if !table.exists() {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{}: there is no such file: give the folder that thallus grow made, or the elements.ply in \
+                 it",
+                table.display()
+            )));
+        }
         let elements = read_elements(&table).map_err(anyhow::Error::new)?;
         if elements.is_empty() {
             let table = table.display();

@@ -90,7 +90,13 @@ impl Quantity {
                 let rim = rim_distance(&is_rim(&near), &near);
                 rim.into_iter().map(|d| d.unwrap_or(f64::NAN)).collect()
             }
-            Self::Probability => elements.probability.iter().map(|&p| p.into()).collect(),
+            // Seeds did not stick to anything.
+            Self::Probability => {
+                let pairs = elements.probability.iter().zip(&elements.parent);
+                let chance =
+                    |(&p, &parent): (&_, &i32)| if parent < 0 { f64::NAN } else { f64::from(p) };
+                pairs.map(chance).collect()
+            }
             Self::Order => wide(tree().strahler()),
             Self::Depth => wide(tree().depth()),
             Self::Colony => elements.colony.iter().map(|&c| c.into()).collect(),

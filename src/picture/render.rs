@@ -87,19 +87,7 @@ pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
             .min(settings.samples.max(1)),
         error: ERROR * (USUAL / settings.samples.max(1) as f32).sqrt(),
     };
-    let [columns, rows] = [width, height].map(|side| side as usize);
-    let starts = (0..rows).step_by(TILE);
-    let starts = starts.flat_map(|y| (0..columns).step_by(TILE).map(move |x| (x, y)));
-    let tiles: Vec<Tile> = starts
-        .map(|(x, y)| [x..(x + TILE).min(columns), y..(y + TILE).min(rows)])
-        .collect();
-    let filled: Vec<Vec<Pixel>> = tiles.par_iter().map(|tile| frame.filled(tile)).collect();
-    let mut pixels = vec![Pixel::default(); columns * rows];
-    for ([across, down], filled) in tiles.iter().zip(filled) {
-        for (y, row) in down.clone().zip(filled.chunks(across.len())) {
-            pixels[y * columns..][across.clone()].copy_from_slice(row);
-        }
-    }
+    let pixels = frame.pixels(TILE);
     finish(&pixels, width, height, settings.background)
 }
 
@@ -141,6 +129,24 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
+    /// All of them, row by row, rendered in tiles of this side.
+    fn pixels(&self, side: usize) -> Vec<Pixel> {
+        let [columns, rows] = self.size.to_array().map(|side| side as usize);
+        let starts = (0..rows).step_by(side);
+        let starts = starts.flat_map(|y| (0..columns).step_by(side).map(move |x| (x, y)));
+        let tiles: Vec<Tile> = starts
+            .map(|(x, y)| [x..(x + side).min(columns), y..(y + side).min(rows)])
+            .collect();
+        let filled: Vec<Vec<Pixel>> = tiles.par_iter().map(|tile| self.filled(tile)).collect();
+        let mut pixels = vec![Pixel::default(); columns * rows];
+        for ([across, down], filled) in tiles.iter().zip(filled) {
+            for (y, row) in down.clone().zip(filled.chunks(across.len())) {
+                pixels[y * columns..][across.clone()].copy_from_slice(row);
+            }
+        }
+        pixels
+    }
+
     /// The pixels of a tile, row by row: a few samples of each, and more as what is seen round about
     /// asks for them. A pixel's own samples alone would tell too little, and to stop
     /// where they happen to agree would favour what they agree on.
@@ -293,9 +299,9 @@ mod tests {
     use super::*;
     use crate::picture::Disc;
 
-    /// However many rows are rendered together, the pixels are the same.
+    /// However many pixels are rendered together, they are the same.
     #[test]
-    fn where_bands_begin_does_not_show() {
+    fn where_tiles_begin_does_not_show() {
         let disc = |center| Disc {
             center,
             normal: [0.0, 1.0, 0.0],
@@ -318,16 +324,10 @@ mod tests {
             pilot: 2,
             error: ERROR,
         };
-        let in_bands_of = |rows: usize| {
-            let mut pixels = vec![Pixel::default(); 40 * 40];
-            let bands = pixels.chunks_mut(40 * rows).enumerate();
-            bands.for_each(|(i, band)| frame.fill(band, i * rows));
-            pixels
-        };
-        let whole = in_bands_of(40);
+        let whole = frame.pixels(40);
         assert!(whole.iter().any(|p| p.rgb != whole[0].rgb));
-        for rows in [1, 2, 7, 32] {
-            assert!(in_bands_of(rows) == whole, "{rows}");
+        for side in [1, 2, 7, 32] {
+            assert!(frame.pixels(side) == whole, "{side}");
         }
     }
 }
