@@ -141,21 +141,17 @@ pub(super) fn error_file(folder: &Path) -> PathBuf {
     folder.with_added_extension("error.txt")
 }
 
-/// The named numbers of a finished run, lengths in mesh units: those of the analysis, dimensions
-/// through space alone, and what growing it took.
+/// The named numbers of a finished run, lengths in mesh units: those of the analysis, and what growing it
+/// took.
 pub(super) fn measures(
     substrate: &Substrate,
     growth: &Growth,
     report: &RunReport,
 ) -> Vec<(String, f64)> {
-    let centres = Centres {
-        surface: 0,
-        ..Centres::default()
-    };
-    let analysis = Analysis::of(substrate, &growth.cluster, centres);
+    let analysis = Analysis::of(substrate, &growth.cluster, Centres::default());
     let scalars = analysis.scalars().into_iter();
     // The radius is a parameter.
-    let found = scalars.filter(|(name, _)| *name != "radius" && !name.starts_with("surface_"));
+    let found = scalars.filter(|(name, _)| *name != "radius");
     let took = [
         ("covered_share", report.covered_share),
         ("walkers_per_element", report.walkers_per_element),
