@@ -423,7 +423,8 @@ fn colours_by_a_quantity_are_those_of_the_elements() {
     let extreme = |sign: f32| {
         let by =
             |&a: &usize, &b: &usize| (sign * probability[a]).total_cmp(&(sign * probability[b]));
-        (0..250).min_by(by).unwrap()
+        // The seed did not stick to anything.
+        (1..250).min_by(by).unwrap()
     };
     let steps = "--colormap 0:#ff0000,0.499:#ff0000,0.501:#0000ff,1:#0000ff";
     for what in ["points", "skin"] {

@@ -26,6 +26,9 @@ const HALVINGS: usize = 3;
 /// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
 /// fault are held fast and it is done again, several times and with wider surroundings each time. Where
 /// that does not help, more triangles are left.
+///
+/// # Panics
+/// When the mesh has no vertices.
 pub fn decimate(mesh: &TriMesh, triangles: usize) -> TriMesh {
     let simplifier = Simplifier::new(mesh);
     let mut best = simplifier.sound(mesh, triangles);
