@@ -232,6 +232,18 @@ fn colours_come_from_names_stops_and_files() {
     assert!(bytes("") == painted[0]);
 }
 
+/// The mesh lies in a folder above the recipe, where nobody is now.
+#[test]
+fn the_mesh_is_found_from_elsewhere() {
+    let desk = desk();
+    fs::create_dir(desk.path("elsewhere")).unwrap();
+    let mut command = desk.call("skin", "../out -o a.ply --quiet");
+    let status = command.current_dir(desk.path("elsewhere")).status();
+    assert!(status.unwrap().success());
+    made(&desk, "out -o a.ply --quiet");
+    assert!(desk.read("elsewhere/a.ply") == desk.read("a.ply"));
+}
+
 #[test]
 fn levels_of_detail_halve() {
     let desk = desk();

@@ -265,6 +265,19 @@ fn the_commands_of_the_page_make_the_same_lichen() {
     );
 }
 
+/// What no free surface was left for is not said to have its size.
+#[test]
+fn lichens_that_stop_full_are_told() {
+    let desk = desk();
+    let words = "plane.obj --B 0.3,0.9 --radius 4% --elements 9999 --size 48x40 --samples 1";
+    let output = done(&desk, &format!("{words} -o out"));
+    let warning = "2 lichens stopped short of the size asked for";
+    assert!(said(&output).contains(warning), "{}", said(&output));
+    let page = String::from_utf8(desk.read("out/report.html")).unwrap();
+    assert!(page.contains("9,999 elements, or until no free surface was left"));
+    assert_eq!(page.matches("<span>full</span>").count(), 2);
+}
+
 /// Pictures are taken again where they are missing, damaged or would look different now.
 #[test]
 fn pictures_that_are_there_are_kept() {

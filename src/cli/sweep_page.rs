@@ -152,7 +152,7 @@ impl Page<'_> {
     pub(super) fn tell(&self) -> Result<(), Failure> {
         if let full @ 1.. = self.full() {
             self.voice.warn(&format!(
-                "{} before it had its size, as no free surface was left: 'full' in {CSV}; ask for a \
+                "{} short of the size asked for, as no free surface was left: 'full' in {CSV}; ask for a \
                  smaller one, or take smaller elements",
                 plural(full, "lichen stopped", "lichens stopped")
             ));

@@ -29,12 +29,12 @@ pub(super) struct PictureStyle {
 }
 
 /// As it is written down: the flags' words.
-#[derive(Debug, Default, Deserialize, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Said {
-    camera: Option<String>,
-    size: Option<String>,
-    samples: Option<u32>,
+    camera: String,
+    size: String,
+    samples: u32,
 }
 
 impl PictureStyle {
@@ -66,9 +66,9 @@ impl PictureStyle {
             return Ok(());
         }
         let said = Said {
-            camera: Some(self.camera.to_string()),
-            size: Some(self.size.to_string()),
-            samples: Some(self.samples),
+            camera: self.camera.to_string(),
+            size: self.size.to_string(),
+            samples: self.samples,
         };
         let text = toml::to_string(&said).context("how pictures are taken, as TOML")?;
         let text = format!("{HEAD}{text}");
@@ -87,19 +87,13 @@ fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
     };
     let said: Said = toml::from_str(&text).with_context(place)?;
     let wrong = |what: String| anyhow::anyhow!("{}: {what}", place());
-    let (Some(camera), Some(size), Some(samples @ 1..=MOST_SAMPLES)) =
-        (said.camera, said.size, said.samples)
-    else {
-        return Err(wrong(
-            "camera, size and samples are all to be said; without this file the usual is done"
-                .to_owned(),
-        )
-        .into());
-    };
+    if !(1..=MOST_SAMPLES).contains(&said.samples) {
+        return Err(wrong(format!("samples may be 1 to {MOST_SAMPLES}")).into());
+    }
     Ok(Some(PictureStyle {
-        camera: camera.parse().map_err(wrong)?,
-        size: size.parse().map_err(wrong)?,
-        samples,
+        camera: said.camera.parse().map_err(wrong)?,
+        size: said.size.parse().map_err(wrong)?,
+        samples: said.samples,
     }))
 }
 
