@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3, Mat3, Vec3};
 use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
 use thallus::cluster::Cluster;
 use thallus::export::{MapImages, Texture};
+use thallus::picture::Ground;
 use thallus::run::{Execution, grow};
 use thallus::skin::{Paint, Shape, skin};
 use thallus::substrate::{Soup, Substrate, Texturing, load_textured};
@@ -394,7 +395,7 @@ fn bake_squares(text: &str) -> Result<(usize, [usize; 3]), BakeError> {
         cluster: &growth.cluster,
         shape: &Shape::default(),
         paint: &Paint::default(),
-        base: &Base::Color([9, 9, 9]),
+        base: &Base::Ground(Ground::Color([9, 9, 9])),
     };
     let baked = bake(&substrate, &texturing, &look, &settings(64, 1))?;
     let report = baked.report();

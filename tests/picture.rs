@@ -36,8 +36,8 @@ fn scene<'a>(vertices: &'a [[f32; 3]], triangles: &'a [[u32; 3]], discs: &'a [Di
         vertices,
         triangles,
         discs,
-        skins: &[],
         up: UP,
+        ..Scene::default()
     }
 }
 

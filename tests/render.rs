@@ -9,7 +9,7 @@ use std::process::Output;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::picture::{
-    Background, Camera, Detail, Disc, Image, Painted, Scene, Settings, Structure, render,
+    Background, Camera, Detail, Disc, Ground, Image, Painted, Scene, Settings, Structure, render,
 };
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
@@ -166,6 +166,52 @@ fn a_structure_colours_and_tilts_what_it_is_on() {
     });
     let level = mean(&pictured(None));
     assert!(towards > level && level > away, "{towards} {level} {away}");
+}
+
+/// A floor of these sides from straight above, as a ground.
+fn ground_of(sides: [f32; 2], ground: Ground) -> Image {
+    let [x, z] = sides.map(|side| 0.5 * side);
+    let vertices = [[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]];
+    let scene = Scene {
+        vertices: &vertices,
+        triangles: &[[0, 2, 1], [0, 3, 2]],
+        ground,
+        up: UP,
+        ..Scene::default()
+    };
+    let camera = Camera::look_at([0.0, 30.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 0.2);
+    render(&scene, &camera, &flat(96, 96, 16))
+}
+
+#[test]
+fn ground_of_one_colour_is_painted_like_a_mesh_of_it() {
+    let corner = Corner::new(0.0);
+    let skins = [corner.painted()];
+    let camera = Camera::look_at([0.0, 30.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 0.2);
+    let painted = render(&scene_of(&skins), &camera, &flat(96, 96, 16));
+    let ground = ground_of([20.0; 2], Ground::Color([160; 3]));
+    let differ = |(a, b): (&u8, &u8)| a.abs_diff(*b);
+    assert!(painted.rgb.iter().zip(&ground.rgb).map(differ).max() <= Some(1));
+}
+
+#[test]
+fn bark_is_drawn_along_the_longest_side() {
+    // How much a picture changes from column to column, over the same from row to row.
+    let across = |image: &Image| {
+        let change = |lag: usize| {
+            let ends = image.rgb.iter().zip(&image.rgb[3 * lag..]);
+            ends.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>()
+        };
+        change(4) / change(4 * 96)
+    };
+    let [long, wide, stone] = [
+        ground_of([18.0, 40.0], Ground::Bark),
+        ground_of([40.0, 18.0], Ground::Bark),
+        ground_of([18.0, 40.0], Ground::Stone),
+    ];
+    assert!(across(&long) > 1.3, "{}", across(&long));
+    assert!(across(&wide) < 1.0 / 1.3, "{}", across(&wide));
+    assert!((0.9..1.1).contains(&across(&stone)), "{}", across(&stone));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3, Vec3A};
 
 use super::image::Image;
-use crate::picture::stone_albedo;
+use crate::picture::{self, longest_axis};
 use crate::substrate::{Material, Substrate, Texture, Texturing};
 
 /// How the bare substrate at a place throws light back, besides its colour.
@@ -22,8 +22,8 @@ pub enum Base {
     /// The mesh file's material, or grey stone where it has none.
     #[default]
     Mesh,
-    /// One sRGB colour.
-    Color([u8; 3]),
+    /// Colour as pictures have it.
+    Ground(picture::Ground),
     /// An encoded PNG or JPEG image in the layout of the mesh.
     Image(Vec<u8>),
 }
@@ -39,15 +39,15 @@ pub(super) struct Ground<'a> {
     base: OwnBase,
     middle: DVec3,
     size: f64,
-    /// Stone where there is no surface.
-    plain: Vec3,
+    /// Where the mesh is longest.
+    along: Vec3A,
     /// Images that could not be read, in words for the user.
     pub(super) notes: Vec<String>,
 }
 
 enum OwnBase {
     Mesh,
-    Color(Vec3),
+    Drawn(picture::Ground),
     Image(Image),
 }
 
@@ -70,7 +70,7 @@ impl<'a> Ground<'a> {
         let images = images.map(&mut decode).collect();
         let base = match base {
             Base::Mesh => OwnBase::Mesh,
-            Base::Color(rgb) => OwnBase::Color(linear(*rgb)),
+            Base::Ground(ground) => OwnBase::Drawn(*ground),
             Base::Image(bytes) => OwnBase::Image(Image::decode(bytes)?),
         };
         let [low, high] = substrate.bounds();
@@ -81,7 +81,7 @@ impl<'a> Ground<'a> {
             base,
             middle: 0.5 * (low + high),
             size: (high - low).length(),
-            plain: stone(Vec3A::ZERO),
+            along: longest_axis([low, high].map(|c| c.as_vec3a())),
             notes,
         })
     }
@@ -95,17 +95,26 @@ impl<'a> Ground<'a> {
         place: impl FnOnce() -> Option<DVec3>,
     ) -> Vec3 {
         match (&self.base, self.material(triangle)) {
-            (OwnBase::Color(color), _) => *color,
             (OwnBase::Image(image), _) => image.color(uv),
             (OwnBase::Mesh, Some(material)) => {
                 let factor = Vec3::from_array(material.base_color);
                 let texture = self.image(&material.base_color_texture, uv);
                 texture.map_or(factor, |(image, _, uv)| factor * image.color(uv))
             }
-            (OwnBase::Mesh, None) => place().map_or(self.plain, |p| {
-                stone(((p - self.middle) / self.size).as_vec3a())
-            }),
+            (OwnBase::Drawn(ground), _) => self.drawn(*ground, place),
+            (OwnBase::Mesh, None) => self.drawn(picture::Ground::default(), place),
         }
+    }
+
+    /// What pictures draw at a place, or in the middle of the mesh.
+    fn drawn(&self, ground: picture::Ground, place: impl FnOnce() -> Option<DVec3>) -> Vec3 {
+        let place = match ground {
+            picture::Ground::Color(_) => None,
+            _ => place(),
+        };
+        let from_middle = place.map_or(DVec3::ZERO, |p| p - self.middle);
+        let place = (from_middle / self.size).as_vec3a();
+        Vec3::from(ground.albedo(place, self.along)).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
     /// Everything else there.
@@ -148,13 +157,4 @@ impl<'a> Ground<'a> {
         let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
         Some((image, texture.strength, place))
     }
-}
-
-/// Stone at a place, in sizes of the mesh.
-fn stone(place: Vec3A) -> Vec3 {
-    Vec3::from(stone_albedo(place)).clamp(Vec3::ZERO, Vec3::ONE)
-}
-
-fn linear(rgb: [u8; 3]) -> Vec3 {
-    Vec3::from_array(rgb.map(crate::color::to_linear))
 }

@@ -13,6 +13,7 @@ use serde::Serialize;
 use thallus::bake::{self, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
+use thallus::picture::Ground;
 use thallus::run::Length;
 use thallus::skin::{Paint, Shape, parse_color};
 use thallus::substrate::{Substrate, Texturing, load_textured};
@@ -129,10 +130,12 @@ impl Lichen {
 fn base(args: &BakeArgs) -> Result<Base, Failure> {
     match args.maps.base.as_deref() {
         None => Ok(Base::Mesh),
+        Some("stone") => Ok(Base::Ground(Ground::Stone)),
+        Some("bark") => Ok(Base::Ground(Ground::Bark)),
         Some(color) if color.starts_with('#') => {
             let color = parse_color(color).map_err(anyhow::Error::new);
             let color = color.map_err(|e| Failure::Usage(e.context("--base")))?;
-            Ok(Base::Color(color))
+            Ok(Base::Ground(Ground::Color(color)))
         }
         Some(file) => {
             let bytes = fs::read(file)

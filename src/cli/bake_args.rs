@@ -85,9 +85,9 @@ pub(crate) struct MapArgs {
         allow_negative_numbers = true
     )]
     pub(crate) samples: u32,
-    /// Colour of the mesh under the lichen: #8a8478, or a PNG or JPEG image in its layout [default:
-    /// the material of a glTF file, else grey stone]
-    #[arg(long, value_name = "COLOR|IMAGE")]
+    /// Colour of the mesh under the lichen: #8a8478, stone or bark as pictures draw them, or a PNG or
+    /// JPEG image in its layout [default: the material of a glTF file, else stone]
+    #[arg(long, value_name = "COLOR|stone|bark|IMAGE")]
     pub(crate) base: Option<String>,
 }
 

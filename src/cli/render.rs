@@ -1,5 +1,6 @@
 //! `thallus render`: a picture of a run.
 
+use std::borrow::Borrow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -49,7 +50,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     let png = image.to_png();
     write_file_atomically(&args.output, args.force, |out| out.write_all(&png))?;
     clock.lap(&mut seconds.write);
-    let middle = camera.depth(lichens.middle());
+    let middle = camera.depth(middle(&dressed.discs));
     conclude(
         args,
         &Report {
@@ -116,15 +117,15 @@ pub(super) struct Skin {
     colors: Vec<[u8; 3]>,
     triangles: Vec<[u32; 3]>,
     grain: f32,
-    structure: Option<Cut>,
+    structure: Option<Cut<Cortex>>,
 }
 
 /// The structure of a skin, as fine as it is.
-struct Cut(Cortex);
+pub(super) struct Cut<C>(pub(super) C);
 
-impl Structure for Cut {
+impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail {
-        let detail = self.0.at(place.map(f64::from), normal, 0.0);
+        let detail = self.0.borrow().at(place.map(f64::from), normal, 0.0);
         Detail {
             shade: detail.shade * (1.0 - detail.share),
             cover: detail.cover,
@@ -238,13 +239,6 @@ impl Lichens {
         Ok(())
     }
 
-    /// The middle of the lichen.
-    fn middle(&self) -> [f32; 3] {
-        let all = || self.grown.iter().flat_map(|l| l.cluster.elements());
-        let sum: glam::DVec3 = all().map(|e| e.position).sum();
-        (sum / all().count() as f64).as_vec3().to_array()
-    }
-
     fn draw_legend(
         &self,
         args: &RenderArgs,
@@ -253,7 +247,10 @@ impl Lichens {
         image: &mut Image,
     ) {
         let unit = args.view.unit.as_deref().unwrap_or("mesh units");
-        let width = camera.width_at(camera.depth(self.middle()), args.view.size.aspect());
+        let width = camera.width_at(
+            camera.depth(middle(&dressed.discs)),
+            args.view.size.aspect(),
+        );
         let width = self.substrate.units().length_to_file(f64::from(width));
         let is_shown = width > 0.0 && width.is_finite();
         let length = round_below(if is_shown { width / 4.0 } else { 1.0 });
@@ -270,6 +267,15 @@ impl Lichens {
             }),
         }
     }
+}
+
+/// The middle of a lichen.
+pub(super) fn middle(discs: &[Disc]) -> [f32; 3] {
+    let sum: glam::DVec3 = discs
+        .iter()
+        .map(|d| glam::Vec3::from(d.center).as_dvec3())
+        .sum();
+    (sum / discs.len() as f64).as_vec3().to_array()
 }
 
 impl Skin {
@@ -304,14 +310,17 @@ fn take(
 ) -> Result<(Image, Camera), Failure> {
     let view = &args.view;
     let vertices = local_vertices(&lichens.substrate);
-    let bare = bare(&lichens.substrate, &vertices);
+    let bare = Scene {
+        ground: view.ground,
+        ..bare(&lichens.substrate, &vertices)
+    };
     let granular = Scene {
         discs: &dressed.discs,
         ..bare
     };
     let aspect = view.size.aspect();
     let camera = view.camera.camera(&lichens.substrate, &granular, aspect)?;
-    let depth = camera.depth(lichens.middle());
+    let depth = camera.depth(middle(&dressed.discs));
     let camera = camera.zoomed(depth, view.zoom);
     let skins: Vec<Painted> = dressed.skins.iter().map(Skin::painted).collect();
     let scene = match args.what {

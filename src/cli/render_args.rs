@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use thallus::picture::Background;
+use thallus::picture::{Background, Ground};
 use thallus::skin::parse_color;
 
 use super::args::choice;
@@ -81,6 +81,9 @@ pub(crate) struct ViewArgs {
     /// Behind everything: a pale sheet with a shadow on it; nothing; or one colour
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
     pub(crate) background: Background,
+    /// What the mesh is drawn as: granite; bark, with furrows along its longest side; or one colour
+    #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB", default_value = "stone")]
+    pub(crate) ground: Ground,
     /// Draw a scale bar, and with --by what the colours mean
     #[arg(long)]
     pub(crate) legend: bool,
@@ -106,7 +109,7 @@ pub(crate) enum What {
     Points,
 }
 
-fn what() -> impl TypedValueParser<Value = What> {
+pub(super) fn what() -> impl TypedValueParser<Value = What> {
     choice([("skin", What::Skin), ("points", What::Points)])
 }
 
@@ -147,20 +150,30 @@ impl FromStr for Size {
     }
 }
 
-fn zoom(text: &str) -> Result<f32, &'static str> {
+pub(super) fn zoom(text: &str) -> Result<f32, &'static str> {
     match text.parse() {
         Ok(factor) if (0.01..=1000.0).contains(&factor) => Ok(factor),
         _ => Err("give a number from 0.01 to 1000"),
     }
 }
 
-fn background(text: &str) -> Result<Background, String> {
+pub(super) fn background(text: &str) -> Result<Background, String> {
     match text {
         "studio" => Ok(Background::Studio),
         "transparent" => Ok(Background::Transparent),
         color => parse_color(color)
             .map(Background::Color)
             .map_err(|e| format!("{e}; or write studio or transparent")),
+    }
+}
+
+pub(super) fn ground(text: &str) -> Result<Ground, String> {
+    match text {
+        "stone" => Ok(Ground::Stone),
+        "bark" => Ok(Ground::Bark),
+        color => parse_color(color)
+            .map(Ground::Color)
+            .map_err(|e| format!("{e}; or write stone or bark")),
     }
 }
 

@@ -1,9 +1,50 @@
-//! What things are made of: stone with crystals and a rough face, and the fine relief of lichen.
-//! All of it is noise in space, so no mesh needs texture coordinates.
+//! What things are made of: stone with crystals and a rough face, furrowed bark, and the fine relief of
+//! lichen. All of it is noise in space, so no mesh needs texture coordinates.
 
 use glam::{Mat3A, Vec3A};
 
+use super::color;
 use super::sample::{hash, unit};
+
+/// What a substrate is drawn as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ground {
+    /// Granite: crystals and a rough face.
+    #[default]
+    Stone,
+    /// Bark, its furrows along the longest side of the mesh's box.
+    Bark,
+    /// Smooth and of one sRGB colour.
+    Color([u8; 3]),
+}
+
+impl Ground {
+    /// At a place in sizes of the scene, where the mesh is longest in this direction.
+    pub(super) fn look(self, p: Vec3A, normal: Vec3A, along: Vec3A) -> Look {
+        match self {
+            Self::Stone => stone(p, normal),
+            Self::Bark => bark(p, normal, along),
+            Self::Color(rgb) => Look {
+                albedo: color::linear(rgb),
+                normal,
+            },
+        }
+    }
+
+    /// Linear light that it gives back at such a place.
+    pub(crate) fn albedo(self, p: Vec3A, along: Vec3A) -> Vec3A {
+        self.look(p, Vec3A::Z, along).albedo
+    }
+}
+
+/// The axis along which a box is longest.
+pub(crate) fn longest_axis([low, high]: [Vec3A; 2]) -> Vec3A {
+    let sides = high - low;
+    Vec3A::AXES
+        .into_iter()
+        .max_by(|a, b| sides.dot(*a).total_cmp(&sides.dot(*b)))
+        .unwrap_or(Vec3A::Y)
+}
 
 /// The look of one place.
 pub(super) struct Look {
@@ -45,9 +86,36 @@ pub(super) fn stone(p: Vec3A, normal: Vec3A) -> Look {
     }
 }
 
-/// Linear light that stone gives back at a place in sizes of the scene.
-pub(crate) fn stone_albedo(p: Vec3A) -> Vec3A {
-    stone(p, Vec3A::Z).albedo
+/// Linear light that plates of bark and the bottom of furrows give back.
+const PLATE: Vec3A = Vec3A::new(0.205, 0.168, 0.134);
+const FURROW: Vec3A = Vec3A::new(0.030, 0.023, 0.018);
+
+/// Furrows: how many along the scene's diagonal, how wide beside their distance, and how deep.
+const FURROWS: [(f32, f32, f32); 3] = [(38.0, 0.10, 0.9), (85.0, 0.13, 0.7), (190.0, 0.17, 0.35)];
+
+/// What furrows lose of their number along the bark.
+const STRETCH: f32 = 0.82;
+
+/// Bark at a place in sizes of the scene: furrows are where a noise that is stretched along the bark
+/// passes through 0, and plates are between.
+pub(super) fn bark(p: Vec3A, normal: Vec3A, along: Vec3A) -> Look {
+    let stretched = |v: Vec3A| v - along * (v.dot(along) * STRETCH);
+    let (weather, _) = octaves(p, &[(6.0, 0.5), (23.0, 0.35)]);
+    let (grain, mut slope) = octaves(p, &[(170.0, 0.35), (430.0, 0.3), (900.0, 0.2)]);
+    let (_, bend) = noise(p * 13.0);
+    let (bent, mut deepest) = (p + bend * 0.009, 0.0f32);
+    for (frequency, width, depth) in FURROWS {
+        let (level, gradient) = noise(stretched(bent) * frequency + Vec3A::splat(7.0));
+        let furrow = (1.0 - level.abs() / width).max(0.0);
+        let steep = 2.0 * furrow * depth * level.signum() / width;
+        slope += stretched(gradient) * (steep * frequency);
+        deepest = deepest.max(depth * furrow * furrow * (3.0 - 2.0 * furrow));
+    }
+    let plate = PLATE * (1.0 + 0.5 * weather + 0.55 * grain).max(0.1);
+    Look {
+        albedo: plate.lerp(FURROW, deepest),
+        normal: tilted(normal, slope, 0.0022),
+    }
 }
 
 /// Lichen at a place, with relief and mottles of this size; none at 0.

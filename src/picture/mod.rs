@@ -33,7 +33,8 @@ pub use color::{age_color, hue_color};
 pub use gif::GifWriter;
 pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
-pub(crate) use material::stone_albedo;
+pub use material::Ground;
+pub(crate) use material::longest_axis;
 pub use render::{Background, Settings, render};
 pub use sheet::{ContactSheet, Tile};
 
@@ -102,6 +103,8 @@ pub struct Scene<'a> {
     pub discs: &'a [Disc],
     /// The lichen as meshes, in the same units.
     pub skins: &'a [Painted<'a>],
+    /// What the substrate is drawn as.
+    pub ground: Ground,
     /// The direction away from the floor; +y where it has no length.
     pub up: [f32; 3],
 }

@@ -118,7 +118,10 @@ impl<'a> Studio<'a> {
     fn surface(&self, hit: &Hit, asked: &Asked) -> (Vec3A, Seen) {
         let p = hit.place - self.middle;
         let look = match hit.material {
-            Material::Stone => material::stone(p / self.world.size, hit.normal),
+            Material::Ground => {
+                let (ground, along) = self.world.ground;
+                ground.look(p / self.world.size, hit.normal, along)
+            }
             Material::Lichen { color, grain } => material::lichen(p, hit.normal, color, grain),
         };
         let mut seen = Seen::THING;

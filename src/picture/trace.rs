@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::shape::{Dome, Domes, HEIGHT, Triangles, triangle_box};
 use super::smooth::corner_normals;
 use super::wide::{Group, Ray, Tree};
-use super::{Disc, Painted, Scene, color};
+use super::{Disc, Ground, Painted, Scene, color, longest_axis};
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
 const CLEAR: f32 = 4e-6;
@@ -31,7 +31,7 @@ struct Granules {
 #[derive(Clone, Copy)]
 pub(super) enum Material {
     /// The substrate.
-    Stone,
+    Ground,
     /// Lichen of this albedo, in linear light.
     Lichen {
         color: Vec3A,
@@ -77,6 +77,8 @@ pub(super) struct World<'a> {
     stone_normals: Vec<[Vec3; 3]>,
     skins: Vec<(Mesh, &'a Painted<'a>)>,
     granules: Granules,
+    /// What the substrate is drawn as, and where it is longest.
+    pub(super) ground: (Ground, Vec3A),
     pub(super) up: Vec3A,
     /// The corners of the box about everything.
     pub(super) bounds: [Vec3A; 2],
@@ -104,6 +106,7 @@ impl<'a> World<'a> {
         let bounds = if is_empty { [Vec3A::ZERO; 2] } else { bounds };
         let size = bounds[0].distance(bounds[1]);
         Self {
+            ground: (scene.ground, longest_axis(stone.boxed)),
             stone,
             stone_normals,
             skins,
@@ -203,7 +206,7 @@ impl<'a> World<'a> {
         Hit {
             place: facing.place,
             normal: facing.smooth,
-            material: Material::Stone,
+            material: Material::Ground,
             starts,
         }
     }

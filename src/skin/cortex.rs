@@ -64,8 +64,8 @@ const WIDTH: f64 = 1.22;
 
 /// In widths of an areole: half the width of a crack, how far the smooth minimum feels, from where an
 /// areole is level, and how deep the crack is.
-const CRACK: f32 = 0.06;
-const ROUND: f32 = 0.035;
+const CRACK: f32 = 0.042;
+const ROUND: f32 = 0.03;
 const LEVEL: f32 = 0.3;
 const DEPTH: f32 = 0.12;
 

@@ -70,12 +70,12 @@ pub const PALETTE: &[NamedColormap; 8] = &[
             (0.80, [0x7f, 0x84, 0x3e]),
         ],
         prothallus: Some(Prothallus {
-            width: 6.0,
-            color: [0x1f, 0x20, 0x1a],
+            width: 4.0,
+            color: [0x26, 0x27, 0x1d],
         }),
         areoles: Some(Areoles {
             width: 9.0,
-            color: [0x1f, 0x20, 0x1a],
+            color: [0x26, 0x27, 0x1d],
         }),
         apothecia: Some(Apothecia {
             width: 7.0,
