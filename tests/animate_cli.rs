@@ -4,7 +4,9 @@
 mod desk;
 
 use std::fs;
-use std::process::{Command, Output};
+use std::io::Cursor;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 use gltf::animation::{Interpolation, util::ReadOutputs};
@@ -240,6 +242,43 @@ fn pictures_move() {
     assert_eq!(delays, [3, 4, 3]);
 }
 
+/// The bytes of a picture's pixels.
+fn pixels(desk: &Desk, name: &str) -> Vec<u8> {
+    let bytes = desk.read(name);
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    pixels
+}
+
+#[test]
+fn pictures_of_the_skin_end_with_that_of_render() {
+    let desk = desk();
+    let look = "--colormap rhizocarpon --camera 20,50 --zoom 3 --ground bark --samples 8";
+    let words = |rest: &str| format!("{rest} {look}");
+    made(
+        &desk,
+        &words("out -o p --what picture --frames 2 --width 64"),
+    );
+    made(
+        &desk,
+        &words("out -o q --what picture --frames 2 --width 64 --draw points"),
+    );
+    let rendered = desk.call("render", &words("out -o r.png --size 64x48"));
+    assert!({ rendered }.output().unwrap().status.success());
+    let whole = pixels(&desk, "r.png");
+    let differs = |name: &str| {
+        let other = pixels(&desk, name);
+        assert_eq!(other.len(), whole.len());
+        let differ = whole.iter().zip(other).filter(|(a, b)| a.abs_diff(*b) > 2);
+        differ.count() as f64 / whole.len() as f64
+    };
+    // Vertices come in another order, and a ray through an edge may meet its other side.
+    assert!(differs("p/frame_0002.png") < 0.01);
+    assert!(differs("p/frame_0001.png") > 0.05);
+    assert!(differs("q/frame_0002.png") > 0.05);
+}
+
 #[test]
 fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
     let desk = desk();
@@ -256,12 +295,47 @@ fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
     assert_eq!(names(desk.0.path()), ["out", "rock.obj"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn interrupted_it_leaves_nothing() {
+    let desk = desk();
+    for words in [
+        "out -o f --frames 100000 --what points",
+        "out -o f --frames 100000 --what picture --width 16",
+        "out -o f.glb --frames 100000",
+        "out -o f.gif --frames 100000 --width 16",
+    ] {
+        let mut command = desk.call("animate", words);
+        let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+        // What it writes is there under another name, or in a file without one.
+        let is_there = || fs::read_dir(desk.0.path()).unwrap().count() > 2;
+        for _ in 0..300 {
+            std::thread::sleep(Duration::from_millis(10));
+            if is_there() {
+                break;
+            }
+        }
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(kill.unwrap().success(), "{words}: it ended before");
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{words}");
+        assert_eq!(names(desk.0.path()), ["out", "rock.obj"], "{words}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let desk = desk();
     let cases: &[(&str, i32, &[&str])] = &[
         ("out -o a.ply", 2, &["a.ply", "one frame", "folder"]),
         ("out -o a.gif --what skin", 2, &["pictures", "--what"]),
+        (
+            "out -o a.gif --background transparent",
+            2,
+            &["--background", "PNG"],
+        ),
+        ("out -o f --what picture --ground mud", 2, &["mud", "bark"]),
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
         ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),

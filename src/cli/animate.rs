@@ -23,6 +23,7 @@ use super::axes::Convention;
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
+use super::interrupt::Stop;
 use super::number::{duration, plural};
 use super::skin::{InUnits, start_threads};
 use super::skin_paint::paint;
@@ -35,12 +36,21 @@ pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
     let lichen = Growth::read(args)?;
     let moments = timing(&args.time, &lichen.cluster)?.moments(&lichen.cluster);
     let moments = moments.map_err(|e| Failure::Usage(e.into()))?;
-    match target.subject() {
-        Subject::Skin => skins(args, &target, &lichen, moments)?,
-        Subject::Points => scenes(args, &target, lichen, &moments, What::Points)?,
-        Subject::Curves => scenes(args, &target, lichen, &moments, What::Curves)?,
-        Subject::Picture => animate_picture::pictures(args, &target, &lichen, &moments)?,
-    }
+    let stop = Stop::listen();
+    let made = match target.subject() {
+        Subject::Skin => skins(args, &target, &lichen, moments, &stop),
+        Subject::Points => scenes(args, &target, lichen, (&moments, What::Points), &stop),
+        Subject::Curves => scenes(args, &target, lichen, (&moments, What::Curves), &stop),
+        Subject::Picture => animate_picture::pictures(args, &target, &lichen, moments, &stop),
+    };
+    // Whatever it failed with then comes of that.
+    made.map_err(|e| {
+        if stop.is_told() {
+            Failure::Interrupted
+        } else {
+            e
+        }
+    })?;
     if !args.run.quiet {
         let frames = plural(args.time.frames as usize, "frame", "frames");
         let seconds = duration(started.elapsed().as_secs_f64());
@@ -119,6 +129,7 @@ fn skins(
     target: &Target,
     lichen: &Growth,
     moments: Vec<Presence>,
+    stop: &Stop,
 ) -> Result<(), Failure> {
     let units = InUnits::of(&lichen.substrate, &lichen.cluster);
     let in_radii = |length| units.in_radii(length);
@@ -136,6 +147,7 @@ fn skins(
             let film = new_film(args, format).about(&places(lichen, &placement));
             write_film(args, film, meters, |film| {
                 each(frames, |mut mesh| {
+                    stop.check()?;
                     mesh.place(&placement);
                     bar.inc(1);
                     film.add_skin(&mesh).map_err(spooling)
@@ -154,6 +166,7 @@ fn skins(
             let meters = args.axes.meters_per_unit(&convention);
             let mut folder = Folder::create(args, extension)?;
             each(frames, |mut mesh| {
+                stop.check()?;
                 mesh.place(&placement);
                 bar.inc(1);
                 folder.write(|out| format.write(&mesh, meters, out))
@@ -189,8 +202,8 @@ fn scenes(
     args: &AnimateArgs,
     target: &Target,
     lichen: Growth,
-    moments: &[Presence],
-    what: What,
+    (moments, what): (&[Presence], What),
+    stop: &Stop,
 ) -> Result<(), Failure> {
     let up = Some(UpAxis::of(&lichen.substrate));
     let bar = bar(args);
@@ -204,6 +217,7 @@ fn scenes(
                 scene.meters_per_unit,
                 |film| {
                     frames_of(&scene, what, moments, |frame, color| {
+                        stop.check()?;
                         bar.inc(1);
                         film.add_scene(what, frame, color).map_err(spooling)
                     })
@@ -222,6 +236,7 @@ fn scenes(
             let scene = scene(args, lichen, &convention, up)?;
             let mut folder = Folder::create(args, extension)?;
             frames_of(&scene, what, moments, |frame, color| {
+                stop.check()?;
                 bar.inc(1);
                 folder.write(|out| format.write(what, frame, color, out))
             })?;

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use thallus::export::{FilmFormat, OutputDir, OutputError};
+use thallus::picture::Background;
 
 use super::animate::check_free;
 use super::animate_args::{AnimateArgs, Subject};
@@ -63,6 +64,11 @@ impl Target {
 
     fn movie(args: &AnimateArgs, kind: Movie) -> Result<Self, Failure> {
         refuse_format(args)?;
+        if args.picture.background == Background::Transparent {
+            return Err(Failure::usage(
+                "--background transparent is for PNG: name a folder and add --what picture",
+            ));
+        }
         match args.what {
             None | Some(Subject::Picture) => Ok(Self::Movie { kind }),
             Some(_) => Err(Failure::usage(format!(

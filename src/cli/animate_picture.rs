@@ -6,34 +6,75 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::Context;
 use thallus::cluster::Presence;
-use thallus::export::write_file_atomically;
-use thallus::picture::{Camera, Disc, GifWriter, Image, Scene, Settings, render};
+use thallus::export::{TriMesh, write_file_atomically};
+use thallus::picture::{
+    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Structure, render,
+};
+use thallus::skin::{Cortex, SkinFrames};
 
 use super::animate::{Growth, bar};
 use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
+use super::interrupt::Stop;
 use super::preview::{bare, by_age, local_vertices};
+use super::render::{Cut, Skin, middle};
+use super::render_args::What;
+use super::skin::{InUnits, shape};
+use super::skin_paint::paint;
 
 pub(super) fn pictures(
     args: &AnimateArgs,
     target: &Target,
     lichen: &Growth,
-    moments: &[Presence],
+    moments: Vec<Presence>,
+    stop: &Stop,
+) -> Result<(), Failure> {
+    let shots = Shots::new(args, lichen)?;
+    match args.picture.draw {
+        What::Points => write(
+            args,
+            target,
+            moments.iter().map(|m| shots.of_points(m)),
+            stop,
+        ),
+        What::Skin => {
+            let units = InUnits::of(&lichen.substrate, &lichen.cluster);
+            let in_radii = |length| units.in_radii(length);
+            let shape = shape(&args.shape, &in_radii);
+            let paint = paint(&args.color, &in_radii)?;
+            let skins =
+                SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
+            let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();
+            let next = || {
+                let mesh = skins.next()?;
+                Some(shots.of_skin(mesh, skins.cortex()))
+            };
+            write(args, target, std::iter::from_fn(next), stop)
+        }
+    }
+}
+
+/// Writes pictures as they are made.
+fn write(
+    args: &AnimateArgs,
+    target: &Target,
+    images: impl Iterator<Item = Image>,
+    stop: &Stop,
 ) -> Result<(), Failure> {
     let bar = bar(args);
-    let shots = Shots::new(args, lichen);
-    let images = moments.iter().map(|moment| {
+    let images = images.map(|image| {
         bar.inc(1);
-        shots.take(moment)
+        stop.check().map(|()| image)
     });
     match target {
-        Target::Movie { kind: Movie::Gif } => gif(args, &shots.settings, images)?,
-        Target::Movie { kind } => movie(args, *kind, &shots.settings, images)?,
+        Target::Movie { kind: Movie::Gif } => gif(args, images)?,
+        Target::Movie { kind } => movie(args, *kind, images)?,
         _ => {
             let mut folder = Folder::create(args, "png")?;
             for image in images {
-                folder.write(|out| out.write_all(&image.to_png()))?;
+                let png = image?.to_png();
+                folder.write(|out| out.write_all(&png))?;
             }
             folder.finish()?;
         }
@@ -42,9 +83,15 @@ pub(super) fn pictures(
     Ok(())
 }
 
+/// The sides of a picture.
+fn sides(args: &AnimateArgs) -> [u32; 2] {
+    [args.picture.width, args.picture.width * 3 / 4]
+}
+
 /// What stays the same from picture to picture: the grown lichen is in view from the start.
 struct Shots<'a> {
     lichen: &'a Growth,
+    ground: Ground,
     vertices: Vec<[f32; 3]>,
     discs: Vec<Disc>,
     camera: Camera,
@@ -52,54 +99,74 @@ struct Shots<'a> {
 }
 
 impl<'a> Shots<'a> {
-    fn new(args: &AnimateArgs, lichen: &'a Growth) -> Self {
-        let settings = Settings {
-            width: args.width,
-            height: args.width * 3 / 4,
-            ..Settings::default()
-        };
+    fn new(args: &AnimateArgs, lichen: &'a Growth) -> Result<Self, Failure> {
+        let [width, height] = sides(args);
         let vertices = local_vertices(&lichen.substrate);
         let discs = by_age(&lichen.substrate, &lichen.cluster);
-        let aspect = settings.width as f32 / settings.height as f32;
-        let camera = Camera::best_view(&scene(lichen, &vertices, &discs), aspect);
-        Self {
+        let grown = Scene {
+            discs: &discs,
+            ..bare(&lichen.substrate, &vertices)
+        };
+        let view = &args.picture;
+        let aspect = width as f32 / height as f32;
+        let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
+        let depth = camera.depth(middle(&discs));
+        Ok(Self {
+            camera: camera.zoomed(depth, view.zoom),
             lichen,
+            ground: view.ground,
             vertices,
             discs,
-            camera,
-            settings,
-        }
+            settings: Settings {
+                width,
+                height,
+                samples: view.samples,
+                background: view.background,
+            },
+        })
     }
 
     /// Elements swell with their influence.
-    fn take(&self, moment: &Presence) -> Image {
+    fn of_points(&self, moment: &Presence) -> Image {
         let born = moment.born(self.discs.len());
         let disc = |(birth, disc): (usize, &Disc)| Disc {
             radius: disc.radius * moment.influence(birth),
             ..*disc
         };
         let discs: Vec<Disc> = self.discs[..born].iter().enumerate().map(disc).collect();
-        let scene = scene(self.lichen, &self.vertices, &discs);
+        self.take(&discs, &[])
+    }
+
+    fn of_skin(&self, mesh: TriMesh, cortex: Option<&Cortex>) -> Image {
+        let Growth {
+            substrate, cluster, ..
+        } = self.lichen;
+        let skin = Skin::new(substrate, mesh, cluster.radius() as f32);
+        let cut = cortex.map(Cut);
+        let painted = Painted {
+            structure: cut.as_ref().map(|cut| cut as &dyn Structure),
+            ..skin.painted()
+        };
+        self.take(&[], &[painted])
+    }
+
+    fn take(&self, discs: &[Disc], skins: &[Painted]) -> Image {
+        let scene = Scene {
+            discs,
+            skins,
+            ground: self.ground,
+            ..bare(&self.lichen.substrate, &self.vertices)
+        };
         render(&scene, &self.camera, &self.settings)
     }
 }
 
-fn scene<'a>(lichen: &'a Growth, vertices: &'a [[f32; 3]], discs: &'a [Disc]) -> Scene<'a> {
-    Scene {
-        discs,
-        ..bare(&lichen.substrate, vertices)
-    }
-}
-
-fn gif(
-    args: &AnimateArgs,
-    size: &Settings,
-    images: impl Iterator<Item = Image>,
-) -> Result<(), Failure> {
+fn gif(args: &AnimateArgs, images: impl Iterator<Item = io::Result<Image>>) -> Result<(), Failure> {
     write_file_atomically(&args.output, args.force, |out| {
-        let mut gif = GifWriter::new(out, size.width, size.height, args.time.fps)?;
+        let [width, height] = sides(args);
+        let mut gif = GifWriter::new(out, width, height, args.time.fps)?;
         for image in images {
-            gif.add(&image)?;
+            gif.add(&image?)?;
         }
         Ok(())
     })?;
@@ -110,13 +177,12 @@ fn gif(
 fn movie(
     args: &AnimateArgs,
     kind: Movie,
-    size: &Settings,
-    images: impl Iterator<Item = Image>,
+    images: impl Iterator<Item = io::Result<Image>>,
 ) -> Result<(), Failure> {
     let folder = tempfile::tempdir_in(nearest_folder(&args.output));
     let folder = folder.with_context(|| format!("{}: making a folder", args.output.display()))?;
     let made = folder.path().join("movie");
-    let mut ffmpeg = start(args, kind, size, &made)?;
+    let mut ffmpeg = start(args, kind, &made)?;
     let fed = feed(&mut ffmpeg, images);
     let done = ffmpeg.wait_with_output().context("waiting for ffmpeg")?;
     if !done.status.success() || fed.is_err() {
@@ -133,7 +199,7 @@ fn movie(
     Ok(())
 }
 
-fn start(args: &AnimateArgs, kind: Movie, size: &Settings, made: &Path) -> Result<Child, Failure> {
+fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure> {
     let (codec, container) = match kind {
         Movie::Webm => (["libvpx-vp9", "-crf", "24", "-b:v", "0"].as_slice(), "webm"),
         _ => (
@@ -141,7 +207,8 @@ fn start(args: &AnimateArgs, kind: Movie, size: &Settings, made: &Path) -> Resul
             "mp4",
         ),
     };
-    let pixels = format!("{}x{}", size.width, size.height);
+    let [width, height] = sides(args);
+    let pixels = format!("{width}x{height}");
     let mut command = Command::new("ffmpeg");
     command
         .args([
@@ -179,7 +246,7 @@ fn start(args: &AnimateArgs, kind: Movie, size: &Settings, made: &Path) -> Resul
     })
 }
 
-fn feed(ffmpeg: &mut Child, mut images: impl Iterator<Item = Image>) -> io::Result<()> {
+fn feed(ffmpeg: &mut Child, mut images: impl Iterator<Item = io::Result<Image>>) -> io::Result<()> {
     let mut input = ffmpeg.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
-    images.try_for_each(|image| input.write_all(&image.rgb))
+    images.try_for_each(|image| input.write_all(&image?.rgb))
 }

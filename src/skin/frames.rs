@@ -45,6 +45,7 @@ pub struct SkinFrames<'a> {
     lichen: Lichen,
     grid: Grid,
     cortex: Option<Cortex>,
+    in_parts: bool,
     history: History,
     moments: Vec<Presence>,
     next: usize,
@@ -107,6 +108,7 @@ impl<'a> SkinFrames<'a> {
             winding,
             grid,
             cortex,
+            in_parts: false,
             history,
             moments,
             next: 0,
@@ -121,6 +123,21 @@ impl<'a> SkinFrames<'a> {
             lichen,
             outline: Outline::default(),
         })
+    }
+
+    /// The same without areoles and apothecia, for something that reads them more finely than the
+    /// triangles are: see [`cortex`](Self::cortex).
+    #[must_use]
+    pub fn in_parts(self) -> Self {
+        Self {
+            in_parts: true,
+            ..self
+        }
+    }
+
+    /// Areoles and apothecia of the last frame, if the lichen has any.
+    pub fn cortex(&self) -> Option<&Cortex> {
+        self.cortex.as_ref()
     }
 
     /// Brings the elements to a moment.
@@ -253,7 +270,7 @@ impl<'a> SkinFrames<'a> {
             last: last(born),
             blur: blur(self.shape, radius),
         };
-        let dress = self.cortex.as_ref().map(dress);
+        let dress = self.cortex.as_ref().filter(|_| !self.in_parts).map(dress);
         let underside = UNDERSIDE * radius;
         let closed = close(
             &self.tree, elements, &leaves, &samples, underside, dress, cross,
