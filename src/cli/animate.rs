@@ -155,7 +155,7 @@ fn skins(
             })?;
         }
         Target::Folder { extension, .. } => {
-            let format = mesh_format_of(Path::new(&format!("frame.{extension}")));
+            let format = mesh_format_of(Path::new(&format!("--format .{extension}")));
             let format = format.map_err(|unknown| Failure::Usage(unknown.into()))?;
             let convention = Convention {
                 extension: format.extension,
@@ -225,7 +225,7 @@ fn scenes(
             )?;
         }
         Target::Folder { extension, .. } => {
-            let name = format!("frame.{extension}");
+            let name = format!("--format .{extension}");
             let format = SceneFormat::of(Path::new(&name), what);
             let format = format.map_err(|wrong| Failure::Usage(wrong.into()))?;
             let convention = Convention {

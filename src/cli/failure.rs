@@ -30,7 +30,7 @@ impl Failure {
     /// What went wrong, in one line.
     pub(crate) fn reason(&self) -> String {
         match self {
-            Self::Failed(error) | Self::Usage(error) => one_line(&format!("{error:#}")),
+            Self::Failed(error) | Self::Usage(error) => one_line(&with_causes(error)),
             Self::Interrupted => "interrupted".to_owned(),
             Self::PipeClosed => "the reader closed the pipe".to_owned(),
         }
@@ -49,6 +49,16 @@ impl Failure {
     }
 }
 
+/// An error and what caused it, once: some say that themselves.
+fn with_causes(error: &anyhow::Error) -> String {
+    let add = |all: String, cause: String| match all.ends_with(&cause) {
+        true => all,
+        false => format!("{all}: {cause}"),
+    };
+    let causes = error.chain().map(ToString::to_string);
+    causes.reduce(add).unwrap_or_default()
+}
+
 /// A text of many lines as one, without the drawings that parsers make of the place, and without
 /// the advice that follows every usage error.
 fn one_line(text: &str) -> String {
@@ -65,7 +75,11 @@ fn one_line(text: &str) -> String {
             Some(':') => joined.push(' '),
             Some(_) => joined.push_str("; "),
         }
-        joined.push_str(line);
+        // Choices come in brackets on a line of their own.
+        joined.push_str(
+            line.strip_prefix('[')
+                .map_or(line, |l| l.trim_end_matches(']')),
+        );
     }
     joined
 }
@@ -143,7 +157,7 @@ impl From<GridFileError> for Failure {
 
 #[cfg(test)]
 mod tests {
-    use super::one_line;
+    use super::{one_line, with_causes};
 
     #[test]
     fn many_lines_become_one() {
@@ -156,5 +170,19 @@ mod tests {
         let clap = "missing:\n  --to <FILE>\n\nUsage: thallus export\n\nFor more information, try";
         assert_eq!(one_line(clap), "missing: --to <FILE>");
         assert_eq!(one_line("one line"), "one line");
+        let choices = "invalid value 'x' for '--to <a|b>'\n  [possible values: a, b]\n";
+        assert_eq!(
+            one_line(choices),
+            "invalid value 'x' for '--to <a|b>'; possible values: a, b"
+        );
+    }
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let cause = anyhow::anyhow!("no such file");
+        let said = cause
+            .context("reading failed: no such file")
+            .context("a.ply");
+        assert_eq!(with_causes(&said), "a.ply: reading failed: no such file");
     }
 }

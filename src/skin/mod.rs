@@ -86,7 +86,7 @@ impl Default for Shape {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SkinError {
     /// A number that is out of its range.
-    #[error("{name} is {value}: it may be {low} to {high}")]
+    #[error("{name} is {}: it may be {low} to {high}", (value * 1e4).round() / 1e4)]
     Range {
         /// What it is called.
         name: &'static str,
