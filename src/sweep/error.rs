@@ -90,12 +90,12 @@ pub enum GridError {
         /// Cells times seeds.
         runs: f64,
     },
-    /// A cell that cannot be grown.
-    #[error("cell {cell}: {problem}")]
-    Cell {
-        /// Its name.
+    /// Nothing can be grown.
+    #[error("no cell of the grid can be grown; cell {cell}: {problem}")]
+    NoCell {
+        /// The name of the first.
         cell: String,
-        /// Why.
+        /// Why that cannot.
         problem: SettingsError,
     },
     /// Two cells are one.

@@ -334,9 +334,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
                 true => "all".to_owned(),
                 false => titles.join(", "),
             },
-            seeds: runs()
-                .map(|run| results.plan.runs[run].recipe.seed)
-                .collect(),
+            seeds: runs().map(|run| results.plan.runs[run].seed).collect(),
             summaries: (0..measures.len())
                 .map(|measure| spread(&results.summary(cell, measure)))
                 .collect(),
@@ -362,7 +360,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
 
 fn error(results: &Results, run: usize) -> Option<String> {
     let reason = results.outcomes[run].as_ref().err()?;
-    let seed = results.plan.runs[run].recipe.seed;
+    let seed = results.plan.runs[run].seed;
     Some(format!("seed {seed}: {reason}"))
 }
 

@@ -89,7 +89,7 @@ impl<'a> Results<'a> {
     pub fn command(&self, run: usize) -> String {
         let cell = self.cell_of(run);
         let settings = Settings {
-            seed: Some(self.plan.runs[run].recipe.seed),
+            seed: Some(self.plan.runs[run].seed),
             ..cell.settings.clone()
         };
         let mesh = settings.mesh.clone().unwrap_or_default();
@@ -120,7 +120,7 @@ impl<'a> Results<'a> {
         for (k, axis) in self.grid.axes.iter().enumerate() {
             columns.push(self.axis_column(k, axis));
         }
-        let seed = |run: usize| self.plan.runs[run].recipe.seed;
+        let seed = |run: usize| self.plan.runs[run].seed;
         columns.push(self.column("seed", TableValues::U64(self.runs().map(seed).collect())));
         columns.extend(self.parameter_columns());
         columns.push(self.texts("stopped", |run| match &self.outcomes[run] {
@@ -171,11 +171,15 @@ impl<'a> Results<'a> {
         }
     }
 
-    /// A column a parameter. Those that are numbers in every run are columns of numbers.
+    /// A column a parameter. Those that are numbers in every run are columns of numbers. Of a run that
+    /// cannot be, lengths in mesh units may not exist: it has none.
     fn parameter_columns(&self) -> Vec<TableColumn> {
         let said: Vec<Vec<(&str, String)>> = self
             .runs()
-            .map(|run| Settings::from(&self.plan.runs[run].recipe).said())
+            .map(|run| match &self.plan.runs[run].recipe {
+                Ok(recipe) => Settings::from(recipe).said(),
+                Err(_) => Vec::new(),
+            })
             .collect();
         let mut keys: Vec<&str> = Vec::new();
         for (key, _) in said.iter().flatten() {
