@@ -220,6 +220,23 @@ fn a_grid_file_is_the_same_sweep() {
     assert_same(&desk, "third", "first");
 }
 
+/// The record of a sweep says each setting once, and so can be read again.
+#[test]
+fn an_axis_goes_before_what_a_recipe_says() {
+    let desk = desk();
+    fs::write(desk.path("recipe.toml"), "bias = 0.3\ngain = 2\n").unwrap();
+    let words = "--axis reach=9r --B 0.4,0.9 --radius 0.4% --size 48x40 --samples 1 --quiet";
+    done(
+        &desk,
+        &format!("plane.obj {words} --recipe recipe.toml -o out"),
+    );
+    done(&desk, "out/grid.toml -o again --quiet");
+    assert_same(&desk, "again", "out");
+    let recipe = desk.path("out/cells/reach=9r_B=0.4/seed-1/recipe.toml");
+    let recipe = Settings::read(&recipe).unwrap();
+    assert_eq!((recipe.bias, recipe.gain), (Some(0.4), Some(2.0)));
+}
+
 #[test]
 fn the_commands_of_the_page_make_the_same_lichen() {
     let desk = desk();
@@ -528,6 +545,11 @@ fn wrong_grids_are_named_before_anything_is_written() {
     )
     .unwrap();
     fs::write(desk.path("none.toml"), "[axes]\nbias = [1]\n").unwrap();
+    fs::write(
+        desk.path("both.toml"),
+        "mesh = \"plane.obj\"\nelements = 50\n[axes]\nreach = \"9r,18r\"\n",
+    )
+    .unwrap();
     for (words, code, parts) in [
         ("plane.obj", 2, ["nothing to compare", "--L 5r,10r,20r"]),
         (
@@ -564,6 +586,16 @@ fn wrong_grids_are_named_before_anything_is_written() {
             ["--only L=1r", "2r to 1000r"],
         ),
         ("bad.toml", 2, ["bad.toml: line 3", "did you mean 'bias'"]),
+        (
+            "both.toml",
+            2,
+            ["both.toml: line 4: reach is an axis", "elements is set"],
+        ),
+        (
+            "plane.obj --B 0.2,0.3 --bias 0.2",
+            2,
+            ["bias is an axis", "keep one"],
+        ),
         ("none.toml", 2, ["none.toml names no mesh", "--mesh"]),
         ("gone.toml", 1, ["gone.toml", "reading the grid failed"]),
         ("gone.obj --B 0.2,0.3", 1, ["gone.obj", "No such file"]),

@@ -101,6 +101,8 @@ fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
     if !is_grid(from) {
         grid.base.mesh = None;
     }
+    // A recipe may say what an axis varies.
+    grid.forget_overruled();
     Ok(grid)
 }
 

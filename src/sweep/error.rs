@@ -146,6 +146,18 @@ pub enum GridTextError {
         /// What is wrong.
         problem: AxisError,
     },
+    /// An axis, and the same for all cells.
+    #[error(
+        "line {line}: {axis} is an axis, and {key} is set for all cells above [axes]: keep one of them"
+    )]
+    AlsoSet {
+        /// Where the axis is, from 1.
+        line: usize,
+        /// The axis.
+        axis: &'static str,
+        /// What is set: the same, or what it excludes.
+        key: &'static str,
+    },
     /// Something else.
     #[error("line {line}: {problem}")]
     Other {

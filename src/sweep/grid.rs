@@ -140,14 +140,22 @@ impl Grid {
     /// # Errors
     /// [`GridError::AxisAndFlag`].
     pub fn check_flags(&self, flags: &Settings) -> Result<(), GridError> {
-        for axis in &self.axes {
-            let said = Settings::from_toml(&axis.line(0)).map_err(GridError::Exclusive)?;
-            // Where both say one thing, which lies above decides.
-            if said.clone().over(flags.clone()) != flags.clone().over(said) {
-                return Err(GridError::AxisAndFlag { axis: axis.key() });
-            }
+        match self
+            .axes
+            .iter()
+            .find(|axis| axis.overrules(flags).is_some())
+        {
+            Some(axis) => Err(GridError::AxisAndFlag { axis: axis.key() }),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Forgets of what all cells share what an axis says in each of them, so that every setting stands in
+    /// one place.
+    pub fn forget_overruled(&mut self) {
+        for axis in &self.axes {
+            self.base = std::mem::take(&mut self.base).without(&axis.said());
+        }
     }
 
     fn cell(&self, number: usize) -> Result<Cell, GridError> {
