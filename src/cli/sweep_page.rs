@@ -16,7 +16,7 @@ use super::sweep_picture::Pictures;
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 
-const CSV: &str = "results.csv";
+pub(super) const CSV: &str = "results.csv";
 const PARQUET: &str = "results.parquet";
 const REPORT: &str = "report.html";
 

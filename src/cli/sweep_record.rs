@@ -19,7 +19,7 @@ use super::output::{ELEMENTS, REPORT};
 pub(super) const GRID: &str = "grid.toml";
 
 /// Where the runs are.
-const CELLS: &str = "cells";
+pub(super) const CELLS: &str = "cells";
 
 /// What a run came to; the last of its files to appear.
 pub(super) const MEASURES: &str = "measures.json";
