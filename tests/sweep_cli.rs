@@ -616,6 +616,8 @@ fn further_axes_are_pages() {
     }
     let html = String::from_utf8(desk.read("out/report.html")).unwrap();
     assert!(html.contains("<h2>join = pack</h2>") && html.contains("<h2>join = touch</h2>"));
+    let csv = String::from_utf8(desk.read("out/results.csv")).unwrap();
+    assert!(csv.contains(",60,elements,60,"), "counts are whole: {csv}");
     let recipe = desk.path("out/cells/L=5r_B=0.5_join=touch/seed-1/recipe.toml");
     assert_eq!(Settings::read(&recipe).unwrap().seed, Some(1));
 }

@@ -1,6 +1,7 @@
 //! What the runs of a grid came to.
 
 use super::{Axis, Cell, Grid, Plan};
+use crate::analysis::SCALARS;
 use crate::export::{Table, TableColumn, TableValues};
 use crate::run::{COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
 
@@ -157,7 +158,12 @@ impl<'a> Results<'a> {
     }
 
     fn numbers(&self, name: &str, of: impl Fn(usize) -> f64) -> TableColumn {
-        self.column(name, TableValues::F64(self.runs().map(of).collect()))
+        let values = self.runs().map(of).collect();
+        let values = match is_count(name) {
+            true => TableValues::Counts(values),
+            false => TableValues::F64(values),
+        };
+        self.column(name, values)
     }
 
     /// The values of an axis as they were written: numbers where all of them are.
@@ -203,6 +209,15 @@ impl<'a> Results<'a> {
     }
 }
 
+/// Whether a column has numbers that are whole by their nature, of a measure, an axis or a parameter.
+fn is_count(column: &str) -> bool {
+    let said = ["axis_", "stop_"].iter();
+    let name = said.fold(column, |name, prefix| {
+        name.strip_prefix(prefix).unwrap_or(name)
+    });
+    SCALARS.iter().any(|s| s.name == name && s.is_count())
+}
+
 /// What a parameter is called: where growth was to stop, and where it stopped, are two things.
 fn column_name(key: &str) -> String {
     let name = key.replace('-', "_");
@@ -232,5 +247,27 @@ mod tests {
         assert!((summary.deviation - (32.0f64 / 7.0).sqrt()).abs() < 1e-15);
         assert_eq!(Summary::of(&[3.0]).deviation, 0.0);
         assert!(Summary::of(&[]).mean.is_nan());
+    }
+
+    #[test]
+    fn counts_are_those_of_things() {
+        for name in [
+            "elements",
+            "stop_elements",
+            "axis_elements",
+            "tips",
+            "strahler_order",
+        ] {
+            assert!(is_count(name), "{name}");
+        }
+        for name in [
+            "radius",
+            "stop_reach",
+            "axis_B",
+            "walkers_per_element",
+            "seconds_grow",
+        ] {
+            assert!(!is_count(name), "{name}");
+        }
     }
 }
