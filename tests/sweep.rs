@@ -373,6 +373,7 @@ fn the_page_is_whole_and_needs_no_network() {
     );
     assert!(html.contains("name=\"viewport\"") && html.contains("prefers-color-scheme"));
     assert!(html.contains("join = touch") && html.contains("L = 10r"));
+    assert!(html.contains("effective radius<small>, mesh units</small>"));
     for outside in [
         "http://",
         "https://",

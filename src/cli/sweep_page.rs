@@ -100,7 +100,7 @@ impl Page<'_> {
         };
         let size = match rule {
             StopRule::Elements(n) => plural(n as usize, "element", "elements"),
-            StopRule::Reach(length) => format!("R_e = {}", short(length)),
+            StopRule::Reach(length) => format!("R_e = {} mesh units", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
         };
         match self.full() {

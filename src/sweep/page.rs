@@ -267,12 +267,17 @@ fn figure_caption(name: &str) -> String {
         Some(scalar) => {
             let unit = match scalar.unit {
                 "1" => String::new(),
-                unit => format!(", {}", escaped(&unit.replace("^2", "²"))),
+                unit => format!(", {}", escaped(&unit_in_words(unit))),
             };
             let meaning = escaped(&scalar.meaning.replace("^2", "²"));
             format!("<figcaption>{shown}<small>{unit}</small><p>{meaning}</p></figcaption>")
         }
     }
+}
+
+/// The unit of a measure as readers of a page know it: its length is that of the mesh's file.
+fn unit_in_words(unit: &str) -> String {
+    unit.replace("unit", "mesh units").replace("^2", "²")
 }
 
 /// Which line is which, and what the bars are.
