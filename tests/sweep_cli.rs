@@ -452,6 +452,9 @@ fn cells_that_cannot_be_are_told_and_the_others_go_on() {
     assert_eq!(csv.matches(",failed,").count(), 8);
     let html = String::from_utf8(desk.read("out/report.html")).unwrap();
     assert_eq!(html.matches("<span class=\"failed\">").count(), 4);
+    let command = "L=1r_B=0.3 --radius=0.4% --curvature-radius=1.0r --bias=0.3";
+    let error = "seed 1: --curvature-radius 1.0r is out of range";
+    assert!(html.contains(command) && html.contains(error));
     for words in ["area<small>, mesh units²</small>", "R_e = 203.6 mesh units"] {
         assert!(html.contains(words), "{words}");
     }

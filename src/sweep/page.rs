@@ -34,7 +34,8 @@ struct CellData<'a> {
     values: Vec<Vec<String>>,
     stopped: Vec<&'a str>,
     errors: Vec<String>,
-    command: Option<String>,
+    /// Of its picture; where it has none, what its first run was to be.
+    command: String,
 }
 
 #[derive(Serialize)]
@@ -354,7 +355,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
                 })
                 .collect(),
             errors: runs().filter_map(|run| error(results, run)).collect(),
-            command: results.pictured(cell).map(|run| results.command(run)),
+            command: results.command(results.pictured(cell).unwrap_or(runs().start)),
         }
     };
     Data {
