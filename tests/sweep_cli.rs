@@ -488,6 +488,12 @@ fn cells_that_cannot_be_are_told_and_the_others_go_on() {
     let words = "merge part1 part2 -o joined --quiet";
     refused(&desk, words, 1, &[&failed, "in another folder"]);
     assert_same(&desk, "joined", "out");
+    for part in 1..=2 {
+        assert!(!desk.path("shared/report.html").exists());
+        let words = format!("{HOLED} --quiet -o shared --shard {part}/2");
+        refused(&desk, &words, 1, &["runs failed: L=1r_B=0.3 seed"]);
+    }
+    assert_same(&desk, "shared", "out");
 }
 
 /// What a part says that it could not grow is not missing from it.
