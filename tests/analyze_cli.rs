@@ -186,6 +186,14 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
     let desk = desk();
     refused(&desk, "nowhere", 1, &["nowhere"]);
     refused(&desk, "rock.obj", 1, &["rock.obj"]);
+    fs::create_dir_all(desk.path("begun/cells")).unwrap();
+    fs::create_dir(desk.path("sweep")).unwrap();
+    fs::write(desk.path("sweep/grid.toml"), "seeds = 2\n").unwrap();
+    for folder in ["begun", "sweep"] {
+        let is_sweep = format!("{folder} is the folder of a sweep");
+        let cures = ["/cells/CELL/seed-N", "/results.csv"].map(|cure| format!("{folder}{cure}"));
+        refused(&desk, folder, 1, &[&is_sweep, &cures[0], &cures[1]]);
+    }
     refused(&desk, "out --mesh gone.obj", 1, &["gone.obj"]);
     refused(&desk, "out --centres 0", 2, &["--centres"]);
     refused(&desk, "out --surface-centres -1", 2, &["--surface-centres"]);

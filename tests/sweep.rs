@@ -52,18 +52,16 @@ fn every_combination_is_a_cell_with_every_seed() {
     assert_eq!(plan.runs.len(), 24);
     for (number, run) in plan.runs.iter().enumerate() {
         assert_eq!(run.cell, number / 2);
-        assert_eq!(
-            run.recipe.seed,
-            7 + number as u64 % 2,
-            "the same in every cell"
-        );
+        assert_eq!(run.seed, 7 + number as u64 % 2, "the same in every cell");
         let [l, b, a] = plan.cells[run.cell].at[..] else {
             panic!()
         };
-        let radii = run.recipe.curvature_radius / run.recipe.radius;
+        let recipe = run.recipe.as_ref().unwrap();
+        assert_eq!(recipe.seed, run.seed);
+        let radii = recipe.curvature_radius / recipe.radius;
         assert!((radii - [5.0, 10.0][l]).abs() < 1e-9);
-        assert_eq!(run.recipe.bias, [0.2, 0.5, 0.9][b]);
-        assert_eq!(run.recipe.gain, [1.0, 2.0][a]);
+        assert_eq!(recipe.bias, [0.2, 0.5, 0.9][b]);
+        assert_eq!(recipe.gain, [1.0, 2.0][a]);
     }
     assert_eq!(plan.folder(1), "cells/L=5r_B=0.2_A=1/seed-8");
 }
@@ -73,25 +71,26 @@ fn all_cells_reach_as_far_in_mesh_units_unless_told_otherwise() {
     let substrate = plane();
     let radii = grid(&[("radius", "0.1%,0.4%")], 1);
     let plan = radii.plan(&substrate, "plane.obj").unwrap();
-    let reach = StopRule::Reach(150.0 * plan.runs[1].recipe.radius);
-    assert!(plan.runs.iter().all(|run| run.recipe.stop == reach));
+    let radius = plan.recipes().nth(1).unwrap().radius;
+    let reach = StopRule::Reach(150.0 * radius);
+    assert!(plan.recipes().all(|recipe| recipe.stop == reach));
     let mut presets = grid(&[("preset", "dla,foliose")], 1);
     let plan = presets.plan(&substrate, "plane.obj").unwrap();
     let is_reach = |stop| matches!(stop, StopRule::Reach(_));
     assert!(
-        plan.runs.iter().all(|run| is_reach(run.recipe.stop)),
+        plan.recipes().all(|recipe| is_reach(recipe.stop)),
         "over the preset's size"
     );
     presets.base.stop = Some(StopSetting::Elements(100));
     let plan = presets.plan(&substrate, "plane.obj").unwrap();
     assert!(
-        plan.runs
-            .iter()
-            .all(|run| run.recipe.stop == StopRule::Elements(100))
+        plan.recipes()
+            .all(|recipe| recipe.stop == StopRule::Elements(100))
     );
     let counts = grid(&[("elements", "100,200")], 1);
     let plan = counts.plan(&substrate, "plane.obj").unwrap();
-    assert_eq!(plan.runs[1].recipe.stop, StopRule::Elements(200));
+    let stops = plan.recipes().map(|recipe| recipe.stop);
+    assert_eq!(stops.last(), Some(StopRule::Elements(200)));
 }
 
 #[test]
@@ -112,10 +111,17 @@ fn what_cannot_be_compared_is_refused() {
             "more than a million",
         ),
         (
-            grid(&[("B", "0.2,7")], 1),
-            "cell B=7: --bias 7 is out of range",
+            grid(&[("B", "7,8")], 1),
+            "no cell of the grid can be grown; cell B=7: --bias 7 is out of range",
         ),
-        (grid(&[("L", "5r,1r")], 1), "cell L=1r: --curvature-radius"),
+        (
+            grid(&[("at-triangle", "99998,99999")], 1),
+            "cell at-triangle=99998",
+        ),
+        (
+            grid(&[("L", "1r,1.5r")], 2),
+            "cell L=1r: --curvature-radius",
+        ),
         (grid(&[("L", "5r,0.25%")], 1), "the same lichen"),
     ];
     for (grid, part) in cases {
@@ -129,6 +135,34 @@ fn what_cannot_be_compared_is_refused() {
     let foliose = thallus::run::preset::find("foliose").unwrap().settings();
     idle.base = foliose.over(idle.base);
     assert!(plan_error(&idle).contains("the same lichen"));
+}
+
+#[test]
+fn a_cell_that_cannot_be_leaves_the_others_as_they_are() {
+    let substrate = plane();
+    let sound = grid(&[("radius", "0.1%,0.4%")], 2);
+    let sound = sound.plan(&substrate, "plane.obj").unwrap();
+    let faulty = grid(&[("radius", "900%,0.1%,0.4%")], 2);
+    let plan = faulty.plan(&substrate, "plane.obj").unwrap();
+    assert_eq!((plan.cells.len(), plan.runs.len()), (3, 6));
+    assert!(
+        plan.recipes().eq(sound.recipes()),
+        "the reach is of radii that can be"
+    );
+    assert_eq!(plan.costs[2..], sound.costs);
+    assert_eq!(plan.costs[..2], [0.0; 2]);
+    assert_eq!(
+        plan.runs[..2].iter().map(|r| r.hash()).collect::<Vec<_>>(),
+        [None, None]
+    );
+    assert_eq!(plan.folder(1), "cells/radius=900%/seed-2");
+    let problems = [0, 1, 2].map(|cell| plan.problem(cell).map(ToString::to_string));
+    let [Some(problem), None, None] = problems else {
+        panic!("{problems:?}")
+    };
+    assert!(problem.contains("larger than the mesh"), "{problem}");
+    let shards = [1, 2].map(|part| plan.shard(part, 2).len());
+    assert_eq!(shards, [3, 3], "they are dealt out too");
 }
 
 #[test]
@@ -266,7 +300,7 @@ fn the_table_has_a_row_a_run() {
         lines.iter().all(|l| l.len() == table.columns.len()),
         "{csv}"
     );
-    for (line, want) in lines[1..].iter().zip(["10.0", "12.0", "", "7.0"]) {
+    for (line, want) in lines[1..].iter().zip(["10", "12", "", "7"]) {
         let at = lines[0]
             .iter()
             .position(|name| *name == "elements")
@@ -339,6 +373,7 @@ fn the_page_is_whole_and_needs_no_network() {
     );
     assert!(html.contains("name=\"viewport\"") && html.contains("prefers-color-scheme"));
     assert!(html.contains("join = touch") && html.contains("L = 10r"));
+    assert!(html.contains("effective radius<small>, mesh units</small>"));
     for outside in [
         "http://",
         "https://",
@@ -370,7 +405,13 @@ fn the_page_is_whole_and_needs_no_network() {
     ] {
         assert!(command.contains(part), "{part} not in {command}");
     }
-    assert_eq!(data["cells"][1]["command"], serde_json::Value::Null);
+    let command = data["cells"][1]["command"].as_str().unwrap();
+    for part in ["--curvature-radius=10.0r", "--bias=0.2", "--seed=1"] {
+        assert!(
+            command.contains(part),
+            "a failed cell has it too: {command}"
+        );
+    }
     assert!(
         data["cells"][1]["errors"][0]
             .as_str()

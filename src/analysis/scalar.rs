@@ -23,6 +23,11 @@ impl Scalar {
     pub fn of(&self, analysis: &Analysis) -> Option<f64> {
         (self.read)(analysis).filter(|x| x.is_finite())
     }
+
+    /// Whether it is a whole number by its nature.
+    pub fn is_count(&self) -> bool {
+        ["elements", "tips", "strahler_order"].contains(&self.name)
+    }
 }
 
 /// Every scalar, in the order of the columns of tables.

@@ -11,6 +11,8 @@ use thallus::substrate::{Substrate, SubstrateError};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
+use super::sweep_page::CSV;
+use super::sweep_record::{CELLS, GRID};
 use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
@@ -44,6 +46,19 @@ impl From<NoMesh> for Failure {
     }
 }
 
+/// Refuses the folder of a sweep, which has many lichens.
+fn check_is_no_sweep(folder: &Path) -> Result<(), Failure> {
+    let is_sweep = folder.join(GRID).is_file() || folder.join(CELLS).is_dir();
+    match is_sweep {
+        false => Ok(()),
+        true => Err(Failure::Failed(anyhow::anyhow!(
+            "{0} is the folder of a sweep: name one of its lichens, as {0}/{CELLS}/CELL/seed-N; what all of them \
+             measure is in {0}/{CSV}",
+            folder.display()
+        ))),
+    }
+}
+
 impl Grown {
     /// Reads the folder of a run or its elements.ply.
     pub(crate) fn read(from: &Path) -> Result<Self, Failure> {
@@ -52,6 +67,7 @@ impl Grown {
             false => from.to_owned(),
         };
         if !table.exists() {
+            check_is_no_sweep(from)?;
             return Err(Failure::Failed(anyhow::anyhow!(
                 "{}: there is no such file: give the folder that thallus grow made, or the elements.ply in \
                  it",

@@ -1,10 +1,9 @@
 //! `thallus sweep`: grid → mesh → plan → runs → one page.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use thallus::run::{Execution, Settings};
+use thallus::run::{Execution, Recipe, Settings};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
@@ -14,7 +13,7 @@ use super::number::{count, duration, plural};
 use super::skin::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
 use super::sweep_page::Page;
-use super::sweep_record::{self as record, error_file};
+use super::sweep_record as record;
 use super::sweep_run::{End, Sweep};
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
@@ -62,10 +61,15 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         execution,
         voice,
     };
-    let runs = chosen(args, only, &sweep);
+    let asked = chosen(args, only, &sweep);
+    let (runs, impossible): (Vec<_>, Vec<_>) = asked
+        .into_iter()
+        .partition(|&run| plan.runs[run].recipe.is_ok());
+    sweep.leave_out(&impossible);
     sweep.announce(&runs);
     let ends = sweep.grow(&runs, args.only.is_some());
-    sweep.conclude(args, &style, &runs, &ends)
+    let now = sweep.failed_now(&impossible, &runs, &ends);
+    sweep.conclude(args, &style, now, &ends)
 }
 
 /// The grid that file and flags say.
@@ -97,6 +101,8 @@ fn grid(args: &SweepArgs, from: &Path) -> Result<Grid, Failure> {
     if !is_grid(from) {
         grid.base.mesh = None;
     }
+    // A recipe may say what an axis varies.
+    grid.forget_overruled();
     Ok(grid)
 }
 
@@ -153,16 +159,22 @@ pub(super) fn plan(grid: &Grid, substrate: &Substrate) -> Result<Plan, Failure> 
     Ok(grid.plan(substrate, file)?)
 }
 
-/// The cell of this name.
+/// The cell of this name, if it can be grown.
 fn cell(name: &str, plan: &Plan) -> Result<usize, Failure> {
     let found = plan.cells.iter().position(|cell| cell.name == name);
-    found.ok_or_else(|| {
+    let cell = found.ok_or_else(|| {
         let first = &plan.cells[0].name;
         Failure::usage(format!(
             "--only {name}: there is no such cell; cells have names as {first}, those of the folders \
              in cells/"
         ))
-    })
+    })?;
+    match plan.problem(cell) {
+        None => Ok(cell),
+        Some(problem) => Err(Failure::usage(format!(
+            "--only {name}: this cell cannot be grown: {problem}"
+        ))),
+    }
 }
 
 /// The runs to grow, the costliest first: all that are not finished, of the part or the cell that
@@ -188,24 +200,72 @@ fn chosen(args: &SweepArgs, only: Option<usize>, sweep: &Sweep) -> Vec<usize> {
 const MANY_RUNS: usize = 500;
 
 impl Sweep<'_> {
+    /// Names the cells that cannot be grown, and leaves beside each of these runs why.
+    fn leave_out(&self, impossible: &[usize]) {
+        let Some(&first) = impossible.first() else {
+            return;
+        };
+        for &run in impossible {
+            self.keep_error(run, &self.problem(run));
+        }
+        let names = self.names_of_impossible(impossible);
+        self.voice.warn(&format!(
+            "{} cannot be grown: {}; the first one: {}; the others grow without them",
+            plural(names.len(), "cell", "cells"),
+            first_of(&names),
+            self.problem(first).trim_end_matches('.')
+        ));
+    }
+
+    /// Why a run cannot be grown.
+    fn problem(&self, run: usize) -> String {
+        let problem = self.plan.runs[run].recipe.as_ref().err();
+        problem.map_or_else(String::new, |problem| {
+            Failure::from(problem.clone()).reason()
+        })
+    }
+
+    /// Cells by their names; where a place on the mesh that chance finds is what does not suit, those
+    /// of its seeds.
+    fn names_of_impossible(&self, impossible: &[usize]) -> Vec<String> {
+        let name = |&run: &usize| match self.plan.runs[run].cell {
+            cell if self.plan.problem(cell).is_some() => self.plan.cells[cell].name.clone(),
+            _ => self.plan.name(run),
+        };
+        let mut names: Vec<String> = impossible.iter().map(name).collect();
+        names.dedup();
+        names
+    }
+
+    /// What the runs grow.
+    fn recipes(&self, runs: &[usize]) -> impl Iterator<Item = &Recipe> {
+        runs.iter()
+            .filter_map(|&run| self.plan.runs[run].recipe.as_ref().ok())
+    }
+
     /// Says what is about to happen.
     fn announce(&self, runs: &[usize]) {
         let (all, cells) = (self.plan.runs.len(), self.plan.cells.len());
-        warnings::warnings(self.substrate, self.plan.runs[0].recipe.radius)
+        let radius = self.plan.recipes().next().map(|recipe| recipe.radius);
+        radius
+            .map(|radius| warnings::warnings(self.substrate, radius))
             .iter()
+            .flatten()
             .for_each(|warning| self.voice.warn(warning));
         if runs.is_empty() {
             return self
                 .voice
-                .note("every run is finished: only the page is made again");
+                .note("no run is left to grow: only the page is made again");
         }
         let threads = self.execution.threads;
-        let seconds = |&run: &usize| memory::seconds(self.substrate, &self.plan.runs[run].recipe);
-        let seconds = runs.iter().map(seconds).sum::<f64>() / threads.min(runs.len()) as f64;
+        let seconds = self
+            .recipes(runs)
+            .map(|r| memory::seconds(self.substrate, r));
+        let seconds = seconds.sum::<f64>() / threads.min(runs.len()) as f64;
         let kept = match all - runs.len() {
             0 => String::new(),
             n => format!(
-                ", {} of them finished or not asked for now",
+                ", {} of them finished, not asked for now or impossible",
                 count(n as u64)
             ),
         };
@@ -227,11 +287,10 @@ impl Sweep<'_> {
 
     /// The largest runs may be at work together.
     fn warn_of_memory(&self, runs: &[usize], threads: usize) {
-        let recipe = |&run: &usize| &self.plan.runs[run].recipe;
-        let mut needed: Vec<f64> = runs
-            .iter()
-            .map(|run| memory::needed(self.substrate, recipe(run)))
-            .collect();
+        let needed = self
+            .recipes(runs)
+            .map(|r| memory::needed(self.substrate, r));
+        let mut needed: Vec<f64> = needed.collect();
         needed.sort_by(|a, b| b.total_cmp(a));
         let together: f64 = needed.iter().take(threads).sum();
         if let Some(free) = memory::available().filter(|free| together > *free) {
@@ -249,7 +308,7 @@ impl Sweep<'_> {
         &self,
         args: &SweepArgs,
         style: &PictureStyle,
-        runs: &[usize],
+        now: BTreeMap<usize, String>,
         ends: &[End],
     ) -> Result<(), Failure> {
         let all = self.plan.runs.len();
@@ -263,10 +322,10 @@ impl Sweep<'_> {
             ));
             return Err(Failure::Interrupted);
         }
-        let failures = self.failures(runs, ends);
+        let failures = self.failures(now);
         let Some(outcomes) = self.outcomes(&failures) else {
             self.tell_unfinished(args, finished, ends)?;
-            return self.fail(&failures);
+            return failed(self.plan, &failures, AGAIN);
         };
         let page = Page {
             substrate: self.substrate,
@@ -278,23 +337,32 @@ impl Sweep<'_> {
             voice: self.voice,
         };
         page.make(style)?;
-        self.fail(&failures)?;
+        failed(self.plan, &failures, AGAIN)?;
         page.tell()
     }
 
-    /// The runs that failed, now or before, and why.
-    fn failures(&self, runs: &[usize], ends: &[End]) -> BTreeMap<usize, String> {
-        let recorded = |run| {
-            let reason = fs::read_to_string(error_file(&self.folder_of(run))).ok()?;
-            self.outcome(run)
-                .is_none()
-                .then(|| (run, reason.trim().to_owned()))
-        };
-        let before = (0..self.plan.runs.len()).filter_map(recorded);
-        let now = runs.iter().zip(ends).filter_map(|(&run, end)| match end {
+    /// The runs that failed now, those that cannot be among them, and why.
+    fn failed_now(
+        &self,
+        impossible: &[usize],
+        runs: &[usize],
+        ends: &[End],
+    ) -> BTreeMap<usize, String> {
+        let ended = runs.iter().zip(ends).filter_map(|(&run, end)| match end {
             End::Failed(reason) => Some((run, reason.clone())),
             _ => None,
         });
+        let left_out = impossible.iter().map(|&run| (run, self.problem(run)));
+        ended.chain(left_out).collect()
+    }
+
+    /// The runs that failed, now or before, and why.
+    fn failures(&self, now: BTreeMap<usize, String>) -> BTreeMap<usize, String> {
+        let recorded = |run| {
+            let reason = record::read_error(&self.folder_of(run))?;
+            self.outcome(run).is_none().then_some((run, reason))
+        };
+        let before = (0..self.plan.runs.len()).filter_map(recorded);
         before.chain(now).collect()
     }
 
@@ -336,19 +404,32 @@ impl Sweep<'_> {
         }
         Ok(())
     }
+}
 
-    /// The command fails when a run did.
-    fn fail(&self, failures: &BTreeMap<usize, String>) -> Result<(), Failure> {
-        let Some((_, reason)) = failures.first_key_value() else {
-            return Ok(());
-        };
-        let names: Vec<_> = failures.keys().map(|&run| self.plan.name(run)).collect();
-        Err(Failure::Failed(anyhow::anyhow!(
-            "{} failed: {}; the first one: {reason}; the same command tries again",
-            plural(names.len(), "run", "runs"),
-            first_of(&names),
-        )))
-    }
+/// How a sweep tries again what failed.
+const AGAIN: &str = "the same command tries again";
+
+/// The command fails when a run did. `again` tries those that can be grown.
+pub(super) fn failed(
+    plan: &Plan,
+    failures: &BTreeMap<usize, String>,
+    again: &str,
+) -> Result<(), Failure> {
+    let Some((_, reason)) = failures.first_key_value() else {
+        return Ok(());
+    };
+    let names: Vec<_> = failures.keys().map(|&run| plan.name(run)).collect();
+    let is_possible = |&run: &usize| plan.runs[run].recipe.is_ok();
+    let cure = match failures.keys().any(is_possible) {
+        true => again,
+        false => "other values are another sweep, in another folder",
+    };
+    Err(Failure::Failed(anyhow::anyhow!(
+        "{} failed: {}; the first one: {}; {cure}",
+        plural(names.len(), "run", "runs"),
+        first_of(&names),
+        reason.trim_end_matches('.'),
+    )))
 }
 
 /// The first names of many.

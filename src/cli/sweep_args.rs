@@ -70,7 +70,7 @@ pub(crate) enum SweepCommand {
     /// Join the folders of parts that were grown with --shard
     ///
     /// The parts have the same command but for I and -o. Every run of the grid must be in one of
-    /// them: what is missing is named. Files come out as those of a sweep that was grown in one
+    /// them, or its error: what is missing is named. Files come out as those of a sweep that was grown in one
     /// go, seconds aside. Parts that share one folder need no joining: the last one to end makes the
     /// page.
     Merge(MergeArgs),
@@ -131,7 +131,7 @@ L = \"5r,10r,20r\" or bias = [0.2, 0.5].
 DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
 results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
 Ctrl-C, a kill or a power cut lose at most the elements of the last seconds: the same command goes
-on. A run that fails leaves cells/CELL/seed-N.error.txt, and the others go on.
+on. A run that fails or cannot be leaves cells/CELL/seed-N.error.txt, and the others go on.
 Exit codes: 0 done, 1 a run failed or is missing, 2 asked for wrongly, 130 interrupted.
 To try: thallus sweep rock.obj -o out/grid --L 5r,10r,20r --B 0.3,0.5,0.9";
 

@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
-use thallus::sweep::{Grid, Plan};
+use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
 use super::grow::{self, named_mesh};
 use super::number::plural;
 use super::output::{ELEMENTS, FILES};
 use super::skin::start_threads;
-use super::sweep::{first_of, plan, settle};
+use super::sweep::{failed, first_of, plan, settle};
 use super::sweep_args::MergeArgs;
 use super::sweep_page::Page;
 use super::sweep_record::{self as record, GRID, MEASURES};
@@ -37,15 +37,10 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let style = style(args, &parts)?;
     record::open(&args.output, &grid)?;
     style.keep(&args.output)?;
-    for (run, part) in sources.iter().enumerate() {
-        let folder = plan.folder(run);
-        if *part != args.output {
-            copy(&part.join(&folder), &args.output.join(&folder))?;
-        }
+    for (run, source) in sources.iter().enumerate() {
+        take(source, &args.output, &plan.folder(run))?;
     }
-    let folder = |run| args.output.join(plan.folder(run));
-    let read = |run| record::read(&folder(run), &plan.runs[run]);
-    let outcomes: Option<Vec<_>> = (0..plan.runs.len()).map(|run| read(run).map(Ok)).collect();
+    let outcomes = outcomes(&sources, &args.output, &plan);
     let page = Page {
         substrate: &substrate,
         grid: &grid,
@@ -56,7 +51,25 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         voice,
     };
     page.make(&style)?;
+    let reason = |(run, source): (usize, &Source)| Some((run, source.as_ref().err()?.clone()));
+    let failures = sources.iter().enumerate().filter_map(reason).collect();
+    let output = args.output.display();
+    let again = format!("thallus sweep {output}/{GRID} -o {output} tries again");
+    failed(&plan, &failures, &again)?;
     page.tell()
+}
+
+/// What every run came to; none where one is no longer there.
+fn outcomes(
+    sources: &[Source],
+    output: &Path,
+    plan: &Plan,
+) -> Option<Vec<Result<Outcome, String>>> {
+    let outcome = |(run, source): (usize, &Source)| match source {
+        Ok(_) => record::read(&output.join(plan.folder(run)), &plan.runs[run]).map(Ok),
+        Err(reason) => Some(Err(reason.clone())),
+    };
+    sources.iter().enumerate().map(outcome).collect()
 }
 
 /// How the pictures are taken: as in the parts.
@@ -135,13 +148,16 @@ fn mesh_file(args: &MergeArgs, grid: &Grid) -> Result<PathBuf, Failure> {
     })
 }
 
-/// For each run the part that has it. What is in the output already is not told.
+/// The part that has a run; or why it failed, where that is all that the parts have of it.
+type Source<'a> = Result<&'a Path, String>;
+
+/// Where each run comes from. What is in the output already is not told.
 fn sources<'a>(
     parts: &'a [PathBuf],
     output: &Path,
     plan: &Plan,
     voice: Voice,
-) -> Result<Vec<&'a Path>, Failure> {
+) -> Result<Vec<Source<'a>>, Failure> {
     let mut sources = Vec::new();
     let mut missing = BTreeSet::new();
     let mut doubled: BTreeMap<[&Path; 2], usize> = BTreeMap::new();
@@ -150,7 +166,10 @@ fn sources<'a>(
             |part: &&PathBuf| record::read(&part.join(plan.folder(run)), &plan.runs[run]).is_some();
         let mut holders = parts.iter().filter(has);
         let Some(first) = holders.next() else {
-            missing.insert(run);
+            match error(parts, plan, run) {
+                Some(reason) => sources.push(Err(reason)),
+                None => drop(missing.insert(run)),
+            }
             continue;
         };
         for second in holders {
@@ -159,7 +178,7 @@ fn sources<'a>(
                 *doubled.entry([first, second]).or_default() += 1;
             }
         }
-        sources.push(first.as_path());
+        sources.push(Ok(first.as_path()));
     }
     if !missing.is_empty() {
         return Err(lacking(parts, plan, &missing));
@@ -168,6 +187,15 @@ fn sources<'a>(
         voice.warn(&twice(first, second, runs));
     }
     Ok(sources)
+}
+
+/// Why a run failed: it cannot be grown, or a part says so.
+fn error(parts: &[PathBuf], plan: &Plan, run: usize) -> Option<String> {
+    if let Err(problem) = &plan.runs[run].recipe {
+        return Some(Failure::from(problem.clone()).reason());
+    }
+    let said = |part: &PathBuf| record::read_error(&part.join(plan.folder(run)));
+    parts.iter().find_map(said)
 }
 
 fn lacking(parts: &[PathBuf], plan: &Plan, missing: &BTreeSet<usize>) -> Failure {
@@ -210,6 +238,21 @@ fn check_same(first: &Path, second: &Path, plan: &Plan, run: usize) -> Result<()
                 first.display(),
                 second.display()
             )));
+        }
+    }
+    Ok(())
+}
+
+/// Brings a run into the output, or why it failed.
+fn take(source: &Source, output: &Path, folder: &str) -> Result<(), Failure> {
+    let to = output.join(folder);
+    match source {
+        Err(reason) => record::write_error(&to, reason)?,
+        Ok(part) => {
+            if *part != output {
+                copy(&part.join(folder), &to)?;
+            }
+            record::remove_error(&to);
         }
     }
     Ok(())

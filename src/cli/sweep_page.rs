@@ -16,7 +16,7 @@ use super::sweep_picture::Pictures;
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 
-const CSV: &str = "results.csv";
+pub(super) const CSV: &str = "results.csv";
 const PARQUET: &str = "results.parquet";
 const REPORT: &str = "report.html";
 
@@ -91,13 +91,16 @@ impl Page<'_> {
 
     /// How large the lichens were to get.
     fn size(&self) -> String {
-        let rules: Vec<StopRule> = self.plan.runs.iter().map(|run| run.recipe.stop).collect();
-        if rules.iter().any(|rule| *rule != rules[0]) {
+        let mut rules = self.plan.recipes().map(|recipe| recipe.stop);
+        let rule = rules
+            .next()
+            .filter(|first| rules.all(|rule| rule == *first));
+        let Some(rule) = rule else {
             return "the size of its cell".to_owned();
-        }
-        let size = match rules[0] {
+        };
+        let size = match rule {
             StopRule::Elements(n) => plural(n as usize, "element", "elements"),
-            StopRule::Reach(length) => format!("R_e = {}", short(length)),
+            StopRule::Reach(length) => format!("R_e = {} mesh units", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
         };
         match self.full() {
@@ -116,17 +119,14 @@ impl Page<'_> {
 
     /// What the page says of all cells.
     fn facts(&self) -> Vec<(String, String)> {
-        let recipe = &self.plan.runs[0].recipe;
-        let radius = |r: f64| r == recipe.radius;
         let fact = |name: &str, text: String| (name.to_owned(), text);
-        let mut facts = vec![fact("Mesh", recipe.mesh.file.clone())];
+        let mesh = self.grid.base.mesh.clone().unwrap_or_default();
+        let mut facts = vec![fact("Mesh", mesh)];
         let triangles = self.substrate.triangles().len() as u64;
         facts.push(fact("Triangles", count(triangles)));
-        if self.plan.runs.iter().all(|run| radius(run.recipe.radius)) {
-            facts.push(fact(
-                "Radius r",
-                format!("{} mesh units", short(recipe.radius)),
-            ));
+        let mut radii = self.plan.recipes().map(|recipe| recipe.radius);
+        if let Some(radius) = radii.next().filter(|first| radii.all(|r| r == *first)) {
+            facts.push(fact("Radius r", format!("{} mesh units", short(radius))));
         }
         facts.push(fact("Grown to", self.size()));
         let runs = plural(self.plan.runs.len(), "run", "runs");
@@ -136,7 +136,7 @@ impl Page<'_> {
         if !said.is_empty() {
             facts.push(fact("All cells", said));
         }
-        facts.push(fact("Thallus", recipe.version.clone()));
+        facts.push(fact("Thallus", env!("CARGO_PKG_VERSION").to_owned()));
         facts
     }
 

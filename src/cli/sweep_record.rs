@@ -19,7 +19,7 @@ use super::output::{ELEMENTS, REPORT};
 pub(super) const GRID: &str = "grid.toml";
 
 /// Where the runs are.
-const CELLS: &str = "cells";
+pub(super) const CELLS: &str = "cells";
 
 /// What a run came to; the last of its files to appear.
 pub(super) const MEASURES: &str = "measures.json";
@@ -112,7 +112,7 @@ pub(super) fn write(
         value: value.is_finite().then_some(value),
     };
     let record = Record {
-        recipe_hash: run.hash(),
+        recipe_hash: run.hash().context("a run without a recipe")?,
         stopped: stopped.to_owned(),
         measures: measures.into_iter().map(measure).collect(),
     };
@@ -127,7 +127,7 @@ pub(super) fn read(folder: &Path, run: &GridRun) -> Option<Outcome> {
     let json = |name: &str| fs::read(folder.join(name)).ok();
     let record: Record = serde_json::from_slice(&json(MEASURES)?).ok()?;
     let timed: Timed = serde_json::from_slice(&json(REPORT)?).ok()?;
-    let is_whole = record.recipe_hash == run.hash() && folder.join(ELEMENTS).is_file();
+    let is_whole = record.recipe_hash == run.hash()? && folder.join(ELEMENTS).is_file();
     let value = |m: Measure| (m.name, m.value.unwrap_or(f64::NAN));
     is_whole.then(|| Outcome {
         stopped: record.stopped,
@@ -137,8 +137,26 @@ pub(super) fn read(folder: &Path, run: &GridRun) -> Option<Outcome> {
 }
 
 /// Where it is said why a run failed: beside its folder, which may be what is wrong.
-pub(super) fn error_file(folder: &Path) -> PathBuf {
+fn error_file(folder: &Path) -> PathBuf {
     folder.with_added_extension("error.txt")
+}
+
+/// Says why the run of this folder failed.
+pub(super) fn write_error(folder: &Path, reason: &str) -> Result<(), OutputError> {
+    let text = format!("{reason}\n");
+    let fill = |out: &mut dyn Write| out.write_all(text.as_bytes());
+    write_file_atomically(&error_file(folder), true, fill)
+}
+
+/// Why the run of this folder failed, if it is said.
+pub(super) fn read_error(folder: &Path) -> Option<String> {
+    let reason = fs::read_to_string(error_file(folder)).ok()?;
+    Some(reason.trim().to_owned())
+}
+
+/// Forgets why the run of this folder failed.
+pub(super) fn remove_error(folder: &Path) {
+    let _ = fs::remove_file(error_file(folder));
 }
 
 /// The named numbers of a finished run, lengths in mesh units: those of the analysis, and what growing it

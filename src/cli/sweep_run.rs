@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use thallus::export::{OutputDir, OutputError, write_file_atomically};
+use thallus::export::{OutputDir, OutputError};
 use thallus::log::{LOG, Log, LogWriter};
 use thallus::run::{Execution, Recipe, Run, Stopped, Timings};
 use thallus::substrate::Substrate;
@@ -100,19 +100,21 @@ impl Sweep<'_> {
         let done = catch_unwind(AssertUnwindSafe(|| self.run(run, &folder, execution, anew)));
         let reason = match done {
             Ok(Ok(end)) => {
-                let _ = fs::remove_file(record::error_file(&folder));
+                record::remove_error(&folder);
                 return end;
             }
             Ok(Err(failure)) => failure.reason(),
             Err(_) => "the program failed at this run: please report it with the recipe".to_owned(),
         };
-        let text = format!("{reason}\n");
-        let file = record::error_file(&folder);
-        let written = write_file_atomically(&file, true, |out| out.write_all(text.as_bytes()));
-        if let Err(error) = written {
+        self.keep_error(run, &reason);
+        End::Failed(reason)
+    }
+
+    /// Leaves beside a run's folder why it failed.
+    pub(super) fn keep_error(&self, run: usize, reason: &str) {
+        if let Err(error) = record::write_error(&self.folder_of(run), reason) {
             self.voice.warn(&error.to_string());
         }
-        End::Failed(reason)
     }
 
     fn run(
@@ -129,7 +131,8 @@ impl Sweep<'_> {
         if !anew && self.outcome(run).is_some() {
             return Ok(End::Finished);
         }
-        let recipe = &self.plan.runs[run].recipe;
+        let recipe = self.plan.runs[run].recipe.as_ref();
+        let recipe = recipe.map_err(Clone::clone)?;
         memory::check(self.substrate, recipe, Voice { quiet: true })?;
         let (begun, mut log) = self.begin(&mut output, recipe, anew)?;
         let started = Instant::now();

@@ -27,6 +27,9 @@ pub enum TableValues {
     U64(Vec<u64>),
     /// Numbers; NaN where there is none.
     F64(Vec<f64>),
+    /// Numbers that are whole by their nature; NaN where there is none. As [`TableValues::F64`], but as CSV
+    /// they have no decimals.
+    Counts(Vec<f64>),
     /// Words.
     Text(Vec<String>),
 }
@@ -36,7 +39,7 @@ impl TableValues {
     pub fn len(&self) -> usize {
         match self {
             Self::U64(values) => values.len(),
-            Self::F64(values) => values.len(),
+            Self::F64(values) | Self::Counts(values) => values.len(),
             Self::Text(values) => values.len(),
         }
     }
@@ -51,7 +54,8 @@ impl TableValues {
         match self {
             Self::U64(values) => values[row].to_string(),
             Self::F64(values) if values[row].is_finite() => format!("{:?}", values[row]),
-            Self::F64(_) => String::new(),
+            Self::Counts(values) if values[row].is_finite() => values[row].to_string(),
+            Self::F64(_) | Self::Counts(_) => String::new(),
             Self::Text(values) => quoted(&values[row]),
         }
     }
@@ -59,7 +63,7 @@ impl TableValues {
     fn physical(&self) -> Physical {
         match self {
             Self::U64(_) => Physical::U64,
-            Self::F64(_) => Physical::F64,
+            Self::F64(_) | Self::Counts(_) => Physical::F64,
             Self::Text(_) => Physical::Text,
         }
     }
@@ -68,7 +72,9 @@ impl TableValues {
     fn push(&self, row: usize, page: &mut Vec<u8>) {
         match self {
             Self::U64(values) => page.extend_from_slice(&values[row].to_le_bytes()),
-            Self::F64(values) => page.extend_from_slice(&values[row].to_le_bytes()),
+            Self::F64(values) | Self::Counts(values) => {
+                page.extend_from_slice(&values[row].to_le_bytes());
+            }
             Self::Text(values) => {
                 page.extend_from_slice(&(values[row].len() as u32).to_le_bytes());
                 page.extend_from_slice(values[row].as_bytes());

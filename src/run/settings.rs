@@ -177,6 +177,33 @@ impl Settings {
         }
     }
 
+    /// These settings but for those that `others` say too.
+    pub fn without(self, others: &Self) -> Self {
+        fn left<T, U>(ours: Option<T>, theirs: Option<&U>) -> Option<T> {
+            ours.filter(|_| theirs.is_none())
+        }
+        Self {
+            version: left(self.version, others.version.as_ref()),
+            mesh: left(self.mesh, others.mesh.as_ref()),
+            mesh_hash: left(self.mesh_hash, others.mesh_hash.as_ref()),
+            preset: left(self.preset, others.preset.as_ref()),
+            radius: left(self.radius, others.radius.as_ref()),
+            curvature_radius: left(self.curvature_radius, others.curvature_radius.as_ref()),
+            bias: left(self.bias, others.bias.as_ref()),
+            gain: left(self.gain, others.gain.as_ref()),
+            min_stick: left(self.min_stick, others.min_stick.as_ref()),
+            seed: left(self.seed, others.seed.as_ref()),
+            at: left(self.at, others.at.as_ref()),
+            launch: left(self.launch, others.launch.as_ref()),
+            kill: left(self.kill, others.kill.as_ref()),
+            join: left(self.join, others.join.as_ref()),
+            law: left(self.law, others.law.as_ref()),
+            steps: left(self.steps, others.steps.as_ref()),
+            boundary: left(self.boundary, others.boundary.as_ref()),
+            stop: left(self.stop, others.stop.as_ref()),
+        }
+    }
+
     /// Nothing left unsaid: laid over their preset and the defaults. Then checked, as far as that
     /// takes no mesh.
     ///

@@ -138,6 +138,20 @@ impl Axis {
         self.key
     }
 
+    /// The key of what settings say and this axis says in every cell: its own, or one that it excludes, as
+    /// reach does elements.
+    pub fn overrules(&self, settings: &Settings) -> Option<&'static str> {
+        let left = settings.clone().without(&self.said()).said();
+        let keys = settings.said().into_iter().map(|(key, _)| key);
+        keys.into_iter()
+            .find(|key| left.iter().all(|(kept, _)| kept != key))
+    }
+
+    /// The settings of its first value.
+    pub(super) fn said(&self) -> Settings {
+        Settings::from_toml(&self.line(0)).unwrap_or_default()
+    }
+
     /// What it is called in a figure: its letter in the thesis, or its key.
     pub fn symbol(&self) -> &'static str {
         let symbol = SYMBOLS.iter().find(|(_, key)| *key == self.key);

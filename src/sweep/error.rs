@@ -90,12 +90,12 @@ pub enum GridError {
         /// Cells times seeds.
         runs: f64,
     },
-    /// A cell that cannot be grown.
-    #[error("cell {cell}: {problem}")]
-    Cell {
-        /// Its name.
+    /// Nothing can be grown.
+    #[error("no cell of the grid can be grown; cell {cell}: {problem}")]
+    NoCell {
+        /// The name of the first.
         cell: String,
-        /// Why.
+        /// Why that cannot.
         problem: SettingsError,
     },
     /// Two cells are one.
@@ -145,6 +145,18 @@ pub enum GridTextError {
         line: usize,
         /// What is wrong.
         problem: AxisError,
+    },
+    /// An axis, and the same for all cells.
+    #[error(
+        "line {line}: {axis} is an axis, and {key} is set for all cells above [axes]: keep one of them"
+    )]
+    AlsoSet {
+        /// Where the axis is, from 1.
+        line: usize,
+        /// The axis.
+        axis: &'static str,
+        /// What is set: the same, or what it excludes.
+        key: &'static str,
     },
     /// Something else.
     #[error("line {line}: {problem}")]

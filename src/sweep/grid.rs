@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use super::{Axis, GridError};
-use crate::run::{BIAS, Length, Recipe, Settings, StopRule, StopSetting};
+use crate::run::{BIAS, Length, Recipe, Settings, SettingsError, StopRule, StopSetting};
 use crate::substrate::Substrate;
 
 /// Where no size is asked for, every cell grows to this effective radius, in radii of the largest
@@ -53,18 +53,21 @@ pub struct Cell {
 pub struct GridRun {
     /// Number of its cell.
     pub cell: usize,
-    /// What grows.
-    pub recipe: Recipe,
+    /// Its seed.
+    pub seed: u64,
+    /// What grows; or why nothing can, where a value of its cell is out of range or does not suit the
+    /// mesh. Such a run has its place in the grid, and the others are grown without it.
+    pub recipe: Result<Recipe, SettingsError>,
 }
 
 impl GridRun {
-    /// A hash of everything that decides the result; the mesh's path does not.
-    pub fn hash(&self) -> String {
-        let mut recipe = self.recipe.clone();
+    /// A hash of everything that decides the result; the mesh's path does not. None where nothing can
+    /// grow.
+    pub fn hash(&self) -> Option<String> {
+        let mut recipe = self.recipe.as_ref().ok()?.clone();
         recipe.mesh.file.clear();
-        blake3::hash(recipe.to_toml().as_bytes())
-            .to_hex()
-            .to_string()
+        let hash = blake3::hash(recipe.to_toml().as_bytes());
+        Some(hash.to_hex().to_string())
     }
 }
 
@@ -75,16 +78,17 @@ pub struct Plan {
     pub cells: Vec<Cell>,
     /// Cell by cell, seeds ascending.
     pub runs: Vec<GridRun>,
-    /// What each run costs, as far as one can tell before: see [`cost`].
+    /// What each run costs, as far as one can tell before: see [`cost`]. 0 where nothing can grow.
     pub costs: Vec<f64>,
 }
 
 impl Grid {
-    /// The cells, the first axis changing fastest.
+    /// The cells, the first axis changing fastest. Whether they can be grown is found out by
+    /// [`Grid::plan`].
     ///
     /// # Errors
-    /// When axes exclude one another or what the flags say, nothing varies, there are more than a
-    /// million runs, or a cell's values are out of range.
+    /// When axes exclude one another or what the flags say, nothing varies, or there are more than a
+    /// million runs.
     pub fn cells(&self) -> Result<Vec<Cell>, GridError> {
         self.check()?;
         let count = self.axes.iter().map(Axis::len).product();
@@ -136,14 +140,22 @@ impl Grid {
     /// # Errors
     /// [`GridError::AxisAndFlag`].
     pub fn check_flags(&self, flags: &Settings) -> Result<(), GridError> {
-        for axis in &self.axes {
-            let said = Settings::from_toml(&axis.line(0)).map_err(GridError::Exclusive)?;
-            // Where both say one thing, which lies above decides.
-            if said.clone().over(flags.clone()) != flags.clone().over(said) {
-                return Err(GridError::AxisAndFlag { axis: axis.key() });
-            }
+        match self
+            .axes
+            .iter()
+            .find(|axis| axis.overrules(flags).is_some())
+        {
+            Some(axis) => Err(GridError::AxisAndFlag { axis: axis.key() }),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Forgets of what all cells share what an axis says in each of them, so that every setting stands in
+    /// one place.
+    pub fn forget_overruled(&mut self) {
+        for axis in &self.axes {
+            self.base = std::mem::take(&mut self.base).without(&axis.said());
+        }
     }
 
     fn cell(&self, number: usize) -> Result<Cell, GridError> {
@@ -158,13 +170,6 @@ impl Grid {
         let said = Settings::from_toml(&lines.collect::<String>()).map_err(GridError::Exclusive)?;
         let name = self.name(&at);
         let settings = said.over(self.base.clone());
-        settings
-            .clone()
-            .complete()
-            .map_err(|problem| GridError::Cell {
-                cell: name.clone(),
-                problem,
-            })?;
         Ok(Cell { name, at, settings })
     }
 
@@ -202,56 +207,72 @@ impl Grid {
     }
 
     /// The runs on a mesh, `file` being its path as the user gave it. Where nothing says how large
-    /// lichens get, each grows to an effective radius of [`REACH_RADII`] radii of the grid's largest
-    /// elements.
+    /// lichens get, each grows to an effective radius of [`REACH_RADII`] radii of the largest elements
+    /// that can be grown.
     ///
     /// # Errors
-    /// As [`Grid::cells`]; when a cell's lengths do not suit the mesh, or two cells are the same.
+    /// As [`Grid::cells`]; when two cells are the same, or no cell can be grown. One of many that cannot
+    /// is none: its runs say why ([`GridRun::recipe`]).
     pub fn plan(&self, substrate: &Substrate, file: &str) -> Result<Plan, GridError> {
         let mut cells = self.cells()?;
         let seeds = self.seed_numbers()?;
-        let recipe = |cell: &Cell, seed: u64| {
-            let settings = Settings {
-                seed: Some(seed),
-                ..cell.settings.clone()
-            };
-            settings
-                .resolve(substrate, file)
-                .map_err(|problem| GridError::Cell {
-                    cell: cell.name.clone(),
-                    problem,
-                })
+        let resolve = |cell: &Cell, seed| resolve(cell, seed, substrate, file);
+        let radius = |cell: &Cell| {
+            let mut recipes = seeds.iter().map(|&seed| resolve(cell, seed));
+            recipes.find_map(|recipe| Some(recipe.ok()?.radius))
         };
-        let mut largest = 0.0f64;
-        for cell in &cells {
-            largest = largest.max(recipe(cell, seeds[0])?.radius);
-        }
-        for cell in &mut cells {
+        if let Some(largest) = cells.iter().filter_map(radius).reduce(f64::max) {
             let reach = StopSetting::Reach(Length::Units(REACH_RADII * largest));
-            cell.settings.stop.get_or_insert(reach);
-        }
-        let mut runs = Vec::new();
-        for (number, cell) in cells.iter().enumerate() {
-            for &seed in &seeds {
-                let recipe = recipe(cell, seed)?;
-                runs.push(GridRun {
-                    cell: number,
-                    recipe,
-                });
+            for cell in &mut cells {
+                cell.settings.stop.get_or_insert(reach);
             }
         }
+        let run = |(cell, seed)| GridRun {
+            cell,
+            seed,
+            recipe: resolve(&cells[cell], seed),
+        };
+        let every = (0..cells.len()).flat_map(|cell| seeds.iter().map(move |&seed| (cell, seed)));
+        let runs: Vec<GridRun> = every.map(run).collect();
+        check_possible(&cells, &runs)?;
         check_different(&cells, &runs)?;
         let area = substrate.components().first().map_or(0.0, |c| c.area);
         let area = substrate.units().area_to_file(area);
-        let costs = runs.iter().map(|run| cost(&run.recipe, area)).collect();
+        let cost = |run: &GridRun| run.recipe.as_ref().map_or(0.0, |recipe| cost(recipe, area));
+        let costs = runs.iter().map(cost).collect();
         Ok(Plan { cells, runs, costs })
+    }
+}
+
+fn resolve(
+    cell: &Cell,
+    seed: u64,
+    substrate: &Substrate,
+    file: &str,
+) -> Result<Recipe, SettingsError> {
+    let settings = Settings {
+        seed: Some(seed),
+        ..cell.settings.clone()
+    };
+    settings.resolve(substrate, file)
+}
+
+fn check_possible(cells: &[Cell], runs: &[GridRun]) -> Result<(), GridError> {
+    let problems: Option<Vec<_>> = runs.iter().map(|run| run.recipe.as_ref().err()).collect();
+    match problems.as_deref() {
+        Some([problem, ..]) => Err(GridError::NoCell {
+            cell: cells[0].name.clone(),
+            problem: (*problem).clone(),
+        }),
+        _ => Ok(()),
     }
 }
 
 fn check_different(cells: &[Cell], runs: &[GridRun]) -> Result<(), GridError> {
     let mut seen = HashMap::new();
     for run in runs {
-        if let Some(first) = seen.insert(run.hash(), run.cell) {
+        let Some(hash) = run.hash() else { continue };
+        if let Some(first) = seen.insert(hash, run.cell) {
             return Err(GridError::SameCell {
                 first: cells[first].name.clone(),
                 second: cells[run.cell].name.clone(),
@@ -282,6 +303,23 @@ pub fn cost(recipe: &Recipe, area: f64) -> f64 {
 }
 
 impl Plan {
+    /// Why a cell cannot be grown, whatever the seed.
+    ///
+    /// # Panics
+    /// When there is no such cell.
+    pub fn problem(&self, cell: usize) -> Option<&SettingsError> {
+        let seeds = self.runs.len() / self.cells.len();
+        let runs = self.runs[cell * seeds..(cell + 1) * seeds].iter();
+        let mut problems = runs.map(|run| run.recipe.as_ref().err());
+        let first = problems.next()??;
+        problems.all(|problem| problem.is_some()).then_some(first)
+    }
+
+    /// What the runs grow that can.
+    pub fn recipes(&self) -> impl Iterator<Item = &Recipe> {
+        self.runs.iter().flat_map(|run| &run.recipe)
+    }
+
     /// The runs, the costliest first: whoever takes the next one when free is done soonest.
     pub fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.runs.len()).collect();
@@ -302,13 +340,13 @@ impl Plan {
 
     /// The folder of a run, within that of its sweep, with `/` between its parts.
     pub fn folder(&self, run: usize) -> String {
-        let GridRun { cell, recipe } = &self.runs[run];
-        format!("cells/{}/seed-{}", self.cells[*cell].name, recipe.seed)
+        let GridRun { cell, seed, .. } = &self.runs[run];
+        format!("cells/{}/seed-{seed}", self.cells[*cell].name)
     }
 
     /// The name of a run: cell and seed.
     pub fn name(&self, run: usize) -> String {
-        let GridRun { cell, recipe } = &self.runs[run];
-        format!("{} seed {}", self.cells[*cell].name, recipe.seed)
+        let GridRun { cell, seed, .. } = &self.runs[run];
+        format!("{} seed {seed}", self.cells[*cell].name)
     }
 }

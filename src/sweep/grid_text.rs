@@ -58,9 +58,12 @@ impl Grid {
                 recipe.replace_range(span, &blank);
             }
         }
+        let base = Settings::from_toml(&recipe)?;
+        let axes = read_axes(text, &table, &plain)?;
+        check_said_once(&base, &axes)?;
         Ok(Self {
-            base: Settings::from_toml(&recipe)?,
-            axes: read_axes(text, &table, &plain)?,
+            base,
+            axes: axes.into_iter().map(|(_, axis)| axis).collect(),
             seeds,
         })
     }
@@ -159,12 +162,26 @@ fn read_seeds(value: &toml::Value, line: usize) -> Result<u32, GridTextError> {
     })
 }
 
-/// The axes, in the order in which they are written.
+/// Refuses an axis of what is set for all cells too: one of the two would be without effect.
+fn check_said_once(base: &Settings, axes: &[(usize, Axis)]) -> Result<(), GridTextError> {
+    for (line, axis) in axes {
+        if let Some(key) = axis.overrules(base) {
+            return Err(GridTextError::AlsoSet {
+                line: *line,
+                axis: axis.key(),
+                key,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The axes and their lines, in the order in which they are written.
 fn read_axes(
     text: &str,
     table: &toml::Spanned<DeTable<'_>>,
     plain: &toml::Table,
-) -> Result<Vec<Axis>, GridTextError> {
+) -> Result<Vec<(usize, Axis)>, GridTextError> {
     let Some(written) = table
         .get_ref()
         .get(AXES)
@@ -176,10 +193,11 @@ fn read_axes(
     keys.sort_by_key(|key| key.span().start);
     let axis = |key: &toml::Spanned<toml::de::DeString<'_>>| {
         let name: &str = key.get_ref();
-        Axis::from_toml(name, &plain[AXES][name]).map_err(|problem| GridTextError::Axis {
-            line: line_at(text, key.span().start),
-            problem,
-        })
+        let line = line_at(text, key.span().start);
+        match Axis::from_toml(name, &plain[AXES][name]) {
+            Ok(axis) => Ok((line, axis)),
+            Err(problem) => Err(GridTextError::Axis { line, problem }),
+        }
     };
     keys.into_iter().map(axis).collect()
 }
@@ -253,6 +271,16 @@ mod tests {
                 "bias = [0.2, 0.5]",
                 "bias = [0.2, 0.2]",
                 ["line 7", "twice"],
+            ),
+            (
+                "gain = 2",
+                "bias = 0.2",
+                ["line 7", "bias is an axis, and bias is set for all cells"],
+            ),
+            (
+                "gain = 2",
+                "at-triangle = 3",
+                ["line 8", "at is an axis, and at-triangle is set"],
             ),
         ] {
             let message = message(&TEXT.replace(old, new));

@@ -61,7 +61,7 @@ const open = (button) => {
   byId("cell-picture").hidden = !picture;
   if (picture) byId("cell-picture").src = picture.src;
   byId("cell-error").textContent = cell.errors.join("; ");
-  byId("cell-command").textContent = cell.command ?? "none of its runs was grown";
+  byId("cell-command").textContent = cell.command;
   byId("cell-only").textContent = `thallus sweep ${folder()}/grid.toml -o ${folder()} --only ${cell.name}`;
   byId("cell-numbers").replaceChildren(...numbers(cell));
   tip.hidden = true;

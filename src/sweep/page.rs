@@ -34,7 +34,8 @@ struct CellData<'a> {
     values: Vec<Vec<String>>,
     stopped: Vec<&'a str>,
     errors: Vec<String>,
-    command: Option<String>,
+    /// Of its picture; where it has none, what its first run was to be.
+    command: String,
 }
 
 #[derive(Serialize)]
@@ -267,12 +268,17 @@ fn figure_caption(name: &str) -> String {
         Some(scalar) => {
             let unit = match scalar.unit {
                 "1" => String::new(),
-                unit => format!(", {}", escaped(&unit.replace("^2", "²"))),
+                unit => format!(", {}", escaped(&unit_in_words(unit))),
             };
             let meaning = escaped(&scalar.meaning.replace("^2", "²"));
             format!("<figcaption>{shown}<small>{unit}</small><p>{meaning}</p></figcaption>")
         }
     }
+}
+
+/// The unit of a measure as readers of a page know it: its length is that of the mesh's file.
+fn unit_in_words(unit: &str) -> String {
+    unit.replace("unit", "mesh units").replace("^2", "²")
 }
 
 /// Which line is which, and what the bars are.
@@ -334,9 +340,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
                 true => "all".to_owned(),
                 false => titles.join(", "),
             },
-            seeds: runs()
-                .map(|run| results.plan.runs[run].recipe.seed)
-                .collect(),
+            seeds: runs().map(|run| results.plan.runs[run].seed).collect(),
             summaries: (0..measures.len())
                 .map(|measure| spread(&results.summary(cell, measure)))
                 .collect(),
@@ -351,7 +355,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
                 })
                 .collect(),
             errors: runs().filter_map(|run| error(results, run)).collect(),
-            command: results.pictured(cell).map(|run| results.command(run)),
+            command: results.command(results.pictured(cell).unwrap_or(runs().start)),
         }
     };
     Data {
@@ -362,7 +366,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
 
 fn error(results: &Results, run: usize) -> Option<String> {
     let reason = results.outcomes[run].as_ref().err()?;
-    let seed = results.plan.runs[run].recipe.seed;
+    let seed = results.plan.runs[run].seed;
     Some(format!("seed {seed}: {reason}"))
 }
 

@@ -1,6 +1,7 @@
 //! What the runs of a grid came to.
 
 use super::{Axis, Cell, Grid, Plan};
+use crate::analysis::SCALARS;
 use crate::export::{Table, TableColumn, TableValues};
 use crate::run::{COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
 
@@ -89,7 +90,7 @@ impl<'a> Results<'a> {
     pub fn command(&self, run: usize) -> String {
         let cell = self.cell_of(run);
         let settings = Settings {
-            seed: Some(self.plan.runs[run].recipe.seed),
+            seed: Some(self.plan.runs[run].seed),
             ..cell.settings.clone()
         };
         let mesh = settings.mesh.clone().unwrap_or_default();
@@ -120,7 +121,7 @@ impl<'a> Results<'a> {
         for (k, axis) in self.grid.axes.iter().enumerate() {
             columns.push(self.axis_column(k, axis));
         }
-        let seed = |run: usize| self.plan.runs[run].recipe.seed;
+        let seed = |run: usize| self.plan.runs[run].seed;
         columns.push(self.column("seed", TableValues::U64(self.runs().map(seed).collect())));
         columns.extend(self.parameter_columns());
         columns.push(self.texts("stopped", |run| match &self.outcomes[run] {
@@ -157,7 +158,12 @@ impl<'a> Results<'a> {
     }
 
     fn numbers(&self, name: &str, of: impl Fn(usize) -> f64) -> TableColumn {
-        self.column(name, TableValues::F64(self.runs().map(of).collect()))
+        let values = self.runs().map(of).collect();
+        let values = match is_count(name) {
+            true => TableValues::Counts(values),
+            false => TableValues::F64(values),
+        };
+        self.column(name, values)
     }
 
     /// The values of an axis as they were written: numbers where all of them are.
@@ -171,11 +177,15 @@ impl<'a> Results<'a> {
         }
     }
 
-    /// A column a parameter. Those that are numbers in every run are columns of numbers.
+    /// A column a parameter. Those that are numbers in every run are columns of numbers. Of a run that
+    /// cannot be, lengths in mesh units may not exist: it has none.
     fn parameter_columns(&self) -> Vec<TableColumn> {
         let said: Vec<Vec<(&str, String)>> = self
             .runs()
-            .map(|run| Settings::from(&self.plan.runs[run].recipe).said())
+            .map(|run| match &self.plan.runs[run].recipe {
+                Ok(recipe) => Settings::from(recipe).said(),
+                Err(_) => Vec::new(),
+            })
             .collect();
         let mut keys: Vec<&str> = Vec::new();
         for (key, _) in said.iter().flatten() {
@@ -197,6 +207,15 @@ impl<'a> Results<'a> {
         };
         keys.iter().map(column).collect()
     }
+}
+
+/// Whether a column has numbers that are whole by their nature, of a measure, an axis or a parameter.
+fn is_count(column: &str) -> bool {
+    let said = ["axis_", "stop_"].iter();
+    let name = said.fold(column, |name, prefix| {
+        name.strip_prefix(prefix).unwrap_or(name)
+    });
+    SCALARS.iter().any(|s| s.name == name && s.is_count())
 }
 
 /// What a parameter is called: where growth was to stop, and where it stopped, are two things.
@@ -228,5 +247,27 @@ mod tests {
         assert!((summary.deviation - (32.0f64 / 7.0).sqrt()).abs() < 1e-15);
         assert_eq!(Summary::of(&[3.0]).deviation, 0.0);
         assert!(Summary::of(&[]).mean.is_nan());
+    }
+
+    #[test]
+    fn counts_are_those_of_things() {
+        for name in [
+            "elements",
+            "stop_elements",
+            "axis_elements",
+            "tips",
+            "strahler_order",
+        ] {
+            assert!(is_count(name), "{name}");
+        }
+        for name in [
+            "radius",
+            "stop_reach",
+            "axis_B",
+            "walkers_per_element",
+            "seconds_grow",
+        ] {
+            assert!(!is_count(name), "{name}");
+        }
     }
 }
