@@ -177,6 +177,15 @@ pub(super) fn ground(text: &str) -> Result<Ground, String> {
     }
 }
 
+/// As it is read.
+pub(super) fn ground_text(ground: Ground) -> String {
+    match ground {
+        Ground::Stone => "stone".to_owned(),
+        Ground::Bark => "bark".to_owned(),
+        Ground::Color([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
+    }
+}
+
 fn range(text: &str) -> Result<[f64; 2], &'static str> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let ends = text
@@ -201,6 +210,13 @@ mod tests {
             "", "x", "0x5", "5x0", "16385x5", "5", "5x5x5", "-5x5", "5X5", "1e3x5",
         ] {
             assert!(wrong.parse::<Size>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn grounds_are_written_as_they_are_read() {
+        for text in ["stone", "bark", "#0a80ff"] {
+            assert_eq!(ground(text).map(ground_text).as_deref(), Ok(text));
         }
     }
 

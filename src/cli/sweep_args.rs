@@ -6,11 +6,12 @@ use std::str::FromStr;
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand};
+use thallus::picture::Ground;
 use thallus::run::Settings;
 use thallus::sweep::Axis;
 
 use super::args::{LookArgs, PlaceArgs, StopArgs, WalkArgs, settings};
-use super::render_args::Size;
+use super::render_args::{Size, ground};
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs};
 use super::sweep_view::MOST_SAMPLES;
@@ -114,6 +115,10 @@ pub(crate) struct PictureArgs {
     /// or 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)), allow_negative_numbers = true)]
     pub(crate) samples: Option<u32>,
+    /// What the mesh is drawn as in pictures: granite; bark, with furrows along its longest side; or one
+    /// colour [default: as before in this sweep, or stone]
+    #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB")]
+    pub(crate) ground: Option<Ground>,
 }
 
 const AXES: &str = "Axes";

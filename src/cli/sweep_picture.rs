@@ -234,13 +234,14 @@ fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Resul
     let file = elements_file(page, run);
     let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
     let all = format!(
-        "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples",
+        "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples, {:?}",
         env!("CARGO_PKG_VERSION"),
         page.substrate.mesh_hash(),
         blake3::hash(&elements),
         style.size.width,
         style.size.height,
         style.samples,
+        style.ground,
     );
     Ok(blake3::hash(all.as_bytes()).to_string())
 }
@@ -291,6 +292,7 @@ fn picture(
     let skins = [skin.painted()];
     let scene = Scene {
         skins: &skins,
+        ground: style.ground,
         ..bare(page.substrate, &vertices)
     };
     let settings = Settings {

@@ -7,17 +7,17 @@ use std::path::Path;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::export::write_file_atomically;
+use thallus::picture::Ground;
 
 use super::failure::Failure;
-use super::render_args::Size;
+use super::render_args::{Size, ground, ground_text};
 use super::render_camera::View;
 use super::sweep_args::PictureArgs;
 
 /// The record in a sweep's folder.
 const FILE: &str = "pictures.toml";
 
-const HEAD: &str =
-    "# How the pictures of this sweep are taken: --camera, --size and --samples say otherwise.\n";
+const HEAD: &str = "# How the pictures of this sweep are taken: --camera, --size, --samples and --ground say otherwise.\n";
 
 /// How the pictures of the cells are taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,7 @@ pub(super) struct PictureStyle {
     pub(super) size: Size,
     /// Rays through a pixel, at most.
     pub(super) samples: u32,
+    pub(super) ground: Ground,
 }
 
 /// As it is written down: the flags' words.
@@ -35,6 +36,12 @@ struct Said {
     camera: String,
     size: String,
     samples: u32,
+    #[serde(default = "stone")]
+    ground: String,
+}
+
+fn stone() -> String {
+    ground_text(Ground::Stone)
 }
 
 impl PictureStyle {
@@ -50,6 +57,7 @@ impl PictureStyle {
                 height: 800,
             },
             samples: 4,
+            ground: Ground::Stone,
         };
         let below = below.unwrap_or(usual);
         let camera = args.camera.clone().map(View::in_full).transpose()?;
@@ -57,6 +65,7 @@ impl PictureStyle {
             camera: camera.unwrap_or(below.camera),
             size: args.size.unwrap_or(below.size),
             samples: args.samples.unwrap_or(below.samples),
+            ground: args.ground.unwrap_or(below.ground),
         })
     }
 
@@ -69,6 +78,7 @@ impl PictureStyle {
             camera: self.camera.to_string(),
             size: self.size.to_string(),
             samples: self.samples,
+            ground: ground_text(self.ground),
         };
         let text = toml::to_string(&said).context("how pictures are taken, as TOML")?;
         let text = format!("{HEAD}{text}");
@@ -94,6 +104,7 @@ fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
         camera: said.camera.parse().map_err(wrong)?,
         size: said.size.parse().map_err(wrong)?,
         samples: said.samples,
+        ground: ground(&said.ground).map_err(wrong)?,
     }))
 }
 
