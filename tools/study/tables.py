@@ -227,6 +227,7 @@ def main():
     surfaces(out / "dimensions.csv")
     compare(out / "copy", "axis_steps", "Far steps on a coarser copy against exact ones, boulder")
     compare(out / "steps", "axis_steps", "Large steps against small ones, rock")
+    compare(out / "steps-6000", "axis_steps", "Large steps against small ones, 6,000 elements")
     compare(out / "law", "axis_law", "The two laws of motion, rock")
     presets(out / "presets")
 
