@@ -233,6 +233,21 @@ fn a_lone_element_is_the_dome_of_its_field() {
 }
 
 #[test]
+fn a_lone_element_at_a_sharp_edge_stands_on_both_faces() {
+    // Its centre is 0.3 r from the edge of two faces at a right angle.
+    let (surface, radius) = (slab(16, 1.0, 0.4), 0.05);
+    let at = DVec3::new(0.5 - 0.3 * radius, 0.2, 0.01);
+    let shape = Shape::default();
+    let mesh = skinned(&surface, &placed(&surface, radius, &[at]), &shape);
+    let height = |axis: usize, face: f64| {
+        let heights = mesh.positions.iter().map(|p| p[axis] - face);
+        heights.fold(0.0, f64::max) / (shape.thickness * radius)
+    };
+    let heights = [height(1, 0.2), height(0, 0.5)];
+    assert!(heights[0] > 0.25 && heights[1] > 0.1, "{heights:?}");
+}
+
+#[test]
 fn the_outline_is_the_fields_however_coarse_the_mesh() {
     let surface = plane(4.0);
     let (r, shape) = (0.1, Shape::default());

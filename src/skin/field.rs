@@ -236,6 +236,18 @@ impl<'a> Field<'a> {
     }
 }
 
+/// A direction turned towards a place's own normal until it stands at least this much on it: past a sharp
+/// edge, what is felt of an element on the other face would lie flat.
+fn raised(up: Vec3, facing: Vec3) -> Vec3 {
+    const LEAST_COS: f32 = 0.5;
+    let sine = (1.0 - LEAST_COS * LEAST_COS).sqrt();
+    if up.dot(facing) >= LEAST_COS {
+        return up;
+    }
+    let flat = (up - facing * up.dot(facing)).normalize_or_zero();
+    (facing * LEAST_COS + flat * sine).normalize_or(facing)
+}
+
 /// Sums over elements, by weight.
 #[derive(Default)]
 struct Sums {
@@ -270,6 +282,7 @@ impl Sums {
         let steepness = self.steepness * mean;
         let height = (level.max(0.0) / steepness).sqrt();
         let up = self.normal.try_normalize().unwrap_or(facing);
+        let up = raised(up, facing);
         // −½ ∇ log₂ F: along the surface, and along the height.
         let towards = self.towards * (mean * field.falloff);
         let along = up * towards.dot(up) - towards;
