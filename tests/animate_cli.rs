@@ -295,6 +295,18 @@ fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
     assert_eq!(names(desk.0.path()), ["out", "rock.obj"]);
 }
 
+/// Pictures of bare rock would be a wrong answer.
+#[test]
+fn a_skin_that_misses_the_lichen_is_refused_in_pictures_too() {
+    let desk = desk();
+    desk.done("rock.obj --radius 0.05% --elements 1 -o one");
+    for out in ["f --what skin", "f --what picture", "f.gif"] {
+        let words = format!("one -o {out} --frames 2 --width 16 --falloff 0.8r --resolution 10r");
+        refused(&desk, &words, 2, &["resolution", "finer"]);
+    }
+    assert_eq!(names(desk.0.path()), ["one", "out", "rock.obj"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn interrupted_it_leaves_nothing() {

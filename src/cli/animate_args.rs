@@ -8,12 +8,10 @@ use clap::builder::TypedValueParser;
 use thallus::animate::Timing;
 use thallus::cluster::Ease;
 use thallus::export::{FILM_FORMATS, FilmFormat};
-use thallus::picture::{Background, Ground};
 
 use super::args::choice;
 use super::axes::AxesArgs;
-use super::render_args::{What, background, ground, what, zoom};
-use super::render_camera::View;
+use super::render_args::{ShotArgs, What, what};
 use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ShapeArgs};
 
@@ -61,26 +59,8 @@ pub(crate) struct PictureArgs {
     /// The lichen as a skin in its own colours, or each element as a granule, coloured by age
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) draw: What,
-    /// Where from, as 'thallus render' takes it
-    #[arg(
-        long,
-        value_name = "auto|AZIMUTH,ELEVATION|JSON",
-        default_value = "auto",
-        allow_hyphen_values = true
-    )]
-    pub(crate) camera: View,
-    /// Go nearer to what is in the middle: 2 shows half as much of it across
-    #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
-    pub(crate) zoom: f32,
-    /// Rays through a pixel, at most: more take out grain, and time
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
-    pub(crate) samples: u32,
-    /// Behind everything: a pale sheet with a shadow on it; nothing (PNG only); or one colour
-    #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
-    pub(crate) background: Background,
-    /// What the mesh is drawn as: granite; bark, with furrows along its longest side; or one colour
-    #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB", default_value = "stone")]
-    pub(crate) ground: Ground,
+    #[command(flatten)]
+    pub(crate) shot: ShotArgs,
 }
 
 #[derive(Debug, Args)]

@@ -64,7 +64,7 @@ impl Target {
 
     fn movie(args: &AnimateArgs, kind: Movie) -> Result<Self, Failure> {
         refuse_format(args)?;
-        if args.picture.background == Background::Transparent {
+        if args.picture.shot.background == Background::Transparent {
             return Err(Failure::usage(
                 "--background transparent is for PNG: name a folder and add --what picture",
             ));

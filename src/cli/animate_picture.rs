@@ -1,5 +1,6 @@
 //! Pictures of a growth: numbered PNGs, a GIF, or a film by ffmpeg.
 
+use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -10,7 +11,7 @@ use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
     Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Structure, render,
 };
-use thallus::skin::{Cortex, SkinFrames};
+use thallus::skin::{Cortex, SkinError, SkinFrames};
 
 use super::animate::{Growth, bar};
 use super::animate_args::AnimateArgs;
@@ -32,12 +33,10 @@ pub(super) fn pictures(
 ) -> Result<(), Failure> {
     let shots = Shots::new(args, lichen)?;
     match args.picture.draw {
-        What::Points => write(
-            args,
-            target,
-            moments.iter().map(|m| shots.of_points(m)),
-            stop,
-        ),
+        What::Points => {
+            let images = moments.iter().map(|moment| Ok(shots.of_points(moment)));
+            write(args, target, images, stop)
+        }
         What::Skin => {
             let units = InUnits::of(&lichen.substrate, &lichen.cluster);
             let in_radii = |length| units.in_radii(length);
@@ -46,11 +45,22 @@ pub(super) fn pictures(
             let skins =
                 SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
             let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();
+            // The first frames may have no surface yet, but not all.
+            let (mut shown, too_coarse) = (false, Cell::new(false));
             let next = || {
                 let mesh = skins.next()?;
-                Some(shots.of_skin(mesh, skins.cortex()))
+                shown |= !mesh.triangles.is_empty();
+                too_coarse.set(!shown && skins.len() == 0);
+                Some(match too_coarse.get() {
+                    true => Err(io::Error::other(SkinError::TooCoarse)),
+                    false => Ok(shots.of_skin(mesh, skins.cortex())),
+                })
             };
-            write(args, target, std::iter::from_fn(next), stop)
+            let made = write(args, target, std::iter::from_fn(next), stop);
+            match too_coarse.get() {
+                true => Err(Failure::Usage(SkinError::TooCoarse.into())),
+                false => made,
+            }
         }
     }
 }
@@ -59,13 +69,13 @@ pub(super) fn pictures(
 fn write(
     args: &AnimateArgs,
     target: &Target,
-    images: impl Iterator<Item = Image>,
+    images: impl Iterator<Item = io::Result<Image>>,
     stop: &Stop,
 ) -> Result<(), Failure> {
     let bar = bar(args);
     let images = images.map(|image| {
         bar.inc(1);
-        stop.check().map(|()| image)
+        stop.check().and(image)
     });
     match target {
         Target::Movie { kind: Movie::Gif } => gif(args, images)?,
@@ -107,7 +117,7 @@ impl<'a> Shots<'a> {
             discs: &discs,
             ..bare(&lichen.substrate, &vertices)
         };
-        let view = &args.picture;
+        let view = &args.picture.shot;
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
         let depth = camera.depth(middle(&discs));

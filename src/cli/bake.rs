@@ -13,9 +13,8 @@ use serde::Serialize;
 use thallus::bake::{self, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
-use thallus::picture::Ground;
 use thallus::run::Length;
-use thallus::skin::{Paint, Shape, parse_color};
+use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing, load_textured};
 
 use super::axes::Convention;
@@ -24,6 +23,7 @@ use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::number::{count, duration};
+use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
@@ -130,12 +130,9 @@ impl Lichen {
 fn base(args: &BakeArgs) -> Result<Base, Failure> {
     match args.maps.base.as_deref() {
         None => Ok(Base::Mesh),
-        Some("stone") => Ok(Base::Ground(Ground::Stone)),
-        Some("bark") => Ok(Base::Ground(Ground::Bark)),
-        Some(color) if color.starts_with('#') => {
-            let color = parse_color(color).map_err(anyhow::Error::new);
-            let color = color.map_err(|e| Failure::Usage(e.context("--base")))?;
-            Ok(Base::Ground(Ground::Color(color)))
+        Some(drawn) if drawn.starts_with('#') || ["stone", "bark"].contains(&drawn) => {
+            let ground = ground(drawn).map_err(|e| Failure::usage(format!("--base: {e}")));
+            Ok(Base::Ground(ground?))
         }
         Some(file) => {
             let bytes = fs::read(file)

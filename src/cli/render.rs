@@ -311,7 +311,7 @@ fn take(
     let view = &args.view;
     let vertices = local_vertices(&lichens.substrate);
     let bare = Scene {
-        ground: view.ground,
+        ground: view.shot.ground,
         ..bare(&lichens.substrate, &vertices)
     };
     let granular = Scene {
@@ -319,9 +319,12 @@ fn take(
         ..bare
     };
     let aspect = view.size.aspect();
-    let camera = view.camera.camera(&lichens.substrate, &granular, aspect)?;
+    let camera = view
+        .shot
+        .camera
+        .camera(&lichens.substrate, &granular, aspect)?;
     let depth = camera.depth(middle(&dressed.discs));
-    let camera = camera.zoomed(depth, view.zoom);
+    let camera = camera.zoomed(depth, view.shot.zoom);
     let skins: Vec<Painted> = dressed.skins.iter().map(Skin::painted).collect();
     let scene = match args.what {
         What::Points => granular,
@@ -333,8 +336,8 @@ fn take(
     let settings = Settings {
         width: view.size.width,
         height: view.size.height,
-        samples: view.samples,
-        background: view.background,
+        samples: view.shot.samples,
+        background: view.shot.background,
     };
     let image = thallus::picture::render(&scene, &camera, &settings);
     Ok((image, camera))

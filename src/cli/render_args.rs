@@ -54,6 +54,27 @@ pub(crate) struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "View")]
 pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) shot: ShotArgs,
+    /// Pixels across and down
+    #[arg(
+        long,
+        value_name = "WIDTHxHEIGHT",
+        default_value = "1600x1200",
+        allow_hyphen_values = true
+    )]
+    pub(crate) size: Size,
+    /// Draw a scale bar, and with --by what the colours mean
+    #[arg(long)]
+    pub(crate) legend: bool,
+    /// What a unit of the mesh is called, for the legend, as mm
+    #[arg(long, value_name = "NAME", requires = "legend")]
+    pub(crate) unit: Option<String>,
+}
+
+/// How any picture of a lichen on its mesh is taken.
+#[derive(Debug, Args)]
+pub(crate) struct ShotArgs {
     /// Where from: 'auto' finds the side that shows most of the lichen; degrees round the mesh from
     /// its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up":
     /// [x,y,z], "opening": degrees} in mesh units, itself or as a file
@@ -67,29 +88,15 @@ pub(crate) struct ViewArgs {
     /// Go nearer to what is in the middle: 2 shows half as much of it across
     #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) zoom: f32,
-    /// Pixels across and down
-    #[arg(
-        long,
-        value_name = "WIDTHxHEIGHT",
-        default_value = "1600x1200",
-        allow_hyphen_values = true
-    )]
-    pub(crate) size: Size,
     /// Rays through a pixel, at most: more take out grain, and time
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
     pub(crate) samples: u32,
-    /// Behind everything: a pale sheet with a shadow on it; nothing; or one colour
+    /// Behind everything: a pale sheet with a shadow on it; nothing, in a PNG; or one colour
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
     pub(crate) background: Background,
     /// What the mesh is drawn as: granite; bark, with furrows along its longest side; or one colour
     #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB", default_value = "stone")]
     pub(crate) ground: Ground,
-    /// Draw a scale bar, and with --by what the colours mean
-    #[arg(long)]
-    pub(crate) legend: bool,
-    /// What a unit of the mesh is called, for the legend, as mm
-    #[arg(long, value_name = "NAME", requires = "legend")]
-    pub(crate) unit: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -150,14 +157,14 @@ impl FromStr for Size {
     }
 }
 
-pub(super) fn zoom(text: &str) -> Result<f32, &'static str> {
+fn zoom(text: &str) -> Result<f32, &'static str> {
     match text.parse() {
         Ok(factor) if (0.01..=1000.0).contains(&factor) => Ok(factor),
         _ => Err("give a number from 0.01 to 1000"),
     }
 }
 
-pub(super) fn background(text: &str) -> Result<Background, String> {
+fn background(text: &str) -> Result<Background, String> {
     match text {
         "studio" => Ok(Background::Studio),
         "transparent" => Ok(Background::Transparent),
