@@ -48,7 +48,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         if now.thrown_back {
             return (now.here, now.random.within(radius, radius));
         }
-        if now.far || now.bound >= radius {
+        if now.level > 0 || now.bound >= radius {
             return (now.here, now.random.of_length(now.bound));
         }
         self.near_step(&now.here, &now.random)

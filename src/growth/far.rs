@@ -1,9 +1,10 @@
-//! Far jumps on a coarser copy of the surface.
+//! Far jumps on coarser copies of the surface.
 //!
 //! Most of the edges that a walker crosses lie far from the lichen. There it walks on a copy with
-//! fewer triangles, and comes back to the surface before it is near. Contacts, sheets and joining
-//! know nothing of it. On the copy bumps are flatter, so far jumps go over them straighter; what that
-//! changes in where walkers come to the lichen is measured in `tests/far.rs`.
+//! fewer triangles, the farther away the fewer, and comes back to the surface before it is near.
+//! Contacts, sheets and joining know nothing of it. On a copy bumps are flatter, so far jumps go over
+//! them straighter; what that changes in where walkers come to the lichen is measured in
+//! `tests/far.rs`.
 
 use std::sync::Arc;
 
@@ -11,67 +12,105 @@ use super::Parameters;
 use crate::substrate::{Coarse, Substrate, SurfacePoint};
 use crate::walk::Stand;
 
-/// How far the copy's vertices may stray from the surface, in element radii.
+/// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies
+/// may as many times more as their bounds are larger.
 const ERROR: f64 = 8.0;
 
-/// Bounds below the copy's deviation, or below this many element radii, are for the surface.
-const LEAST_LAND: f64 = 8.0;
-
-/// Bounds this many times as large as those are for the copy.
+/// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
 const LIFT: f64 = 2.0;
 
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
 
-/// A coarser copy, and when to walk on it.
+/// Coarser copies, and when to walk on them.
 pub(super) struct Far {
-    coarse: Arc<Coarse>,
+    copies: Arc<Vec<Coarse>>,
+    reaches: Vec<Reach>,
+}
+
+/// Which surface a walker is on: the mesh's own, or the copy with this number from 1, the finest
+/// first.
+pub(super) type Level = usize;
+
+/// Where a copy serves.
+struct Reach {
+    /// How much farther from the lichen than a place on the copy the place on the surface may be.
+    deviation: f64,
     /// A walker on the copy with a smaller bound lands.
-    pub(super) land: f64,
-    /// One on the surface with a larger bound is lifted.
-    pub(super) lift: f64,
+    land: f64,
 }
 
 impl Far {
-    /// None where a copy would not be worth having.
+    /// None where no copy would be worth having.
     pub(super) fn new(substrate: &Substrate, parameters: &Parameters) -> Option<Self> {
-        let coarse = substrate.coarser(ERROR * parameters.radius)?;
-        let land = coarse.deviation().max(LEAST_LAND * parameters.radius);
-        Some(Self {
-            coarse,
-            land,
-            lift: LIFT * land,
-        })
+        let copies = substrate.coarser(ERROR * parameters.radius);
+        let mut deviation = 0.0;
+        let reaches: Vec<Reach> = copies
+            .iter()
+            .map(|copy| {
+                deviation += copy.deviation();
+                let land = copy.error().max(deviation);
+                Reach { deviation, land }
+            })
+            .collect();
+        (!reaches.is_empty()).then_some(Self { copies, reaches })
     }
 
-    /// The surface to walk on there.
-    pub(super) fn surface(&self) -> &Substrate {
-        self.coarse.surface()
+    /// The surface to walk on.
+    #[inline]
+    pub(super) fn surface<'a>(&'a self, level: Level, substrate: &'a Substrate) -> &'a Substrate {
+        match level {
+            0 => substrate,
+            _ => self.copies[level - 1].surface(),
+        }
     }
 
-    /// How much farther from the lichen than a place on the copy the place on the surface may be.
-    pub(super) fn deviation(&self) -> f64 {
-        self.coarse.deviation()
+    /// How much farther from the lichen than a place on this level the place on the surface may be.
+    pub(super) fn deviation(&self, level: Level) -> f64 {
+        match level {
+            0 => 0.0,
+            _ => self.reaches[level - 1].deviation,
+        }
     }
 
-    /// From the surface to the copy.
-    pub(super) fn lifted(&self, here: &Stand) -> Stand {
-        let above = self.coarse.above(here.triangle, here.position);
-        Stand::new(self.surface(), &above)
+    /// Bounds below this are for a finer level.
+    pub(super) fn least(&self, level: Level) -> f64 {
+        match level {
+            0 => f64::NEG_INFINITY,
+            _ => self.reaches[level - 1].land,
+        }
     }
 
-    /// From the copy to the surface: from a triangle near there by short walks over the surface, each
-    /// towards the place on the copy, as long as they lead nearer.
-    pub(super) fn landed(&self, substrate: &Substrate, here: &Stand) -> Option<Stand> {
-        let triangle = self.coarse.below(here.triangle, here.at);
+    /// Bounds above this are for the next coarser level.
+    pub(super) fn most(&self, level: Level) -> f64 {
+        let next = self.reaches.get(level);
+        next.map_or(f64::INFINITY, |next| LIFT * next.land)
+    }
+
+    /// From a level to the next coarser one.
+    pub(super) fn lifted(&self, level: Level, here: &Stand) -> Stand {
+        let copy = &self.copies[level];
+        Stand::new(copy.surface(), &copy.above(here.triangle, here.position))
+    }
+
+    /// From a copy to the next finer level: from a triangle near there by short walks over that
+    /// surface, each towards the place on the copy, as long as they lead nearer.
+    pub(super) fn landed(
+        &self,
+        level: Level,
+        substrate: &Substrate,
+        here: &Stand,
+    ) -> Option<Stand> {
+        let triangle = self.copies[level - 1].below(here.triangle, here.at);
         if triangle == u32::MAX {
             return None;
         }
-        let mut there = Stand::new(substrate, &SurfacePoint::from_weights(triangle, [1.0; 3]));
+        let finer = self.surface(level - 1, substrate);
+        let mut there = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
         for _ in 0..MOST_WALKS {
-            let frame = &substrate.frames()[there.triangle as usize];
+            let frame = &finer.frames()[there.triangle as usize];
             let onward = frame.turned(here.position - there.position);
-            let next = there.step(substrate, onward, false).to;
+            let next = there.step(finer, onward, false).to;
             let [before, after] = [there, next].map(|s| s.position.distance_squared(here.position));
             if after >= before {
                 break;
@@ -79,5 +118,82 @@ impl Far {
             there = next;
         }
         Some(there)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::growth::launch::AreaSampler;
+    use crate::growth::{Boundary, Join, Law, Steps};
+    use crate::rng::{Purpose, Stream};
+
+    fn boulder() -> (Substrate, Far) {
+        let substrate = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
+        let radius = substrate.units().length_to_local(substrate.auto_radius());
+        let parameters = Parameters {
+            radius,
+            curvature_radius: 10.0 * radius,
+            bias: 0.5,
+            gain: 1.0,
+            min_stick: 0.01,
+            launch: 1.5,
+            kill: 10.0,
+            join: Join::Pack,
+            law: Law::Thesis,
+            steps: Steps::Large,
+            boundary: Boundary::Reflect,
+            seed: 1,
+        };
+        let far = Far::new(&substrate, &parameters).expect("worth having");
+        (substrate, far)
+    }
+
+    #[test]
+    fn copies_have_ever_fewer_triangles_and_serve_ever_larger_bounds() {
+        let (substrate, far) = boulder();
+        assert_eq!(far.copies.len(), 2);
+        let mut finer = &substrate;
+        for level in 1..=2 {
+            let copy = far.surface(level, &substrate);
+            assert!(4 * copy.triangles().len() < finer.triangles().len());
+            assert!(far.deviation(level) > far.deviation(level - 1));
+            assert!(far.least(level) >= far.deviation(level));
+            assert!(far.most(level - 1) > far.least(level));
+            finer = copy;
+        }
+        assert_eq!(far.most(2), f64::INFINITY);
+    }
+
+    #[test]
+    fn places_on_copies_stand_for_places_no_farther_than_the_deviation() {
+        let (substrate, far) = boulder();
+        let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+        let mut stream = Stream::new(1, Purpose::Walker, 0);
+        let mut adrift = 0;
+        for _ in 0..2000 {
+            let mut here = Stand::new(&substrate, &area.sample(&mut stream));
+            let there = here.position;
+            for level in 1..=2 {
+                here = far.lifted(level - 1, &here);
+                assert!(here.position.distance(there) <= far.deviation(level));
+            }
+            for level in [2, 1] {
+                // Some triangles of a copy stand for none: nobody lands from there.
+                let Some(landed) = far.landed(level, &substrate, &here) else {
+                    adrift += 1;
+                    break;
+                };
+                let aside = landed.position.distance(here.position);
+                assert!(
+                    aside <= far.deviation(level),
+                    "{aside} aside, level {level}"
+                );
+                here = landed;
+            }
+        }
+        assert!(adrift < 40, "{adrift} of 2000");
     }
 }

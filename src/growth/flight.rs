@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Counts;
+use super::far::Level;
 use super::step::RandomStep;
 use super::walker::Fate;
 use crate::cluster::{Element, ElementIndex, Mark};
@@ -32,8 +33,8 @@ pub(super) enum Stage {
 #[derive(Clone)]
 pub(super) struct Way {
     pub(super) here: Stand,
-    /// Whether that is on the coarser copy of the surface.
-    pub(super) far: bool,
+    /// On which surface: that of the mesh or a coarser copy.
+    pub(super) level: Level,
     /// The bound on the next step, and what is random in it.
     pub(super) bound: f64,
     pub(super) random: RandomStep,

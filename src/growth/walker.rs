@@ -86,15 +86,19 @@ impl<I: ElementIndex> Walk<'_, I> {
         let mut cramped = 0;
         let bound = self.step_bound(&here, &look, &mut cramped);
         let random = RandomStep::draw(&mut stream);
-        Ok(Way {
+        let mut way = Way {
             here,
-            far: false,
+            level: 0,
             bound,
             random,
             cramped,
             thrown_back: false,
             stream,
-        })
+        };
+        if let Some(far) = self.far {
+            self.lift(far, &mut way);
+        }
+        Ok(way)
     }
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.
@@ -151,8 +155,8 @@ impl<I: ElementIndex> Walk<'_, I> {
             };
             now.random = RandomStep::draw(&mut now.stream);
             let surface = match self.far {
-                Some(far) if now.far => far.surface(),
-                _ => substrate,
+                Some(far) => far.surface(now.level, substrate),
+                None => substrate,
             };
             let moved = from.step(surface, step, absorb);
             self.track.counts.steps += 1;
@@ -180,40 +184,47 @@ impl<I: ElementIndex> Walk<'_, I> {
             (now.here, now.thrown_back) = (moved.to, false);
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
             let Some(far) = self.far else { continue };
-            if now.far {
-                now.bound -= far.deviation();
-                if now.bound < far.land && !self.land(far, &mut now) {
+            now.bound -= far.deviation(now.level);
+            if now.bound < far.least(now.level) {
+                if !self.land(far, &mut now) {
                     now.here = from;
-                    now.bound = far.land;
+                    now.bound = far.least(now.level);
                 }
-            } else if now.bound > far.lift {
+            } else if now.bound > far.most(now.level) {
                 self.lift(far, &mut now);
             }
         }
     }
 
-    /// From the surface to its coarser copy.
+    /// To the coarsest copy of the surface that the bound is for.
     #[inline(never)]
     fn lift(&mut self, far: &Far, now: &mut Way) {
-        let lifted = far.lifted(&now.here);
-        let aside = lifted.position.distance(now.here.position);
-        now.bound -= aside + far.deviation();
-        (now.here, now.far) = (lifted, true);
+        while now.bound > far.most(now.level) {
+            let lifted = far.lifted(now.level, &now.here);
+            let aside = lifted.position.distance(now.here.position);
+            now.bound -= aside + far.deviation(now.level + 1) - far.deviation(now.level);
+            (now.here, now.level) = (lifted, now.level + 1);
+        }
     }
 
-    /// From the copy back to the surface, unless that leads into an element: the copy is nowhere so
+    /// From a copy back to a finer surface, unless that leads into an element: the copy is nowhere so
     /// far from the surface, but places that stand for each other may be.
     #[inline(never)]
     fn land(&mut self, far: &Far, now: &mut Way) -> bool {
-        let Some(landed) = far.landed(self.around.substrate, &now.here) else {
-            return false;
-        };
-        let look = self.look_about(landed.position);
-        if !look.touching {
-            (now.here, now.far) = (landed, false);
-            now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
+        let mut landed = now.clone();
+        while landed.bound < far.least(landed.level) {
+            let finer = far.landed(landed.level, self.around.substrate, &landed.here);
+            let Some(here) = finer else { return false };
+            let look = self.look_about(here.position);
+            if look.touching {
+                return false;
+            }
+            (landed.here, landed.level) = (here, landed.level - 1);
+            let bound = self.step_bound(&here, &look, &mut landed.cramped);
+            landed.bound = bound - far.deviation(landed.level);
         }
-        !look.touching
+        *now = landed;
+        true
     }
 
     /// Whether to stop here, with a fate or to go on later. Otherwise the walker can be taken back

@@ -1,9 +1,10 @@
-//! A coarser copy of a surface, for walkers that are far from anything that matters.
+//! Coarser copies of a surface, for walkers that are far from anything that matters.
 //!
 //! A walk over a fine mesh crosses an edge at every turn, and most of them where nothing is near.
-//! The copy has fewer triangles. Each triangle of the surface has one of the copy that stands for
+//! A copy has fewer triangles. Each triangle of the surface has one of the copy that stands for
 //! it, one of those that its own corners went into: so faces of a thin plate have copies of their
-//! own, and a walker that comes back from the copy is on the face that it left from.
+//! own, and a walker that comes back from the copy is on the face that it left from. A copy may have
+//! a coarser one of its own.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,7 +19,13 @@ use super::{Substrate, SurfacePoint, weld};
 const WORTH: f64 = 0.25;
 
 /// The fewest triangles of a piece's copy, if the piece has as many.
-const LEAST_TRIANGLES: usize = 1000;
+const LEAST_TRIANGLES: usize = 200;
+
+/// A copy's copy may stray this many times as far.
+const COARSER: f64 = 8.0;
+
+/// No copy may stray farther than this share of the bounding box's diagonal.
+const MOST_ERROR: f64 = 0.04;
 
 /// Triangles of the surface for each cell of a triangle of the copy.
 const PER_CELL: usize = 4;
@@ -31,6 +38,7 @@ pub(crate) struct Coarse {
     cells: Vec<Cells>,
     /// For each cell, the triangle of the fine surface whose centroid is nearest to its middle.
     below: Vec<u32>,
+    error: f64,
     deviation: f64,
 }
 
@@ -44,26 +52,40 @@ struct Cells {
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
-/// The last copy that was made of a substrate, by its error: runs of one radius share it.
+/// The last copies that were made of a substrate, by the error of the first: runs of one radius share
+/// them.
 #[derive(Default)]
-pub(super) struct Kept(Mutex<Option<(f64, Option<Arc<Coarse>>)>>);
+pub(super) struct Kept(Mutex<Option<(f64, Arc<Vec<Coarse>>)>>);
 
 impl Substrate {
-    /// A [`Coarse`] copy for this error, made now if the last one asked for had another.
-    pub(crate) fn coarser(&self, error: f64) -> Option<Arc<Coarse>> {
+    /// Ever coarser copies, each of the one before: the first for this error. They are made now if
+    /// the last asked for had another. None where they are not worth having.
+    pub(crate) fn coarser(&self, error: f64) -> Arc<Vec<Coarse>> {
         let kept = || {
             self.coarser
                 .0
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
         };
-        if let Some((_, copy)) = kept().as_ref().filter(|(made_for, _)| *made_for == error) {
-            return copy.clone();
+        if let Some((_, copies)) = kept().as_ref().filter(|(made_for, _)| *made_for == error) {
+            return Arc::clone(copies);
         }
-        // Not under the lock: a thread that helps to make it may begin another run meanwhile.
-        let copy = Coarse::new(self, error).map(Arc::new);
-        *kept() = Some((error, copy.clone()));
-        copy
+        // Not under the lock: a thread that helps to make them may begin another run meanwhile.
+        let copies = Arc::new(self.copies(error));
+        *kept() = Some((error, Arc::clone(&copies)));
+        copies
+    }
+
+    fn copies(&self, mut error: f64) -> Vec<Coarse> {
+        let [low, high] = self.bounds();
+        let most = MOST_ERROR * low.distance(high);
+        let mut copies: Vec<Coarse> = Vec::new();
+        while error <= most {
+            let finer = copies.last().map_or(self, Coarse::surface);
+            copies.extend(Coarse::new(finer, error));
+            error *= COARSER;
+        }
+        copies
     }
 }
 
@@ -78,11 +100,12 @@ impl Coarse {
         if simplified.triangles.len() as f64 > WORTH * fine.triangles().len() as f64 {
             return None;
         }
+        let (vertices, triangles) = used(fine.vertices(), &simplified.triangles);
         let surface = Substrate::from_welded(weld::Welded {
             units: *fine.units(),
-            vertices: fine.vertices().to_vec(),
-            source: (0..simplified.triangles.len() as u32).collect(),
-            triangles: simplified.triangles.clone(),
+            vertices,
+            source: (0..triangles.len() as u32).collect(),
+            triangles,
             degenerate: 0,
             duplicate: 0,
             merged: 0,
@@ -98,6 +121,7 @@ impl Coarse {
             above,
             cells,
             below,
+            error,
             deviation,
         })
     }
@@ -105,6 +129,11 @@ impl Coarse {
     /// The copy.
     pub(crate) fn surface(&self) -> &Substrate {
         &self.surface
+    }
+
+    /// How far it was allowed to stray, local units.
+    pub(crate) fn error(&self) -> f64 {
+        self.error
     }
 
     /// No place on the fine surface is farther from what stands for it; local units.
@@ -145,6 +174,22 @@ impl Cells {
     }
 }
 
+/// The vertices that triangles use, and the triangles by their numbers among these.
+fn used(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut numbers = vec![NONE; vertices.len()];
+    let mut kept = Vec::new();
+    let mut number = |v: u32| {
+        let number = &mut numbers[v as usize];
+        if *number == NONE {
+            *number = kept.len() as u32;
+            kept.push(vertices[v as usize]);
+        }
+        *number
+    };
+    let triangles = triangles.iter().map(|t| t.map(&mut number)).collect();
+    (kept, triangles)
+}
+
 /// The coarse triangle that stands for each fine one, and the greatest distance between the two.
 ///
 /// It is the nearest of those about the vertices that the corners went into.
@@ -162,15 +207,13 @@ fn stand_ins(
         .into_par_iter()
         .map(|t| ball_about(coarse.corners(t)))
         .collect();
-    let distance = |s: u32, p: DVec3| coarse.position(&coarse.nearest_in(s, p)).distance(p);
     let one = |t: u32| {
-        let [a, b, c] = fine.corners(t);
-        let middle = (a + b + c) / 3.0;
+        let middle = middle(fine.corners(t));
         // Most that are asked are seen to be too far by the ball about them.
         let nearer = |s: u32, than: f64| {
             let (centre, radius) = balls[s as usize];
-            let least = centre.distance(middle) - radius;
-            (least <= than).then(|| distance(s, middle))
+            let most = than + radius;
+            (centre.distance_squared(middle) <= most * most).then(|| distance(coarse, s, middle))
         };
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
         let mut first = (f64::INFINITY, NONE);
@@ -185,21 +228,49 @@ fn stand_ins(
                 }
             }
         }
-        let above = (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))?;
-        let away = [a, b, c].map(|p| distance(above, p));
-        Some((above, away.into_iter().fold(0.0, f64::max)))
+        (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))
     };
-    let all: Option<Vec<(u32, f64)>> = (0..fine.triangles().len() as u32)
+    let all: Option<Vec<(f64, u32)>> = (0..fine.triangles().len() as u32)
         .into_par_iter()
         .map(one)
         .collect();
-    let (above, away): (Vec<u32>, Vec<f64>) = all?.into_iter().unzip();
-    Some((above, away.into_iter().fold(0.0, f64::max)))
+    let all = all?;
+    let deviation = greatest_distance(fine, coarse, &all);
+    Some((all.into_iter().map(|(_, s)| s).collect(), deviation))
+}
+
+/// The greatest distance of fine triangles from the coarse ones that stand for them, which are given
+/// with their distances from the fine ones' middles.
+fn greatest_distance(fine: &Substrate, coarse: &Substrate, above: &[(f64, u32)]) -> f64 {
+    const SHARE: usize = 1 << 12;
+    let shares = above.par_chunks(SHARE).enumerate().map(|(i, share)| {
+        let mut greatest = 0.0;
+        for (t, &(away, above)) in (i * SHARE..).zip(share) {
+            let corners = fine.corners(t as u32);
+            // Most are seen to be nearer than another by a ball about them.
+            if away + ball_about(corners).1 > greatest {
+                let away = corners.map(|p| distance(coarse, above, p));
+                greatest = away.into_iter().fold(greatest, f64::max);
+            }
+        }
+        greatest
+    });
+    shares.reduce(|| 0.0, f64::max)
+}
+
+/// The distance of a triangle from a point.
+fn distance(surface: &Substrate, triangle: u32, p: DVec3) -> f64 {
+    let nearest = surface.nearest_in(triangle, p);
+    surface.position(&nearest).distance(p)
+}
+
+fn middle(corners: [DVec3; 3]) -> DVec3 {
+    (corners[0] + corners[1] + corners[2]) / 3.0
 }
 
 /// A ball that holds a triangle, and a little more for rounding.
 fn ball_about(corners: [DVec3; 3]) -> (DVec3, f64) {
-    let middle = corners.iter().sum::<DVec3>() / 3.0;
+    let middle = middle(corners);
     let radius = corners.map(|c| c.distance(middle));
     (
         middle,
@@ -207,13 +278,13 @@ fn ball_about(corners: [DVec3; 3]) -> (DVec3, f64) {
     )
 }
 
-/// The triangle to which ever nearer ones about the corners lead. `nearer` is a triangle's distance,
-/// unless that is known to be greater than some other.
+/// The triangle to which ever nearer ones about the corners lead, and its distance. `nearer` is a
+/// triangle's distance, unless that is known to be greater than some other.
 fn nearest_from(
     coarse: &Substrate,
     first: (f64, u32),
     nearer: impl Fn(u32, f64) -> Option<f64>,
-) -> u32 {
+) -> (f64, u32) {
     let mut nearest = first;
     loop {
         let before = nearest.1;
@@ -225,7 +296,7 @@ fn nearest_from(
             }
         }
         if nearest.1 == before {
-            return before;
+            return nearest;
         }
     }
 }
@@ -262,10 +333,7 @@ fn begin_in(
         &coarse.frames()[triangle as usize],
         &coarse.charts()[triangle as usize],
     );
-    let shares = |t: u32| {
-        let [a, b, c] = fine.corners(t);
-        chart.shares(frame.flatten((a + b + c) / 3.0))
-    };
+    let shares = |t: u32| chart.shares(frame.flatten(middle(fine.corners(t))));
     let mut nearest = vec![(f64::INFINITY, NONE); cells.all().len()];
     for &t in below {
         let shares = shares(t);

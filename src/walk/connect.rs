@@ -19,6 +19,8 @@ use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
 pub struct Connectivity {
     /// The search that last reached each triangle.
     stamp: Vec<u32>,
+    /// The search that last went to all about each vertex.
+    spread: Vec<u32>,
     search: u32,
     reached: Vec<u32>,
 }
@@ -67,7 +69,7 @@ impl Connectivity {
         radius: f64,
         found: impl Fn(u32) -> bool,
     ) {
-        self.begin(substrate.triangles().len());
+        self.begin(substrate);
         self.mark(from);
         let mut next = 0;
         while next < self.reached.len() {
@@ -80,9 +82,10 @@ impl Connectivity {
         }
     }
 
-    fn begin(&mut self, triangles: usize) {
-        if self.stamp.len() != triangles || self.search == u32::MAX {
-            self.stamp = vec![0; triangles];
+    fn begin(&mut self, substrate: &Substrate) {
+        let sizes = [substrate.triangles().len(), substrate.vertices().len()];
+        if [self.stamp.len(), self.spread.len()] != sizes || self.search == u32::MAX {
+            [self.stamp, self.spread] = sizes.map(|n| vec![0; n]);
             self.search = 0;
         }
         self.search += 1;
@@ -97,25 +100,26 @@ impl Connectivity {
         }
     }
 
-    /// Marks what lies across the edges, and about the vertices, that touch the ball.
+    /// Marks what lies about the vertices in the ball, and across other edges that touch it.
     fn spread(&mut self, substrate: &Substrate, t: u32, centre: DVec3, limit: f64) {
         let corners = substrate.corners(t);
         let inside = corners.map(|c| (c - centre).length_squared() <= limit);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            let touches =
-                inside[k] || inside[(k + 1) % 3] || segment_distance_sq(centre, a, b) <= limit;
-            if touches {
+            if inside[k] {
+                self.spread_about(substrate, substrate.triangles()[t as usize][k]);
+            } else if !inside[(k + 1) % 3] && segment_distance_sq(centre, a, b) <= limit {
                 let twin = substrate.twin(3 * t + k as HalfEdge);
                 self.mark(twin.half_edge() / 3);
             }
-            if inside[k] {
-                let vertex = substrate.triangles()[t as usize][k];
-                substrate
-                    .half_edges_at(vertex)
-                    .iter()
-                    .for_each(|h| self.mark(h / 3));
-            }
+        }
+    }
+
+    /// Marks the triangles about a vertex, the first time that a search comes to it.
+    fn spread_about(&mut self, substrate: &Substrate, vertex: u32) {
+        if std::mem::replace(&mut self.spread[vertex as usize], self.search) != self.search {
+            let leaving = substrate.half_edges_at(vertex);
+            leaving.iter().for_each(|h| self.mark(h / 3));
         }
     }
 }
