@@ -27,6 +27,9 @@ const COARSER: f64 = 8.0;
 /// No copy may stray farther than this share of the bounding box's diagonal.
 const MOST_ERROR: f64 = 0.04;
 
+/// Triangles that one thread takes at a time. What comes of one may depend on the one before.
+const SHARE: usize = 1 << 12;
+
 /// Triangles of the surface for each cell of a triangle of the copy.
 const PER_CELL: usize = 4;
 
@@ -207,7 +210,8 @@ fn stand_ins(
         .into_par_iter()
         .map(|t| ball_about(coarse.corners(t)))
         .collect();
-    let one = |t: u32| {
+    // The triangle before is near, and mostly has the same one.
+    let one = |t: u32, last: u32| {
         let middle = middle(fine.corners(t));
         // Most that are asked are seen to be too far by the ball about them.
         let nearer = |s: u32, than: f64| {
@@ -216,25 +220,33 @@ fn stand_ins(
             (centre.distance_squared(middle) <= most * most).then(|| distance(coarse, s, middle))
         };
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
-        let mut first = (f64::INFINITY, NONE);
-        for (k, v) in into.iter().enumerate() {
-            if into[..k].contains(v) {
-                continue;
+        let is_about = |s: u32| corners[s as usize].iter().any(|v| into.contains(v));
+        let first = match last {
+            last if last != NONE && is_about(last) => (distance(coarse, last, middle), last),
+            _ => {
+                let all = into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
+                all.fold((f64::INFINITY, NONE), |first, s| {
+                    let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
+                    if (away, s) < first { (away, s) } else { first }
+                })
             }
-            for s in about.of(*v).iter().map(|&i| i / 3) {
-                let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
-                if (away, s) < first {
-                    first = (away, s);
-                }
-            }
-        }
+        };
         (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))
     };
-    let all: Option<Vec<(f64, u32)>> = (0..fine.triangles().len() as u32)
-        .into_par_iter()
-        .map(one)
+    let shares = fine.triangles().par_chunks(SHARE).enumerate();
+    let all: Option<Vec<Vec<(f64, u32)>>> = shares
+        .map(|(i, share)| {
+            let mut last = NONE;
+            let begin = (i * SHARE) as u32;
+            let all = (begin..begin + share.len() as u32).map(|t| {
+                let found = one(t, last)?;
+                last = found.1;
+                Some(found)
+            });
+            all.collect()
+        })
         .collect();
-    let all = all?;
+    let all = all?.concat();
     let deviation = greatest_distance(fine, coarse, &all);
     Some((all.into_iter().map(|(_, s)| s).collect(), deviation))
 }
@@ -242,7 +254,6 @@ fn stand_ins(
 /// The greatest distance of fine triangles from the coarse ones that stand for them, which are given
 /// with their distances from the fine ones' middles.
 fn greatest_distance(fine: &Substrate, coarse: &Substrate, above: &[(f64, u32)]) -> f64 {
-    const SHARE: usize = 1 << 12;
     let shares = above.par_chunks(SHARE).enumerate().map(|(i, share)| {
         let mut greatest = 0.0;
         for (t, &(away, above)) in (i * SHARE..).zip(share) {
