@@ -73,7 +73,8 @@ impl Log {
                 break;
             }
         }
-        log.torn = length - log.sound;
+        // A run that is under way may have added to it since.
+        log.torn = length.saturating_sub(log.sound);
         Ok((log, file))
     }
 
