@@ -13,6 +13,7 @@
 //! for their middles, so that a point's cell is found by rounding.
 
 use glam::DVec3;
+use wide::u8x16;
 
 use super::block_map::{Block, BlockMap, coarsen};
 use super::make_room;
@@ -125,9 +126,13 @@ fn box_gap_sq(cell: u32, obstacle: u32) -> u8 {
 }
 
 /// Squared distances along each axis from the cells of some blocks to an obstacle.
+///
+/// Along the first two axes they are laid out as the cells of one height in a block are, sixteen to a
+/// register.
 pub(super) struct Gaps {
     low: Block,
-    by_axis: [[[u8; 4]; MOST_BLOCKS]; 3],
+    across: [[u8x16; MOST_BLOCKS]; 2],
+    up: [[u8; 4]; MOST_BLOCKS],
     /// The least of each four.
     least: [[u8; MOST_BLOCKS]; 3],
 }
@@ -148,9 +153,14 @@ impl Gaps {
             }
         }
         let least = by_axis.map(|blocks| blocks.map(|[a, b, c, d]| a.min(b).min(c.min(d))));
+        let [x, y, up] = by_axis;
         Self {
             low,
-            by_axis,
+            across: [
+                x.map(|x| layer([x; 4])),
+                y.map(|y| layer(y.map(|y| [y; 4]))),
+            ],
+            up,
             least,
         }
     }
@@ -179,16 +189,22 @@ impl Gaps {
     /// Lowers the squared distances of one of the blocks.
     #[inline]
     pub(super) fn lower(&self, distances: &mut Distances, block: Block) {
-        let of = |axis: usize| self.by_axis[axis][(block[axis] - self.low[axis]) as usize];
-        let (x, y, z) = (of(0), of(1), of(2));
-        // A layer at a time: sixteen numbers, one register.
-        let across: [u8; 16] = std::array::from_fn(|i| x[i & 3].saturating_add(y[i >> 2]));
-        for (layer, z) in distances.as_chunks_mut::<16>().0.iter_mut().zip(z) {
-            for (distance, across) in layer.iter_mut().zip(across) {
-                *distance = (*distance).min(across.saturating_add(z));
-            }
+        let [x, y, z] = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
+        let across = self.across[0][x].saturating_add(self.across[1][y]);
+        let layers = distances.as_chunks_mut().0.iter_mut();
+        for (layer, up) in layers.zip(self.up[z]) {
+            let gaps = across.saturating_add(u8x16::splat(up));
+            *layer = u8x16::new(*layer).min(gaps).to_array();
         }
     }
+}
+
+/// Four rows of cells in one register.
+#[inline(always)]
+fn layer(rows: [[u8; 4]; 4]) -> u8x16 {
+    let mut cells = [0; 16];
+    cells.as_chunks_mut().0.copy_from_slice(&rows);
+    u8x16::new(cells)
 }
 
 /// Whole numbers of half cells squared as distances in cells.

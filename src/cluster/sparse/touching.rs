@@ -5,6 +5,7 @@
 //! band of a twelfth of a radius; what falls into the band is decided by the full positions.
 
 use glam::DVec3;
+use wide::{i16x8, u8x16};
 
 use super::CONTACT;
 use super::finest::BLOCK;
@@ -26,10 +27,14 @@ const HALF: f64 = 0.5 * STEP;
 const ERROR: f64 = 1.7321 * 0.75 * STEP;
 
 /// Squared distances in half steps below which a centre touches for sure.
-const SURE: u16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (HALF * HALF)) as u16;
+const SURE: i16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (HALF * HALF)) as i16;
 
 /// Squared distances in half steps from which on it does not.
-const POSSIBLE: u16 = ((CONTACT + ERROR) * (CONTACT + ERROR) / (HALF * HALF)) as u16 + 2;
+const POSSIBLE: i16 = ((CONTACT + ERROR) * (CONTACT + ERROR) / (HALF * HALF)) as i16 + 2;
+
+/// A gap along an axis, in half steps, that counts for every larger one: its square is beyond contact
+/// and fits into sixteen bits.
+const MOST_GAP: i16 = 181;
 
 const LANES: usize = 8;
 
@@ -54,12 +59,11 @@ impl Entry {
 
 /// Eight of them.
 #[derive(Clone, Copy)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 struct Line {
-    x: [u8; LANES],
-    y: [u8; LANES],
-    z: [u8; LANES],
-    id: [u32; LANES],
+    xy: [u8; 2 * LANES],
+    /// The places along the third axis, a byte each, and the ids, four each.
+    z_and_ids: [u8; 5 * LANES],
     next: List,
     /// Places that are taken.
     taken: u32,
@@ -96,20 +100,14 @@ impl Lines {
     pub(super) fn push(&mut self, list: &mut List, Entry { place, id }: Entry) {
         if self.first(*list).is_none_or(|l| l.taken as usize == LANES) {
             self.0.push(Line {
-                x: [0; LANES],
-                y: [0; LANES],
-                z: [0; LANES],
-                id: [u32::MAX; LANES],
+                xy: [0; 2 * LANES],
+                z_and_ids: [0; 5 * LANES],
                 next: *list,
                 taken: 0,
             });
             *list = List(self.0.len() as u32 - 1);
         }
-        let line = &mut self.0[list.0 as usize];
-        let lane = line.taken as usize;
-        [line.x[lane], line.y[lane], line.z[lane]] = place;
-        line.id[lane] = id;
-        line.taken += 1;
+        self.0[list.0 as usize].push(place, id);
     }
 
     #[inline(always)]
@@ -125,11 +123,11 @@ impl Lines {
     #[inline]
     pub(super) fn touch(&self, list: List, offset: DVec3) -> Touch {
         let at = Place::new(offset);
-        let mut nearest = u16::MAX;
+        let mut nearest = i16x8::MAX;
         for line in self.lines(list) {
-            nearest = nearest.min(line.nearest_sq(at));
+            nearest = nearest.min(line.distances_sq(at));
         }
-        match nearest {
+        match nearest.reduce_min() {
             n if n < SURE => Touch::Yes,
             n if n < POSSIBLE => Touch::Unsure,
             _ => Touch::No,
@@ -139,10 +137,8 @@ impl Lines {
     /// The ids of those that may touch a point in the block.
     pub(super) fn touching(&self, list: List, offset: DVec3) -> impl Iterator<Item = u32> {
         let at = Place::new(offset);
-        let chosen = self.chosen(list, move |line| {
-            bits(line.distances_sq(at).map(|d| d < POSSIBLE))
-        });
-        chosen.map(|(line, i)| line.id[i])
+        let may_touch = move |line: &Line| line.distances_sq(at).simd_lt(POSSIBLE);
+        self.chosen(list, may_touch).map(|(line, i)| line.id(i))
     }
 
     /// The ids of those that may be in the block itself and within a distance of a place.
@@ -153,24 +149,22 @@ impl Lines {
         reach: f64,
     ) -> impl Iterator<Item = u32> {
         let limit = (reach + ERROR) * (reach + ERROR);
-        let chosen = self.chosen(list, |line| {
-            bits(std::array::from_fn(|i| may_be_inside(line.place(i))))
-        });
+        let chosen = self.chosen(list, Line::may_be_inside);
         chosen.filter_map(move |(line, i)| {
             let near = place_of(line.place(i)).distance_squared(offset) < limit;
-            near.then_some(line.id[i])
+            near.then_some(line.id(i))
         })
     }
 
-    /// Those of a list whose bits are set. That they are worked out for a whole line at once spares
-    /// a branch for each, which no processor foresees.
+    /// Those of a list that are chosen. That this is worked out for a whole line at once spares a branch
+    /// for each, which no processor foresees.
     fn chosen(
         &self,
         list: List,
-        choose: impl Fn(&Line) -> u8,
+        choose: impl Fn(&Line) -> i16x8,
     ) -> impl Iterator<Item = (&Line, usize)> {
         self.lines(list).flat_map(move |line| {
-            let mut left = choose(line) & (u8::MAX >> (LANES as u32 - line.taken));
+            let mut left = choose(line).to_bitmask() & (0xff >> (LANES as u32 - line.taken));
             std::iter::from_fn(move || {
                 let i = left.trailing_zeros() as usize;
                 (left != 0).then(|| {
@@ -182,24 +176,9 @@ impl Lines {
     }
 }
 
-/// A bit for each that is true, the first lowest.
-#[inline(always)]
-fn bits(all: [bool; LANES]) -> u8 {
-    (0..LANES).fold(0, |bits, i| bits | u8::from(all[i]) << i)
-}
-
 /// The middle of the bytes' steps.
 fn place_of([x, y, z]: [u8; 3]) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into()) * STEP + (BEGIN + HALF)
-}
-
-/// Whether a centre is in its list's block, or beside it by no more than rounding.
-#[inline(always)]
-fn may_be_inside([x, y, z]: [u8; 3]) -> bool {
-    const LOW: u8 = (CONTACT / STEP) as u8 - 1;
-    const HIGH: u8 = ((CONTACT + BLOCK) / STEP) as u8;
-    let inside = |x: u8| x.wrapping_sub(LOW) <= HIGH - LOW;
-    inside(x) & inside(y) & inside(z)
 }
 
 /// A point relative to a block, in half steps.
@@ -216,34 +195,63 @@ impl Place {
 }
 
 impl Line {
-    #[inline(always)]
-    fn place(&self, i: usize) -> [u8; 3] {
-        [self.x[i], self.y[i], self.z[i]]
-    }
-
-    /// Squared distances in half steps, as far as sixteen bits reach: twice that of contact.
-    #[inline(always)]
-    fn distances_sq(&self, Place([x, y, z]): Place) -> [u16; LANES] {
-        std::array::from_fn(|i| {
-            let (x, y, z) = (gap(self.x[i], x), gap(self.y[i], y), gap(self.z[i], z));
-            (x * x).saturating_add(y * y).saturating_add(z * z)
-        })
+    fn push(&mut self, [x, y, z]: [u8; 3], id: u32) {
+        let lane = self.taken as usize;
+        (self.xy[lane], self.xy[LANES + lane], self.z_and_ids[lane]) = (x, y, z);
+        let ids = self.z_and_ids[LANES..].as_chunks_mut::<4>().0;
+        ids[lane] = id.to_ne_bytes();
+        self.taken += 1;
     }
 
     #[inline(always)]
-    fn nearest_sq(&self, at: Place) -> u16 {
-        let distances = self.distances_sq(at);
-        let mut nearest = u16::MAX;
-        for (i, distance) in (0..).zip(distances) {
-            let taken = if i < self.taken { distance } else { u16::MAX };
-            nearest = nearest.min(taken);
-        }
-        nearest
+    fn id(&self, lane: usize) -> u32 {
+        u32::from_ne_bytes(self.z_and_ids[LANES..].as_chunks::<4>().0[lane])
     }
-}
 
-#[inline(always)]
-fn gap(byte: u8, place: i16) -> u16 {
-    let middle = 2 * i16::from(byte) + 1;
-    (middle - place).abs().min(255) as u16
+    #[inline(always)]
+    fn place(&self, lane: usize) -> [u8; 3] {
+        [self.xy[lane], self.xy[LANES + lane], self.z_and_ids[lane]]
+    }
+
+    #[inline(always)]
+    fn places(&self) -> [i16x8; 3] {
+        let xy = u8x16::new(self.xy);
+        let z = u8x16::new(*self.z_and_ids.first_chunk().unwrap_or(&[0; 2 * LANES]));
+        [
+            i16x8::from_u8x16_low(xy),
+            i16x8::from_u8x16_high(xy),
+            i16x8::from_u8x16_low(z),
+        ]
+    }
+
+    /// Squared distances in half steps, as far as sixteen bits reach: that is beyond contact. Places
+    /// that are not taken are as far as can be.
+    #[inline(always)]
+    fn distances_sq(&self, Place(at): Place) -> i16x8 {
+        const NUMBERS: i16x8 = i16x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
+        let places = self.places();
+        let gap_sq = |axis: usize| {
+            let middle = places[axis] + places[axis] + i16x8::ONE;
+            let gap = (middle - i16x8::splat(at[axis]))
+                .min(i16x8::splat(MOST_GAP))
+                .max(i16x8::splat(-MOST_GAP));
+            gap * gap
+        };
+        let sum = gap_sq(0)
+            .saturating_add(gap_sq(1))
+            .saturating_add(gap_sq(2));
+        let is_free = NUMBERS.simd_gt(i16x8::splat(self.taken as i16 - 1));
+        sum.max(is_free & i16x8::MAX)
+    }
+
+    /// Which centres are in the list's block, or beside it by no more than rounding.
+    #[inline(always)]
+    fn may_be_inside(&self) -> i16x8 {
+        const LOW: i16 = (CONTACT / STEP) as i16 - 1;
+        const HIGH: i16 = ((CONTACT + BLOCK) / STEP) as i16;
+        let [x, y, z] = self
+            .places()
+            .map(|p| p.simd_gt(i16x8::splat(LOW - 1)) & p.simd_lt(i16x8::splat(HIGH + 1)));
+        x & y & z
+    }
 }
