@@ -48,9 +48,9 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     far_was_weighed: bool,
     counts: Counts,
     /// Walkers on their way, in order of their numbers.
-    fleet: VecDeque<Flight<I>>,
+    fleet: VecDeque<Box<Flight<I>>>,
     /// Flights that have landed, for what they hold in memory.
-    landed: Vec<Flight<I>>,
+    landed: Vec<Box<Flight<I>>>,
     threads: usize,
     /// One a thread.
     scratch: Vec<Mutex<Connectivity>>,
@@ -134,7 +134,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
 
     fn fly_together(
         &mut self,
-        fleet: &mut VecDeque<Flight<I>>,
+        fleet: &mut VecDeque<Box<Flight<I>>>,
         cluster: &Cluster,
         cancelled: Cancelled<'_>,
     ) {
@@ -259,7 +259,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
-    fn land(&mut self, mut flight: Flight<I>, cluster: &Cluster) {
+    fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
         if !matches!(flight.fate(), Some(Fate::Halted(_))) {
             self.index
                 .adopt(cluster.elements(), &mut flight.track.notes);

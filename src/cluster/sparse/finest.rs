@@ -19,6 +19,8 @@ pub(super) struct Finest {
     pub(super) distances: Vec<Distances>,
     touching: Vec<List>,
     lines: Lines,
+    /// Empty but at a birth: for its room in memory.
+    touched: Vec<(u32, DVec3)>,
 }
 
 /// Centres by their ids, in the grid's units.
@@ -59,13 +61,14 @@ impl Finest {
                 gaps.lower(&mut self.distances[number as usize], near);
             }
         });
-        let mut lists = Vec::with_capacity(8);
+        let mut touched = std::mem::take(&mut self.touched);
         let about = Ball { p, reach: CONTACT };
-        self.near(about, |_, number, offset| lists.push((number, offset)));
-        for (number, offset) in lists {
+        self.near(about, |_, number, offset| touched.push((number, offset)));
+        for (number, offset) in touched.drain(..) {
             let entry = Entry::new(offset, id);
             self.lines.push(&mut self.touching[number as usize], entry);
         }
+        self.touched = touched;
     }
 
     /// Keeps a block, unless it is there.
