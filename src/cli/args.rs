@@ -257,8 +257,8 @@ pub(crate) struct WalkArgs {
     /// path, which comes less deep into hollows: sparser, wider growth [default: thesis]
     #[arg(long, value_parser = law(), hide_possible_values = true, value_name = "thesis|brownian")]
     law: Option<Law>,
-    /// 'large' lets walkers leap where nothing can be missed, far from the lichen over a coarser copy
-    /// of a fine mesh; 'exact' does without the copy; 'small' never leaps: the same look, ever more
+    /// 'large' lets walkers leap where nothing can be missed, far from the lichen over coarser
+    /// copies of a fine mesh; 'exact' does without them; 'small' never leaps: the same look, ever more
     /// slowly, for checking [default: large]
     #[arg(
         long,

@@ -8,7 +8,6 @@
 
 use std::sync::Arc;
 
-use super::Parameters;
 use crate::substrate::{Coarse, Substrate, SurfacePoint};
 use crate::walk::Stand;
 
@@ -41,9 +40,9 @@ struct Reach {
 }
 
 impl Far {
-    /// None where no copy would be worth having.
-    pub(super) fn new(substrate: &Substrate, parameters: &Parameters) -> Option<Self> {
-        let copies = substrate.coarser(ERROR * parameters.radius);
+    /// For elements of this radius, local units. None where no copy would be worth having.
+    pub(super) fn new(substrate: &Substrate, radius: f64) -> Option<Self> {
+        let copies = substrate.coarser(ERROR * radius);
         let mut deviation = 0.0;
         let reaches: Vec<Reach> = copies
             .iter()
@@ -127,27 +126,12 @@ mod tests {
 
     use super::*;
     use crate::growth::launch::AreaSampler;
-    use crate::growth::{Boundary, Join, Law, Steps};
     use crate::rng::{Purpose, Stream};
 
     fn boulder() -> (Substrate, Far) {
         let substrate = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
         let radius = substrate.units().length_to_local(substrate.auto_radius());
-        let parameters = Parameters {
-            radius,
-            curvature_radius: 10.0 * radius,
-            bias: 0.5,
-            gain: 1.0,
-            min_stick: 0.01,
-            launch: 1.5,
-            kill: 10.0,
-            join: Join::Pack,
-            law: Law::Thesis,
-            steps: Steps::Large,
-            boundary: Boundary::Reflect,
-            seed: 1,
-        };
-        let far = Far::new(&substrate, &parameters).expect("worth having");
+        let far = Far::new(&substrate, radius).expect("worth having");
         (substrate, far)
     }
 

@@ -26,8 +26,8 @@ pub enum Law {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Steps {
-    /// As long as no element can be missed; those far from all elements over a coarser copy of a
-    /// fine mesh.
+    /// As long as no element can be missed; those far from all elements over coarser copies of
+    /// a fine mesh.
     Large,
     /// As long as no element can be missed, all over the mesh itself.
     Exact,

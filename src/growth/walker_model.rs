@@ -226,15 +226,15 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         again
     }
 
-    /// Makes the coarser copy of the surface when so many edges have been crossed that it would have
-    /// taken less. That depends on the counts at the last birth alone: so a run that goes on after
-    /// an interruption has it from the same walker on.
+    /// Makes the coarser copies of the surface when enough edges have been crossed. That depends on the
+    /// counts at the last birth alone: so a run that goes on after an interruption has them from the same
+    /// walker on.
     fn weigh_far(&mut self) {
         let triangles = self.substrate.triangles().len() as u64;
         let enough = CROSSINGS_PER_TRIANGLE * triangles;
         if !self.far_was_weighed && self.counts.crossings > enough {
             self.far_was_weighed = true;
-            self.far = Far::new(self.substrate, &self.parameters);
+            self.far = Far::new(self.substrate, self.parameters.radius);
             self.launcher.version += 1;
         }
     }

@@ -216,7 +216,7 @@ impl Line {
     #[inline(always)]
     fn places(&self) -> [i16x8; 3] {
         let xy = u8x16::new(self.xy);
-        let z = u8x16::new(*self.z_and_ids.first_chunk().unwrap_or(&[0; 2 * LANES]));
+        let z = u8x16::new(self.z_and_ids.as_chunks().0[0]);
         [
             i16x8::from_u8x16_low(xy),
             i16x8::from_u8x16_high(xy),
@@ -224,11 +224,11 @@ impl Line {
         ]
     }
 
-    /// Squared distances in half steps, as far as sixteen bits reach: that is beyond contact. Places
-    /// that are not taken are as far as can be.
+    /// Squared distances in half steps from a point in the block, as far as sixteen bits reach: that is
+    /// beyond contact. Free places are beyond that too: all zeros are a corner two radii out along each
+    /// axis.
     #[inline(always)]
     fn distances_sq(&self, Place(at): Place) -> i16x8 {
-        const NUMBERS: i16x8 = i16x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
         let places = self.places();
         let gap_sq = |axis: usize| {
             let middle = places[axis] + places[axis] + i16x8::ONE;
@@ -237,11 +237,9 @@ impl Line {
                 .max(i16x8::splat(-MOST_GAP));
             gap * gap
         };
-        let sum = gap_sq(0)
+        gap_sq(0)
             .saturating_add(gap_sq(1))
-            .saturating_add(gap_sq(2));
-        let is_free = NUMBERS.simd_gt(i16x8::splat(self.taken as i16 - 1));
-        sum.max(is_free & i16x8::MAX)
+            .saturating_add(gap_sq(2))
     }
 
     /// Which centres are in the list's block, or beside it by no more than rounding.
