@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::trace::{Absorbing, End, Reflecting, trace_in_chart};
+use super::trace::{Absorbing, End, Reflecting, trace_out};
 use crate::substrate::{Chart, Substrate, SurfacePoint};
 
 /// A place in a triangle's chart and in space.
@@ -74,8 +74,8 @@ impl Stand {
         let corners = substrate.charts()[self.triangle as usize].corners();
         let about = corners.map(|c| c - self.at);
         let traced = match absorb {
-            true => trace_in_chart(substrate, self.triangle, about, step, &mut Absorbing),
-            false => trace_in_chart(substrate, self.triangle, about, step, &mut Reflecting),
+            true => trace_out(substrate, self.triangle, about, step, &mut Absorbing),
+            false => trace_out(substrate, self.triangle, about, step, &mut Reflecting),
         };
         Moved {
             to: Self::new(substrate, &traced.point),

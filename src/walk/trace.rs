@@ -109,7 +109,28 @@ pub fn trace_visiting<V: Visitor>(
 
 /// As [`trace_visiting`], from the origin of a frame in which the start triangle's corners are
 /// given: its chart's, shifted.
-pub(super) fn trace_in_chart<V: Visitor>(
+fn trace_in_chart<V: Visitor>(
+    substrate: &Substrate,
+    triangle: u32,
+    corners: [DVec2; 3],
+    step: DVec2,
+    visitor: &mut V,
+) -> Trace {
+    if contains(&corners, step) || step == DVec2::ZERO {
+        if V::WATCHES {
+            visitor.arrive(step);
+        }
+        return Trace {
+            point: weigh(triangle, areas(&corners, step)),
+            end: End::Distance,
+            crossings: 0,
+        };
+    }
+    trace_out(substrate, triangle, corners, step, visitor)
+}
+
+/// As [`trace_in_chart`], for a step that is not zero and leaves the triangle, but for round-off.
+pub(super) fn trace_out<V: Visitor>(
     substrate: &Substrate,
     triangle: u32,
     corners: [DVec2; 3],
@@ -121,13 +142,6 @@ pub(super) fn trace_in_chart<V: Visitor>(
         end,
         crossings,
     };
-    if contains(&corners, step) || step == DVec2::ZERO {
-        if V::WATCHES {
-            visitor.arrive(step);
-        }
-        let point = weigh(triangle, areas(&corners, step));
-        return ended(point, End::Distance, 0);
-    }
     let corners = corners.map(|c| DVec2::new(step.dot(c), step.perp_dot(c)));
     let end = step.length_squared();
     let mut front = Front::leaving(substrate, triangle, &corners);
