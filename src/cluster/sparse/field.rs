@@ -1,10 +1,9 @@
-//! Lower bounds on the distance to the nearest centre, on cubic grids of doubling cell size.
+//! Lower bounds on the distance to the nearest centre, on cubic grids whose cells grow fourfold.
 //!
 //! A grid holds for each of its cells the squared distance from the cell's middle to the nearest
 //! obstacle, rounded down to a byte, and says nothing beyond a window of eight cells. Its obstacles are the
-//! centres themselves on the finest grid, and on the others occupied boxes, each as large as eight
-//! cells: few births occupy a new one of those, so that a birth changes the finest grid and seldom
-//! another.
+//! centres themselves on the finest grid, and on each other one the cells of the next finer that hold
+//! centres: so a birth changes two grids and seldom more.
 //!
 //! Cells are kept in blocks of 4³, one cache line each, and only where somebody has asked. A block
 //! made late is the same as one that was there from the beginning.
@@ -13,13 +12,22 @@
 //! for their middles, so that a point's cell is found by rounding.
 
 use glam::DVec3;
-use wide::u8x16;
+use wide::{f32x8, i16x8, u8x16};
 
-use super::block_map::{Block, BlockMap, coarsen};
+use super::block::{Block, cell_at, coarsen, within};
 use super::make_room;
+use super::tree::Tree;
 
-/// Squared distances from the middles of a block of 4³ cells, x fastest.
-pub(super) type Distances = [u8; 64];
+/// Squared distances from the middles of a block of 4³ cells, x fastest: a cache line.
+#[derive(Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub(super) struct Distances(pub(super) [u8; 64]);
+
+impl Default for Distances {
+    fn default() -> Self {
+        Self([FAR; 64])
+    }
+}
 
 /// Cells that a grid sees; farther is the same as this far.
 pub(super) const WINDOW: u32 = 8;
@@ -30,181 +38,272 @@ const QUARTERS: f64 = 4.0;
 /// The squared distance of a cell that sees no obstacle.
 pub(super) const FAR: u8 = u8::MAX;
 
-/// The blocks with cells at most the window away from a cell, or from any between two.
-pub(super) fn seen_from(low: Block, high: Block) -> [Block; 2] {
+/// The cells at most the window away from those between two.
+fn window([low, high]: [Block; 2]) -> [Block; 2] {
     [
-        low.map(|c| c.saturating_sub(WINDOW) >> 2),
-        high.map(|c| (c + WINDOW) >> 2),
+        low.map(|c| c.saturating_sub(WINDOW)),
+        high.map(|c| c + WINDOW),
     ]
+}
+
+/// The blocks with cells at most the window away from a cell.
+pub(super) fn seen_from(cell: Block) -> [Block; 2] {
+    window([cell, cell]).map(|c| coarsen(c, 2))
+}
+
+/// The cells that some cell of a block sees.
+pub(super) fn seen_by(block: Block) -> [Block; 2] {
+    let low = block.map(|b| b << 2);
+    window([low, low.map(|c| c + 3)])
 }
 
 /// Which block of which cell, and which byte in it.
 #[inline(always)]
 pub(super) fn address(cell: Block) -> (Block, usize) {
-    let within = (cell[0] & 3) | (cell[1] & 3) << 2 | (cell[2] & 3) << 4;
-    (coarsen(cell, 2), within as usize)
+    (coarsen(cell, 2), within(cell))
 }
 
-/// One grid but the finest: 2^level radii a cell.
+/// The blocks of all grids but the finest, by their numbers in the tree.
 #[derive(Default)]
-pub(super) struct Grid {
-    pub(super) asked: BlockMap,
+pub(super) struct Coarser {
     pub(super) distances: Vec<Distances>,
-    /// Boxes of twice the cells' size, by blocks of 4³.
-    occupied: BlockMap,
-    /// Which boxes of a block are occupied.
-    boxes: Vec<u64>,
-    /// The last centre that occupied one; nothing here has changed since.
-    pub(super) changed_by: u32,
+    /// Which cells hold centres, a bit each.
+    pub(super) occupied: Vec<u64>,
 }
 
-impl Grid {
+impl Coarser {
     /// Makes room for so many blocks.
     pub(super) fn expect(&mut self, blocks: usize) {
         make_room(&mut self.distances, blocks);
-        self.asked.expect(blocks);
-        make_room(&mut self.boxes, blocks / 4);
-        self.occupied.expect(blocks / 4);
+        make_room(&mut self.occupied, blocks);
     }
 
-    /// Keeps a block's distances, unless it has them.
-    pub(super) fn keep(&mut self, block: Block, distances: &Distances) {
-        let new = self.distances.len() as u32;
-        if self.asked.get_or_insert(block, new) == new {
-            self.distances.push(*distances);
-        }
+    /// Keeps the block with the next number.
+    pub(super) fn keep(&mut self, distances: &Distances) {
+        self.distances.push(*distances);
+        self.occupied.push(0);
     }
 
-    /// Marks a box as occupied; false when it was.
-    pub(super) fn occupy(&mut self, obstacle: Block) -> bool {
-        let (block, within) = address(obstacle);
-        let new = self.boxes.len() as u32;
-        let number = self.occupied.get_or_insert(block, new);
-        if number == new {
-            self.boxes.push(0);
-        }
-        let (bits, bit) = (&mut self.boxes[number as usize], 1 << within);
-        if *bits & bit != 0 {
-            return false;
-        }
-        *bits |= bit;
-        let low = obstacle.map(|v| 2 * v);
-        let seen = seen_from(low, low.map(|c| c + 1));
-        let gaps = Gaps::to_box(seen, obstacle);
-        self.asked.visit(seen, |near, n| {
-            gaps.lower(&mut self.distances[n as usize], near);
+    /// Lowers the distances of a level about a cell of the next finer one that holds a centre now.
+    pub(super) fn lower(&mut self, tree: &Tree, level: usize, obstacle: Block) {
+        tree.visit(level, seen_from(coarsen(obstacle, 2)), |near, number| {
+            lower_by_cell(&mut self.distances[number as usize], near, obstacle);
         });
-        true
+    }
+}
+
+/// The distances of a block above the finest level, worked out from which cells of the next finer one's
+/// blocks hold centres. Those are given by the numbers of the finer level's blocks, and which of the
+/// finer blocks hold some by the numbers of this level's.
+pub(super) fn survey(
+    tree: &Tree,
+    level: usize,
+    block: Block,
+    [cells, blocks]: [&[u64]; 2],
+) -> Distances {
+    let mut holders = Holders::about(block, 1);
+    tree.visit_among(level - 1, blocks, seen_by(block), |near, number| {
+        holders.add(near, number);
+    });
+    holders.nearest_first(|distances, near, number| {
+        let mut bits = cells[number as usize];
+        while bits != 0 {
+            lower_by_cell(distances, block, cell_at(near, bits.trailing_zeros()));
+            bits &= bits - 1;
+        }
+    })
+}
+
+/// What holds obstacles that a block may see, in cubes of equal size on the same grid.
+pub(super) struct Holders {
+    block: Block,
+    /// A cube's size in cells.
+    size: u32,
+    all: Vec<(u32, Block, u32)>,
+}
+
+/// There seldom are more of them.
+const USUAL_HOLDERS: usize = 64;
+
+impl Holders {
+    pub(super) fn about(block: Block, size: u32) -> Self {
+        Self {
+            block,
+            size,
+            all: Vec::with_capacity(USUAL_HOLDERS),
+        }
     }
 
-    /// The distances of a block, worked out from the occupied boxes.
-    pub(super) fn survey(&self, block: Block) -> Distances {
-        let mut distances = [FAR; 64];
-        let low = block.map(|b| b << 2);
-        let seen = seen_from(low, low.map(|c| c + 3)).map(|b| b.map(|c| c >> 1));
-        self.occupied.visit(seen, |near, number| {
-            let mut bits = self.boxes[number as usize];
-            while bits != 0 {
-                let within = bits.trailing_zeros();
-                let offset = [within & 3, within >> 2 & 3, within >> 4];
-                let obstacle = [0, 1, 2].map(|i| near[i] << 2 | offset[i]);
-                Gaps::to_box([block; 2], obstacle).lower(&mut distances, block);
-                bits &= bits - 1;
+    pub(super) fn add(&mut self, cube: Block, number: u32) {
+        let least = self.least_gap_sq(cube);
+        if least < FAR.into() {
+            self.all.push((least, cube, number));
+        }
+    }
+
+    /// No cell of the block gets a smaller number by an obstacle in a cube.
+    fn least_gap_sq(&self, cube: Block) -> u32 {
+        let gap_sq = |axis: usize| {
+            let (low, cube) = (self.block[axis] << 2, cube[axis] * self.size);
+            let beyond = cube.saturating_sub(low + 3);
+            let before = low.saturating_sub(cube + self.size - 1);
+            // A cell begins half of one from its middle.
+            let half_cells = (2 * beyond.max(before)).saturating_sub(1);
+            half_cells * half_cells
+        };
+        // Rounding takes off less than one an axis.
+        (gap_sq(0) + gap_sq(1) + gap_sq(2)).saturating_sub(3)
+    }
+
+    /// The block's distances, lowered by what is in each cube until all others are too far.
+    pub(super) fn nearest_first(
+        mut self,
+        mut lower: impl FnMut(&mut Distances, Block, u32),
+    ) -> Distances {
+        let mut distances = Distances::default();
+        self.all.sort_unstable();
+        for (least, cube, number) in self.all {
+            if least >= farthest(&distances).into() {
+                break;
             }
-        });
+            lower(&mut distances, cube, number);
+        }
         distances
     }
 }
 
-/// Squared distance along an axis from a cell's middle to an obstacle's box.
-fn box_gap_sq(cell: u32, obstacle: u32) -> u8 {
-    // In half cells everything is whole: a middle is at 2c + 1, the box from 4v to 4v + 4.
-    let (middle, low) = (2 * cell + 1, 4 * obstacle);
-    let below = low.saturating_sub(middle);
-    let gap = below.max(middle.saturating_sub(low + 4));
-    gap.saturating_mul(gap).min(FAR.into()) as u8
+fn farthest(distances: &Distances) -> u8 {
+    let layers = distances.0.as_chunks().0.iter();
+    let most = layers.fold(u8x16::splat(0), |most, layer| most.max(u8x16::new(*layer)));
+    most.reduce_max()
 }
 
-/// Squared distances along each axis from the cells of some blocks to an obstacle.
-///
-/// Along the first two axes they are laid out as the cells of one height in a block are, sixteen to a
-/// register.
-pub(super) struct Gaps {
-    low: Block,
-    across: [[u8x16; MOST_BLOCKS]; 2],
-    up: [[u8; 4]; MOST_BLOCKS],
-    /// The least of each four.
-    least: [[u8; MOST_BLOCKS]; 3],
-}
+/// Squared distances along an axis from the cells of a block.
+type Row = [u8; 4];
 
-/// Blocks along an axis that an obstacle is seen from.
-const MOST_BLOCKS: usize = (2 * WINDOW as usize + 2).div_ceil(4) + 1;
-
-impl Gaps {
-    /// For the blocks from one corner to another, by a function of axis and cell.
-    #[inline]
-    fn new([low, high]: [Block; 2], gap_sq: impl Fn(usize, u32) -> u8) -> Self {
-        let mut by_axis = [[[FAR; 4]; MOST_BLOCKS]; 3];
-        for (axis, blocks) in by_axis.iter_mut().enumerate() {
-            for (gaps, block) in blocks.iter_mut().zip(low[axis]..=high[axis]) {
-                for (i, gap) in (0..).zip(gaps) {
-                    *gap = gap_sq(axis, block << 2 | i);
-                }
-            }
-        }
-        let least = by_axis.map(|blocks| blocks.map(|[a, b, c, d]| a.min(b).min(c.min(d))));
-        let [x, y, up] = by_axis;
-        Self {
-            low,
-            across: [
-                x.map(|x| layer([x; 4])),
-                y.map(|y| layer(y.map(|y| [y; 4]))),
-            ],
-            up,
-            least,
-        }
-    }
-
-    /// For an occupied box on a coarser grid.
-    pub(super) fn to_box(blocks: [Block; 2], obstacle: Block) -> Self {
-        Self::new(blocks, |axis, cell| box_gap_sq(cell, obstacle[axis]))
-    }
-
-    /// For a centre on the finest grid.
-    pub(super) fn to_centre(blocks: [Block; 2], p: DVec3) -> Self {
-        let p = p.to_array();
-        Self::new(blocks, |axis, cell| {
-            let gap = p[axis] - f64::from(cell);
-            (gap * gap * QUARTERS) as u8
-        })
-    }
-
-    /// Whether any cell of one of the blocks sees the obstacle.
-    #[inline]
-    pub(super) fn reach(&self, block: Block) -> bool {
-        let of = |axis: usize| self.least[axis][(block[axis] - self.low[axis]) as usize];
-        of(0).saturating_add(of(1)).saturating_add(of(2)) < FAR
-    }
-
-    /// Lowers the squared distances of one of the blocks.
-    #[inline]
-    pub(super) fn lower(&self, distances: &mut Distances, block: Block) {
-        let [x, y, z] = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
-        let across = self.across[0][x].saturating_add(self.across[1][y]);
-        let layers = distances.as_chunks_mut().0.iter_mut();
-        for (layer, up) in layers.zip(self.up[z]) {
-            let gaps = across.saturating_add(u8x16::splat(up));
-            *layer = u8x16::new(*layer).min(gaps).to_array();
-        }
+/// Lowers the squared distances of a block by those along each axis.
+#[inline(always)]
+fn lower_by(distances: &mut Distances, [x, y, z]: [Row; 3]) {
+    let across = layer([x; 4]).saturating_add(each_four_times(y));
+    let layers = distances.0.as_chunks_mut().0.iter_mut();
+    for (layer, up) in layers.zip(z) {
+        let gaps = across.saturating_add(u8x16::splat(up));
+        *layer = u8x16::new(*layer).min(gaps).to_array();
     }
 }
 
 /// Four rows of cells in one register.
 #[inline(always)]
-fn layer(rows: [[u8; 4]; 4]) -> u8x16 {
+fn layer(rows: [Row; 4]) -> u8x16 {
     let mut cells = [0; 16];
     cells.as_chunks_mut().0.copy_from_slice(&rows);
     u8x16::new(cells)
+}
+
+/// Each of four bytes four times.
+#[inline(always)]
+fn each_four_times(row: Row) -> u8x16 {
+    let rows = layer([row; 4]);
+    let twice = u8x16::unpack_low(rows, rows);
+    u8x16::unpack_low(twice, twice)
+}
+
+/// Lowers the squared distances of a block by those to a cell of the next finer grid.
+#[inline(always)]
+pub(super) fn lower_by_cell(distances: &mut Distances, block: Block, obstacle: Block) {
+    let rows = [0, 1, 2].map(|axis| row_to_cell(block[axis], obstacle[axis]));
+    lower_by(distances, rows);
+}
+
+/// Squared distances along an axis from a block's cells to one of the next finer grid.
+#[inline(always)]
+fn row_to_cell(block: u32, obstacle: u32) -> Row {
+    let aside = block.wrapping_sub(obstacle >> 4).wrapping_add(ASIDE);
+    let (rows, place) = (&TO_CELLS, obstacle as usize & 15);
+    rows[place].get(aside as usize).copied().unwrap_or([FAR; 4])
+}
+
+/// Blocks to either side that an obstacle is seen from.
+const ASIDE: u32 = WINDOW / 4;
+
+/// And all of them along an axis.
+const MOST_BLOCKS: usize = 2 * ASIDE as usize + 1;
+
+/// What [`row_to_cell`] says, by the obstacle's place in its block and the other block's beside that.
+static TO_CELLS: [[Row; MOST_BLOCKS]; 16] = {
+    let mut rows = [[[0; 4]; MOST_BLOCKS]; 16];
+    let mut i = 0;
+    while i < 64 * MOST_BLOCKS {
+        let (place, block, cell) = (i / (4 * MOST_BLOCKS), i / 4 % MOST_BLOCKS, i % 4);
+        // In eighths of a cell, from the corner of the first of these blocks.
+        let middle = 8 * (4 * block + cell) + 4;
+        let low = 32 * ASIDE as usize + 2 * place;
+        let gap = if middle < low {
+            low - middle
+        } else {
+            middle.saturating_sub(low + 2)
+        };
+        let half_cells_sq = gap * gap / 16;
+        rows[place][block][cell] = if half_cells_sq < FAR as usize {
+            half_cells_sq as u8
+        } else {
+            FAR
+        };
+        i += 1;
+    }
+    rows
+};
+
+/// Squared distances along each axis from the cells of the finest grid's blocks to a centre.
+pub(super) struct Gaps {
+    low: Block,
+    rows: [[Row; MOST_BLOCKS]; 3],
+    /// The least of each four.
+    least: [[u8; MOST_BLOCKS]; 3],
+}
+
+/// Taken off squared distances in half cells, for what single precision may have added.
+const ROUNDED: f32 = 1e-4;
+
+/// Squared distances along an axis from the cells of the finest grid's blocks, from one on, to a place.
+#[inline(always)]
+fn rows_to_centre(low: u32, p: f64) -> [Row; MOST_BLOCKS] {
+    let first = (p - f64::from(low << 2)) as f32;
+    let eight = |from: f32| {
+        let cells = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) + f32x8::splat(from);
+        let gaps = f32x8::splat(first) - cells;
+        let half_cells_sq = gaps * gaps * f32x8::splat(QUARTERS as f32) - f32x8::splat(ROUNDED);
+        i16x8::from_i32x8_saturate(half_cells_sq.fast_trunc_int())
+    };
+    let [a, b, c] = [0.0, 8.0, 16.0].map(eight);
+    let [near, far] = [(a, b), (c, c)].map(|(a, b)| u8x16::narrow_i16x8(a, b).to_array());
+    let row = |i: usize| std::array::from_fn(|k| if i < 4 { near[4 * i + k] } else { far[k] });
+    [row(0), row(1), row(2), row(3), row(4)]
+}
+
+/// Lowers the squared distances of a block of the finest grid by those to a centre.
+pub(super) fn lower_by_centre(distances: &mut Distances, block: Block, p: DVec3) {
+    let rows = [0, 1, 2].map(|axis| rows_to_centre(block[axis], p[axis])[0]);
+    lower_by(distances, rows);
+}
+
+impl Gaps {
+    /// For the blocks from one on.
+    pub(super) fn to_centre(low: Block, p: DVec3) -> Self {
+        let rows = [0, 1, 2].map(|axis| rows_to_centre(low[axis], p[axis]));
+        let least = rows.map(|rows| rows.map(|[a, b, c, d]| a.min(b).min(c.min(d))));
+        Self { low, rows, least }
+    }
+
+    /// Lowers the squared distances of one of the blocks, where it has cells that see the centre.
+    #[inline(always)]
+    pub(super) fn lower(&self, distances: &mut Distances, block: Block) {
+        let at = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
+        let [x, y, z] = [0, 1, 2].map(|axis| self.least[axis][at[axis]]);
+        if x.saturating_add(y).saturating_add(z) < FAR {
+            lower_by(distances, [0, 1, 2].map(|axis| self.rows[axis][at[axis]]));
+        }
+    }
 }
 
 /// Whole numbers of half cells squared as distances in cells.
@@ -228,8 +327,8 @@ impl Roots {
     /// No centre that made the cell of the finest grid what it is, is farther.
     #[inline(always)]
     pub(super) fn most(&self, distance_sq: u8) -> f64 {
-        // Rounded down once an axis.
-        self.0[usize::from(distance_sq.saturating_add(3))]
+        // Rounded down once an axis, and a little more in single precision.
+        self.0[usize::from(distance_sq.saturating_add(3))] + f64::from(ROUNDED)
     }
 }
 

@@ -4,23 +4,30 @@
 use glam::DVec3;
 
 use super::CONTACT;
-use super::block_map::{Block, BlockMap};
-use super::field::{Distances, FAR, Gaps, address, seen_from};
+use super::block::{Block, coarsen};
+use super::field::{Distances, Gaps, Holders, address, lower_by_centre, seen_by, seen_from};
 use super::make_room;
 use super::touching::{Entry, Lines, List, Touch};
+use super::tree::Tree;
 
 /// Cells in a block, along an axis.
 pub(super) const BLOCK: f64 = 4.0;
 
-/// The blocks that somebody asked for, or that hold centres. Lengths are in units of the radius.
+/// A centre no farther from a block than the root of this can touch something in it, or nearly.
+const TOUCHING: f64 = CONTACT * CONTACT * (1.0 + 1e-5);
+
+/// A block with greater numbers only is farther than that from all centres: its cells reach 0.87 from their
+/// middles.
+const MAY_TOUCH: u8 = 33;
+
+/// The blocks of the finest grid, by their numbers in the tree. Lengths are in units of the radius.
 #[derive(Default)]
 pub(super) struct Finest {
-    pub(super) blocks: BlockMap,
     pub(super) distances: Vec<Distances>,
+    /// Which cells hold centres, a bit each.
+    pub(super) occupied: Vec<u64>,
     touching: Vec<List>,
     lines: Lines,
-    /// Empty but at a birth: for its room in memory.
-    touched: Vec<(u32, DVec3)>,
 }
 
 /// Centres by their ids, in the grid's units.
@@ -42,72 +49,85 @@ impl Finest {
     pub(super) fn expect(&mut self, elements: usize) {
         let blocks = elements + elements / 3;
         make_room(&mut self.distances, blocks);
+        make_room(&mut self.occupied, blocks);
         make_room(&mut self.touching, blocks);
         self.lines.expect(elements);
-        self.blocks.expect(elements);
     }
 
-    /// Adds a centre.
-    pub(super) fn insert(&mut self, p: DVec3, id: u32, centres: &impl Centres) {
-        let cell = cell_of(p);
-        let (block, _) = address(cell);
-        if self.blocks.get(block).is_none() {
-            self.keep(block, &self.survey(block, centres), centres);
-        }
-        let seen = seen_from(cell, cell);
-        let gaps = Gaps::to_centre(seen, p);
-        self.blocks.visit(seen, |near, number| {
-            if gaps.reach(near) {
-                gaps.lower(&mut self.distances[number as usize], near);
+    /// Adds a centre to the blocks that are there.
+    pub(super) fn insert(&mut self, tree: &Tree, p: DVec3, id: u32) {
+        let seen = seen_from(cell_of(p));
+        let gaps = Gaps::to_centre(seen[0], p);
+        tree.visit(0, seen, |near, number| {
+            gaps.lower(&mut self.distances[number as usize], near);
+            let offset = p - corner_of(near);
+            if gaps_sq(offset) <= TOUCHING {
+                let entry = Entry::new(offset, id);
+                self.lines.push(&mut self.touching[number as usize], entry);
             }
         });
-        let mut touched = std::mem::take(&mut self.touched);
-        let about = Ball { p, reach: CONTACT };
-        self.near(about, |_, number, offset| touched.push((number, offset)));
-        for (number, offset) in touched.drain(..) {
-            let entry = Entry::new(offset, id);
-            self.lines.push(&mut self.touching[number as usize], entry);
-        }
-        self.touched = touched;
     }
 
-    /// Keeps a block, unless it is there.
-    pub(super) fn keep(&mut self, block: Block, distances: &Distances, centres: &impl Centres) {
-        if self.blocks.get(block).is_some() {
-            return;
+    /// Keeps the block with the next number.
+    pub(super) fn keep(
+        &mut self,
+        tree: &Tree,
+        block: Block,
+        distances: &Distances,
+        centres: &impl Centres,
+    ) {
+        let mut list = List::default();
+        for entry in self.entries(tree, block, distances, centres) {
+            self.lines.push(&mut list, entry);
+        }
+        self.distances.push(*distances);
+        self.occupied.push(0);
+        self.touching.push(list);
+    }
+
+    /// The centres that can touch something in a block.
+    fn entries(
+        &self,
+        tree: &Tree,
+        block: Block,
+        distances: &Distances,
+        centres: &impl Centres,
+    ) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        if distances.0.iter().all(|&d| d > MAY_TOUCH) {
+            return entries;
         }
         let around = Ball {
             p: corner_of(block) + 0.5 * (BLOCK - 1.0),
             reach: 0.5 * BLOCK * 3f64.sqrt() + CONTACT,
         };
-        let mut list = List::default();
-        let mut entries = Vec::new();
-        self.visit(around, centres, &mut |id, q| {
+        self.visit(tree, around, centres, &mut |id, q| {
             let offset = q - corner_of(block);
-            if gaps_sq(offset) <= CONTACT * CONTACT * (1.0 + 1e-5) {
+            if gaps_sq(offset) <= TOUCHING {
                 entries.push(Entry::new(offset, id));
             }
         });
-        for entry in entries {
-            self.lines.push(&mut list, entry);
-        }
-        self.blocks
-            .get_or_insert(block, self.distances.len() as u32);
-        self.distances.push(*distances);
-        self.touching.push(list);
+        entries
     }
 
     /// The distances of a block, worked out from the centres about it.
-    pub(super) fn survey(&self, block: Block, centres: &impl Centres) -> Distances {
-        let mut distances = [FAR; 64];
-        let low = block.map(|b| b << 2);
-        let seen = seen_from(low, low.map(|c| c + 3));
-        self.blocks.visit(seen, |near, number| {
+    ///
+    /// Which blocks hold some is given by the numbers of the next coarser level's.
+    pub(super) fn survey(
+        &self,
+        tree: &Tree,
+        block: Block,
+        holding: &[u64],
+        centres: &impl Centres,
+    ) -> Distances {
+        let mut holders = Holders::about(block, BLOCK as u32);
+        let seen = seen_by(block).map(|cell| coarsen(cell, 2));
+        tree.visit_among(0, holding, seen, |near, number| holders.add(near, number));
+        holders.nearest_first(|distances, near, number| {
             self.each_inside(near, number, DVec3::ZERO, f64::INFINITY, centres, |_, q| {
-                Gaps::to_centre([block; 2], q).lower(&mut distances, block);
+                lower_by_centre(distances, block, q);
             });
-        });
-        distances
+        })
     }
 
     /// Whether a place in a block touches a centre.
@@ -131,11 +151,12 @@ impl Finest {
     /// Visits all centres nearer than the ball's reach, and perhaps some others.
     pub(super) fn visit(
         &self,
+        tree: &Tree,
         ball: Ball,
         centres: &impl Centres,
         visit: &mut dyn FnMut(u32, DVec3),
     ) {
-        self.near(ball, |block, number, offset| {
+        near(tree, ball, |block, number, offset| {
             self.each_inside(block, number, offset, ball.reach, centres, &mut *visit);
         });
     }
@@ -160,20 +181,20 @@ impl Finest {
             }
         }
     }
+}
 
-    /// The blocks that have places in a ball, with the ball's middle relative to each.
-    #[inline]
-    fn near(&self, Ball { p, reach }: Ball, mut visit: impl FnMut(Block, u32, DVec3)) {
-        let low = address(cell_of((p - reach).max(DVec3::ZERO))).0;
-        let high = address(cell_of(p + reach)).0;
-        let limit = reach * reach * (1.0 + 1e-5);
-        self.blocks.visit([low, high], |block, number| {
-            let offset = p - corner_of(block);
-            if gaps_sq(offset) <= limit {
-                visit(block, number, offset);
-            }
-        });
-    }
+/// The blocks that have places in a ball, with the ball's middle relative to each.
+#[inline]
+fn near(tree: &Tree, Ball { p, reach }: Ball, mut visit: impl FnMut(Block, u32, DVec3)) {
+    let low = address(cell_of((p - reach).max(DVec3::ZERO))).0;
+    let high = address(cell_of(p + reach)).0;
+    let limit = reach * reach * (1.0 + 1e-5);
+    tree.visit(0, [low, high], |block, number| {
+        let offset = p - corner_of(block);
+        if gaps_sq(offset) <= limit {
+            visit(block, number, offset);
+        }
+    });
 }
 
 /// The cell of the finest grid that holds a point: the nearest whole numbers.

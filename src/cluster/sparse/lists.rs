@@ -1,12 +1,14 @@
 //! Lists of centres by the cell of a cubic grid that they are in.
 //!
 //! Centres are kept eight to a chunk, coordinate by coordinate and relative to their cell, so that
-//! f32 resolves them and the compiler's vector code tests several at once. What f32 cannot decide
+//! f32 resolves them and all of a chunk are tested at once. What f32 cannot decide
 //! is decided again from the full positions.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use rustc_hash::FxHashMap;
+use wide::f32x8;
 
-use super::block_map::{Block, BlockMap, about};
+use super::block::{Block, about, between};
 use super::make_room;
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
@@ -76,29 +78,28 @@ impl Chunks {
 
     /// Counts the centres of a list that may be within √`limit` of a point.
     fn count(&self, list: List, p: DVec3, limit: f32) -> u32 {
-        let possible = limit * (1.0 + UNSURE);
-        let mut count = 0;
+        let (p, possible) = (p.as_vec3(), limit * (1.0 + UNSURE));
+        let mut counts = f32x8::splat(0.0);
         let mut at = list.head;
         while at != NONE {
-            let d = self.chunks[at as usize].distances_sq(p);
-            count += d.iter().map(|&d| u32::from(d < possible)).sum::<u32>();
+            counts += self.chunks[at as usize].nearer_than(p, possible) & f32x8::splat(1.0);
             at = self.next[at as usize];
         }
-        count
+        counts.reduce_add() as u32
     }
 
     /// Whether one of the ids in a list that may be within √`limit` of a point passes a test.
     fn any(&self, list: List, p: DVec3, limit: f32, test: &mut dyn FnMut(u32) -> bool) -> bool {
-        let possible = limit * (1.0 + UNSURE);
+        let (p, possible) = (p.as_vec3(), limit * (1.0 + UNSURE));
         let mut at = list.head;
         while at != NONE {
             let chunk = &self.chunks[at as usize];
-            let d = chunk.distances_sq(p);
-            if d.iter()
-                .zip(&chunk.id)
-                .any(|(&d, &id)| d < possible && test(id))
-            {
-                return true;
+            let mut left = chunk.nearer_than(p, possible).to_bitmask();
+            while left != 0 {
+                if test(chunk.id[left.trailing_zeros() as usize]) {
+                    return true;
+                }
+                left &= left - 1;
             }
             at = self.next[at as usize];
         }
@@ -107,15 +108,12 @@ impl Chunks {
 }
 
 impl Chunk {
+    /// Which centres are nearer to a place than the root of a limit.
     #[inline(always)]
-    fn distances_sq(&self, p: DVec3) -> [f32; LANES] {
-        let p = p.as_vec3();
-        let mut d = [0.0; LANES];
-        for (i, d) in d.iter_mut().enumerate() {
-            let (x, y, z) = (self.x[i] - p.x, self.y[i] - p.y, self.z[i] - p.z);
-            *d = x * x + y * y + z * z;
-        }
-        d
+    fn nearer_than(&self, p: Vec3, limit: f32) -> f32x8 {
+        let [x, y, z] = [(self.x, p.x), (self.y, p.y), (self.z, p.z)]
+            .map(|(places, p)| f32x8::new(places) - f32x8::splat(p));
+        (x * x + y * y + z * z).simd_lt(f32x8::splat(limit))
     }
 }
 
@@ -126,7 +124,8 @@ const MOST_BESIDE: usize = 27;
 pub(super) struct CellLists {
     size: f64,
     inverse: f64,
-    map: BlockMap,
+    /// Their numbers by their coordinates.
+    numbers: FxHashMap<(u32, u32, u32), u32>,
     cells: Vec<Cell>,
     chunks: Chunks,
 }
@@ -143,7 +142,7 @@ impl CellLists {
         Self {
             size,
             inverse: 1.0 / size,
-            map: BlockMap::default(),
+            numbers: FxHashMap::default(),
             cells: Vec::new(),
             chunks: Chunks::default(),
         }
@@ -162,7 +161,7 @@ impl CellLists {
     pub(super) fn insert(&mut self, p: DVec3, id: u32) {
         let block = self.block(p);
         let new = self.cells.len() as u32;
-        let number = self.map.get_or_insert(block, new);
+        let number = *self.numbers.entry(block.into()).or_insert(new);
         if number == new {
             self.add_cell(block);
         }
@@ -173,7 +172,7 @@ impl CellLists {
     fn add_cell(&mut self, block: Block) {
         let new = self.cells.len() as u32;
         let mut beside = Vec::new();
-        self.map.visit(about(block, 1), |_, n| beside.push(n));
+        self.touching(block, |n| beside.push(n));
         for &other in beside.iter().filter(|&&o| o != new) {
             self.cells[other as usize].beside.push(new);
         }
@@ -197,13 +196,22 @@ impl CellLists {
                 visit(cell.list, offset);
             }
         };
-        match self.map.get(block) {
-            Some(number) => self.cells[number as usize]
+        match self.numbers.get(&block.into()) {
+            Some(&number) => self.cells[number as usize]
                 .beside
                 .iter()
                 .for_each(|&n| one(n)),
-            None => self.map.visit(about(block, 1), |_, n| one(n)),
+            None => self.touching(block, one),
         }
+    }
+
+    /// Visits the numbers of a cell and of those that touch it.
+    fn touching(&self, block: Block, mut visit: impl FnMut(u32)) {
+        between(about(block, 1), |beside| {
+            if let Some(&number) = self.numbers.get(&beside.into()) {
+                visit(number);
+            }
+        });
     }
 
     /// Whether balls of this radius are looked for here faster than in the finest grid.

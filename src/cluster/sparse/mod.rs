@@ -4,11 +4,12 @@
 //! step: the block of cells about it knows how far the nearest centre is at least, and only where
 //! that leaves in doubt whether one touches are centres themselves looked at.
 
-mod block_map;
+mod block;
 mod field;
 mod finest;
 mod lists;
 mod touching;
+mod tree;
 
 use std::hint::select_unpredictable;
 
@@ -16,11 +17,14 @@ use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
 use super::{Element, make_room};
-use block_map::{Block, Recent, coarsen};
-use field::{Distances, FAR, Gaps, Grid, Roots, WINDOW, address, middle};
+use block::{Block, coarsen};
+use field::{
+    Coarser, Distances, FAR, Roots, WINDOW, address, lower_by_cell, lower_by_centre, middle,
+};
 use finest::{Ball, Centres, Finest, cell_of, middle_of};
 use lists::CellLists;
 use touching::Touch;
+use tree::{MOST_LEVELS, Path, Tree};
 
 /// Sparse grids over the space that walkers ask about.
 pub struct SparseIndex {
@@ -29,9 +33,12 @@ pub struct SparseIndex {
     scale: Scale,
     /// How many centres there are.
     count: usize,
+    tree: Tree,
     finest: Finest,
-    /// Cells of 2, 4, 8 … radii.
-    coarser: Vec<Grid>,
+    /// Cells of 4, 16, 64 … radii.
+    coarser: Coarser,
+    /// The last centre that changed each level.
+    changed_by: [u32; MOST_LEVELS],
     /// Centres by cells of the widest ball, where wide balls are asked for.
     wide: Option<CellLists>,
 }
@@ -54,8 +61,8 @@ struct Scaled<'a> {
 pub struct Notes {
     /// The grid that answered last.
     level: usize,
-    /// For each grid, what was looked at last.
-    tables: Tables,
+    /// The blocks that were looked at last.
+    path: Path,
     /// How many elements there were.
     known: usize,
     /// Whether what is seen goes into the lists below.
@@ -83,10 +90,6 @@ struct Read {
     distance_sq: u8,
 }
 
-/// The last table of each grid.
-#[derive(Default)]
-struct Tables([Recent; MOST_LEVELS]);
-
 /// A block that was worked out by a walker.
 struct NewBlock {
     level: usize,
@@ -94,57 +97,55 @@ struct NewBlock {
     distances: Distances,
 }
 
-/// Grids at most: radii are more than a 10-millionth of the box.
-const MOST_LEVELS: usize = 32;
-
 /// Contact distance in radii.
 const CONTACT: f64 = 2.0;
 
-/// The grid to begin with: cells of 32 radii. Where it is not the right one, the search costs a few
+/// The grid to begin with: cells of 64 radii. Where it is not the right one, the search costs a few
 /// looks more.
-const FIRST_LEVEL: usize = 5;
+const FIRST_LEVEL: usize = 3;
 
 /// A bound below this many radii serves no better than contact: growth's steps are a radius then.
 /// As elements are added it only sinks, along with all that led to it.
 const NEAR: f64 = 3.0;
 
 /// A bound of this many cells is worth more than a look at the next finer grid.
-const GOOD: f64 = 3.0;
+const GOOD: f64 = 1.6;
+
+/// The grids reach beyond the box by this share of its diagonal, as coarser copies of a surface do, and
+/// by as many cells more as the finest of them sees: what lies beyond that is far from all centres.
+const MARGIN: f64 = 0.25;
 
 impl ElementIndex for SparseIndex {
     type Notes = Notes;
 
     fn new(radius: f64, wide: Option<f64>, [low, high]: [DVec3; 2]) -> Self {
-        let across = low.distance(high) / (radius * f64::from(WINDOW));
-        let levels = across.max(1.0).log2().ceil() as usize;
-        assert!(
-            levels < MOST_LEVELS,
-            "a radius above a 10-millionth of the box"
-        );
+        let across = low.distance(high) / radius;
+        let margin = (MARGIN * across).ceil() + f64::from(WINDOW) + 1.0;
         let wide = wide
             .map(|wide| wide / radius)
             .filter(|&wide| wide > CONTACT);
+        let mut coarser = Coarser::default();
+        coarser.keep(&Distances::default());
         Self {
             radius,
             roots: Roots::default(),
             scale: Scale {
-                low: low - radius,
+                low: low - margin * radius,
                 inverse: 1.0 / radius,
             },
             count: 0,
+            tree: Tree::new(across + 2.0 * margin),
             finest: Finest::default(),
-            coarser: (0..levels).map(|_| Grid::default()).collect(),
+            coarser,
+            changed_by: [0; MOST_LEVELS],
             wide: wide.map(CellLists::new),
         }
     }
 
     fn expect(&mut self, elements: usize) {
         self.finest.expect(elements);
-        let mut blocks = elements / 2;
-        for grid in &mut self.coarser {
-            grid.expect(blocks);
-            blocks /= 2;
-        }
+        self.tree.expect(elements / 4);
+        self.coarser.expect(elements / 4);
         if let Some(wide) = &mut self.wide {
             wide.expect(elements);
         }
@@ -155,27 +156,23 @@ impl ElementIndex for SparseIndex {
         debug_assert_eq!(elements.len(), self.count + 1);
         let id = self.count as u32;
         let p = self.scaled(last.position);
-        self.finest.insert(p, id, &self.scale.of(elements));
+        let cell = cell_of(p);
+        self.make(0, address(cell).0, &self.scale.of(elements));
+        self.finest.insert(&self.tree, p, id);
+        self.occupy(cell, id);
         self.count += 1;
         if let Some(wide) = &mut self.wide {
             wide.insert(p, id);
         }
-        let cell = cell_of(p);
-        for (i, grid) in self.coarser.iter_mut().enumerate() {
-            if !grid.occupy(coarsen(cell, i + 2)) {
-                break;
-            }
-            grid.changed_by = id;
-        }
     }
 
     fn adopt(&mut self, elements: &[Element], notes: &mut Notes) {
+        let centres = self.scale.of(elements);
         for mut new in notes.new.drain(..) {
-            self.catch_up(&mut new, &elements[notes.known..]);
-            let centres = self.scale.of(elements);
-            match new.level {
-                0 => self.finest.keep(new.block, &new.distances, &centres),
-                level => self.coarser[level - 1].keep(new.block, &new.distances),
+            self.make(new.level + 1, coarsen(new.block, 2), &centres);
+            if self.tree.get(new.level, new.block).is_none() {
+                self.catch_up(&mut new, &elements[notes.known..]);
+                self.keep(new.level, new.block, &new.distances, &centres);
             }
         }
     }
@@ -196,7 +193,7 @@ impl ElementIndex for SparseIndex {
                 return true;
             }
             let grid = self.grid(read.level.into());
-            grid[read.block as usize][usize::from(read.within)] == read.distance_sq
+            grid[read.block as usize].0[usize::from(read.within)] == read.distance_sq
         };
         let unchanged = |new: &NewBlock| {
             let mut now = NewBlock { ..*new };
@@ -232,7 +229,8 @@ impl ElementIndex for SparseIndex {
 
     fn begin(&self, notes: &mut Notes, others_walk: bool) {
         notes.remembers = others_walk;
-        notes.level = self.coarser.len().min(FIRST_LEVEL);
+        notes.level = self.tree.top().min(FIRST_LEVEL);
+        self.tree.begin(&mut notes.path);
         notes.known = self.count;
         notes.reads.clear();
         notes.near.clear();
@@ -244,20 +242,21 @@ impl ElementIndex for SparseIndex {
         let p = self.scaled(position);
         if notes.level == 0 {
             let cell = cell_of(p);
-            let (block, within) = address(cell);
-            let known = self.finest.blocks.get_again(block, &mut notes.tables.0[0]);
-            let distance_sq = known.map_or(FAR, |n| self.finest.distances[n as usize][within]);
-            if let (Some(number), true) = (known, distance_sq != FAR) {
-                let bounds = self.near_bounds(p, distance_sq);
-                if notes.remembers {
-                    if bounds[0] < NEAR {
-                        notes.near.push(position);
-                    } else {
-                        notes.read(0, number, within, distance_sq);
+            if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
+                let (block, within) = address(cell);
+                let distance_sq = self.finest.distances[number as usize].0[within];
+                if distance_sq != FAR {
+                    let bounds = self.near_bounds(p, distance_sq);
+                    if notes.remembers {
+                        if bounds[0] < NEAR {
+                            notes.near.push(position);
+                        } else {
+                            notes.read(0, number, within, distance_sq);
+                        }
                     }
+                    let touch = || self.finest.touch(number, block, p);
+                    return self.look_near(elements, position, bounds, touch);
                 }
-                let touch = || self.finest.touch(number, block, p);
-                return self.look_near(elements, position, bounds, touch);
             }
         }
         self.search(elements, position, notes)
@@ -287,7 +286,7 @@ impl ElementIndex for SparseIndex {
             element.position.distance_squared(position) < limit && test(id, element)
         };
         let (block, _) = address(cell_of(p));
-        let known = self.finest.blocks.get(block).filter(|_| reach <= CONTACT);
+        let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
             (Some(number), _) => self.finest.touching(number, block, p).any(passes),
             (_, Some(wide)) if wide.holds(reach) => wide.any(p, reach, &mut passes),
@@ -295,7 +294,7 @@ impl ElementIndex for SparseIndex {
                 let mut found = false;
                 let centres = self.scale.of(elements);
                 self.finest
-                    .visit(Ball { p, reach }, &centres, &mut |id, _| {
+                    .visit(&self.tree, Ball { p, reach }, &centres, &mut |id, _| {
                         found = found || passes(id);
                     });
                 found
@@ -311,13 +310,13 @@ impl SparseIndex {
     #[inline(never)]
     fn search(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
-        let cell = cell_of(p);
+        let cell = cell_of(p).map(|c| c.min(self.tree.last_cell()));
         let seen_before = notes.reads.len();
         let mut coarser_says: Option<f64> = None;
         let mut finer_says = f64::NEG_INFINITY;
         loop {
             let level = notes.level;
-            let size = f64::from(1u32 << level);
+            let size = f64::from(1u32 << (2 * level));
             let distance_sq = self.distance_sq(elements, level, cell, notes);
             if level == 0 && distance_sq != FAR {
                 let bounds = self.near_bounds(p, distance_sq);
@@ -327,9 +326,9 @@ impl SparseIndex {
                 }
                 return self.look_near(elements, position, bounds, || Touch::Unsure);
             }
-            let aside = p.distance(middle(coarsen(cell, level), size));
+            let aside = p.distance(middle(coarsen(cell, 2 * level), size));
             let here = self.roots.least(distance_sq) * size - aside;
-            if distance_sq == FAR && level < self.coarser.len() {
+            if distance_sq == FAR && level < self.tree.top() {
                 if let Some(bound) = coarser_says {
                     return self.nothing_nearer_than(here.max(bound));
                 }
@@ -358,8 +357,8 @@ impl SparseIndex {
     /// For each grid, whether no element after the first so many changed what it says.
     fn unchanged_since(&self, known: usize) -> [bool; MOST_LEVELS] {
         let mut unchanged = [false; MOST_LEVELS];
-        for (unchanged, grid) in unchanged[1..].iter_mut().zip(&self.coarser) {
-            *unchanged = (grid.changed_by as usize) < known;
+        for (unchanged, &changed_by) in unchanged.iter_mut().zip(&self.changed_by) {
+            *unchanged = (changed_by as usize) < known;
         }
         unchanged
     }
@@ -380,7 +379,7 @@ impl SparseIndex {
     fn grid(&self, level: usize) -> &[Distances] {
         match level {
             0 => &self.finest.distances,
-            level => &self.coarser[level - 1].distances,
+            _ => &self.coarser.distances,
         }
     }
 
@@ -393,21 +392,14 @@ impl SparseIndex {
         cell: Block,
         notes: &mut Notes,
     ) -> u8 {
-        let (block, within) = address(coarsen(cell, level));
-        let (blocks, distances) = match level {
-            0 => (&self.finest.blocks, &self.finest.distances),
-            level => {
-                let grid = &self.coarser[level - 1];
-                (&grid.asked, &grid.distances)
-            }
-        };
-        match blocks.get_again(block, &mut notes.tables.0[level]) {
-            Some(block) => {
-                let distance_sq = distances[block as usize][within];
-                notes.read(level, block, within, distance_sq);
+        let (block, within) = address(coarsen(cell, 2 * level));
+        match self.tree.follow(&mut notes.path, level, cell) {
+            Some(number) => {
+                let distance_sq = self.grid(level)[number as usize].0[within];
+                notes.read(level, number, within, distance_sq);
                 distance_sq
             }
-            None => self.new_block(elements, level, block, notes)[within],
+            None => self.new_block(elements, level, block, notes).0[within],
         }
     }
 
@@ -422,10 +414,7 @@ impl SparseIndex {
     ) -> &'a Distances {
         let noted = |new: &NewBlock| new.level == level && new.block == block;
         let number = notes.new.iter().position(noted).unwrap_or_else(|| {
-            let distances = match level {
-                0 => self.finest.survey(block, &self.scale.of(elements)),
-                level => self.coarser[level - 1].survey(block),
-            };
+            let distances = self.survey(level, block, &self.scale.of(elements));
             notes.new.push(NewBlock {
                 level,
                 block,
@@ -441,11 +430,65 @@ impl SparseIndex {
         let block = new.block;
         for element in young {
             let p = self.scaled(element.position);
-            let gaps = match new.level {
-                0 => Gaps::to_centre([block; 2], p),
-                level => Gaps::to_box([block; 2], coarsen(cell_of(p), level + 1)),
+            match new.level {
+                0 => lower_by_centre(&mut new.distances, block, p),
+                level => {
+                    let obstacle = coarsen(cell_of(p), 2 * level - 2);
+                    lower_by_cell(&mut new.distances, block, obstacle);
+                }
+            }
+        }
+    }
+
+    /// The distances of a block, worked out from all centres.
+    fn survey(&self, level: usize, block: Block, centres: &impl Centres) -> Distances {
+        let (finest, coarser) = (&self.finest.occupied, &self.coarser.occupied);
+        match level {
+            0 => self.finest.survey(&self.tree, block, coarser, centres),
+            1 => field::survey(&self.tree, 1, block, [finest, coarser]),
+            _ => field::survey(&self.tree, level, block, [coarser; 2]),
+        }
+    }
+
+    /// Makes a block and those of the coarser levels about it, where they are not there.
+    fn make(&mut self, level: usize, block: Block, centres: &impl Centres) {
+        if level > self.tree.top() || self.tree.get(level, block).is_some() {
+            return;
+        }
+        self.make(level + 1, coarsen(block, 2), centres);
+        let distances = self.survey(level, block, centres);
+        self.keep(level, block, &distances, centres);
+    }
+
+    /// Keeps a block whose block of the next coarser level is there.
+    fn keep(&mut self, level: usize, block: Block, distances: &Distances, centres: &impl Centres) {
+        let new = self.finest.distances.len() as u32;
+        match level {
+            0 => self.finest.keep(&self.tree, block, distances, centres),
+            _ => self.coarser.keep(distances),
+        }
+        self.tree.add(level, block, new);
+    }
+
+    /// Marks a cell of the finest level as occupied, and on coarser levels what holds it, until that was.
+    fn occupy(&mut self, mut cell: Block, id: u32) {
+        self.changed_by[0] = id;
+        for level in 0..self.tree.top() {
+            let (block, within) = address(cell);
+            let Some(number) = self.tree.get(level, block) else {
+                return;
             };
-            gaps.lower(&mut new.distances, block);
+            let occupied = match level {
+                0 => &mut self.finest.occupied[number as usize],
+                _ => &mut self.coarser.occupied[number as usize],
+            };
+            if *occupied & 1 << within != 0 {
+                return;
+            }
+            *occupied |= 1 << within;
+            self.coarser.lower(&self.tree, level + 1, cell);
+            self.changed_by[level + 1] = id;
+            cell = block;
         }
     }
 

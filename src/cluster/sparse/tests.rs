@@ -127,3 +127,25 @@ fn balls_hold_what_brute_force_finds() {
         }
     }
 }
+
+/// Copies of a surface may reach beyond its box, and so may walkers on them.
+#[test]
+fn bounds_hold_beyond_the_box() {
+    let mut stream = Stream::new(4, Purpose::Walker, 0);
+    let (mut index, mut elements) = (empty(), Vec::new());
+    for _ in 0..300 {
+        let p = random_point(&mut stream, 0.1);
+        elements.push(element(p + DVec3::new(0.9, 0.9, 0.07)));
+        index.insert(&elements);
+    }
+    let mut notes = Notes::default();
+    for far in [0.0, 0.01, 0.1, 1.0, 10.0, 1e4] {
+        for way in [DVec3::X, -DVec3::X, DVec3::Z, -DVec3::ONE, DVec3::ONE] {
+            index.begin(&mut notes, false);
+            let p = DVec3::new(0.9, 0.9, 0.1) + far * way;
+            let (look, nearest) = (index.look(&elements, p, &mut notes), nearest(&elements, p));
+            assert!(look.clear <= nearest * (1.0 + 1e-12), "{far} along {way}");
+            assert_eq!(look.touching, nearest < 2.0 * RADIUS);
+        }
+    }
+}
