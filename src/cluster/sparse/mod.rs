@@ -251,7 +251,7 @@ impl ElementIndex for SparseIndex {
                         if bounds[0] < NEAR {
                             notes.near.push(position);
                         } else {
-                            notes.read(0, number, within, distance_sq);
+                            notes.keep(Some(Read::new(0, number, within, distance_sq)));
                         }
                     }
                     let touch = || self.finest.touch(number, block, p);
@@ -306,22 +306,23 @@ impl ElementIndex for SparseIndex {
 impl SparseIndex {
     /// Looks at one grid after the other for the one that can tell most.
     ///
-    /// The search begins with the grid that answered last: a step seldom changes the scale.
+    /// The search begins with the grid that answered last: a step seldom changes the scale. What a grid
+    /// said is remembered only if less would have led elsewhere: as elements are added bounds only sink.
     #[inline(never)]
     fn search(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         let cell = cell_of(p).map(|c| c.min(self.tree.last_cell()));
-        let seen_before = notes.reads.len();
-        let mut coarser_says: Option<f64> = None;
+        let mut coarser_says: Option<(f64, Option<Read>)> = None;
         let mut finer_says = f64::NEG_INFINITY;
         loop {
             let level = notes.level;
             let size = f64::from(1u32 << (2 * level));
-            let distance_sq = self.distance_sq(elements, level, cell, notes);
+            let (distance_sq, read) = self.distance_sq(elements, level, cell, notes);
             if level == 0 && distance_sq != FAR {
                 let bounds = self.near_bounds(p, distance_sq);
-                if bounds[0] < NEAR && notes.remembers {
-                    notes.reads.truncate(seen_before);
+                if bounds[0] >= NEAR {
+                    notes.keep(read);
+                } else if notes.remembers {
                     notes.near.push(position);
                 }
                 return self.look_near(elements, position, bounds, || Touch::Unsure);
@@ -329,15 +330,18 @@ impl SparseIndex {
             let aside = p.distance(middle(coarsen(cell, 2 * level), size));
             let here = self.roots.least(distance_sq) * size - aside;
             if distance_sq == FAR && level < self.tree.top() {
-                if let Some(bound) = coarser_says {
+                notes.keep(read);
+                if let Some((bound, read)) = coarser_says {
+                    notes.keep(read.filter(|_| bound > here));
                     return self.nothing_nearer_than(here.max(bound));
                 }
                 finer_says = here;
                 notes.level = level + 1;
             } else if finer_says > 0.0 || here >= GOOD * size || level == 0 {
+                notes.keep(read.filter(|_| here > finer_says));
                 return self.nothing_nearer_than(here.max(finer_says));
             } else {
-                coarser_says = Some(here);
+                coarser_says = Some((here, read));
                 notes.level = level - 1;
             }
         }
@@ -383,7 +387,7 @@ impl SparseIndex {
         }
     }
 
-    /// What a grid says of the cell about a point.
+    /// What a grid says of the cell about a point; also as something to remember, where the block is there.
     #[inline]
     fn distance_sq(
         &self,
@@ -391,15 +395,20 @@ impl SparseIndex {
         level: usize,
         cell: Block,
         notes: &mut Notes,
-    ) -> u8 {
+    ) -> (u8, Option<Read>) {
         let (block, within) = address(coarsen(cell, 2 * level));
         match self.tree.follow(&mut notes.path, level, cell) {
             Some(number) => {
                 let distance_sq = self.grid(level)[number as usize].0[within];
-                notes.read(level, number, within, distance_sq);
-                distance_sq
+                (
+                    distance_sq,
+                    Some(Read::new(level, number, within, distance_sq)),
+                )
             }
-            None => self.new_block(elements, level, block, notes).0[within],
+            None => {
+                let new = self.new_block(elements, level, block, notes);
+                (new.0[within], None)
+            }
         }
     }
 
@@ -580,15 +589,25 @@ fn first_not<T>(all: &[T], holds: impl Fn(&T) -> bool) -> u32 {
 }
 
 impl Notes {
-    #[inline]
-    fn read(&mut self, level: usize, block: u32, within: usize, distance_sq: u8) {
-        if self.remembers {
-            self.reads.push(Read {
-                block,
-                level: level as u8,
-                within: within as u8,
-                distance_sq,
-            });
+    /// Remembers what was read.
+    #[inline(always)]
+    fn keep(&mut self, read: Option<Read>) {
+        if self.remembers
+            && let Some(read) = read
+        {
+            self.reads.push(read);
+        }
+    }
+}
+
+impl Read {
+    #[inline(always)]
+    fn new(level: usize, block: u32, within: usize, distance_sq: u8) -> Self {
+        Self {
+            block,
+            level: level as u8,
+            within: within as u8,
+            distance_sq,
         }
     }
 }
