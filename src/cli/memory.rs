@@ -13,8 +13,8 @@ use super::progress::DIMENSION;
 use super::terminal::Voice;
 
 /// Bytes that an element takes at the peak of a run, which is when the picture is made. Measured at a
-/// million elements: 413 of plain DLA on the plane, which is as sparse as lichen grows, and 402 of
-/// packed lichen on the rock; 306 and less as they grow. Vectors that grow may take more for a moment.
+/// million elements: 378 of plain DLA on the plane, which is as sparse as lichen grows, and 394 of
+/// packed lichen on the rock; 263 and less as they grow. Vectors that grow may take more for a moment.
 const BYTES: f64 = 480.0;
 
 /// Runs of so many elements are told what they take, and such as are expected to take a minute.
@@ -22,11 +22,11 @@ const LONG: f64 = 1e6;
 const LONG_SECONDS: f64 = 60.0;
 
 /// Seconds an element on one thread, besides those for its contacts; docs/performance.md has the
-/// measurements, which this meets within a factor of two.
-const WALK: f64 = 30e-6;
+/// measurements, which this meets within a factor of two where runs are long.
+const WALK: f64 = 12e-6;
 
 /// Seconds a contact.
-const CONTACT: f64 = 1.3e-6;
+const CONTACT: f64 = 0.8e-6;
 
 /// Triangles from which on walkers take twice as long.
 const FINE: usize = 20_000;
