@@ -266,16 +266,19 @@ pub(super) struct Gaps {
 const ROUNDED: f32 = 1e-4;
 
 /// Squared distances along an axis from the cells of the finest grid's blocks, from one on, to a place.
+/// Each row is worked out from its own block, so that it is the same wherever one begins.
 #[inline(always)]
 fn rows_to_centre(low: u32, p: f64) -> [Row; MOST_BLOCKS] {
-    let first = (p - f64::from(low << 2)) as f32;
-    let eight = |from: f32| {
-        let cells = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) + f32x8::splat(from);
-        let gaps = f32x8::splat(first) - cells;
+    let first = |block: u32| (p - f64::from(block << 2)) as f32;
+    let two = |i: u32| {
+        let [a, b] = [first(low + i), first(low + i + 1)];
+        let gaps = f32x8::new([a, a, a, a, b, b, b, b])
+            - f32x8::new([0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
         let half_cells_sq = gaps * gaps * f32x8::splat(QUARTERS as f32) - f32x8::splat(ROUNDED);
-        i16x8::from_i32x8_saturate(half_cells_sq.fast_trunc_int())
+        let limited = half_cells_sq.fast_min(f32x8::splat(FAR.into()));
+        i16x8::from_i32x8_saturate(limited.fast_trunc_int())
     };
-    let [a, b, c] = [0.0, 8.0, 16.0].map(eight);
+    let [a, b, c] = [0, 2, 4].map(two);
     let [near, far] = [(a, b), (c, c)].map(|(a, b)| u8x16::narrow_i16x8(a, b).to_array());
     let row = |i: usize| std::array::from_fn(|k| if i < 4 { near[4 * i + k] } else { far[k] });
     [row(0), row(1), row(2), row(3), row(4)]
@@ -337,4 +340,67 @@ impl Roots {
 pub(super) fn middle(cell: Block, size: f64) -> DVec3 {
     let low = DVec3::new(cell[0].into(), cell[1].into(), cell[2].into());
     low * size + 0.5 * (size - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    #[test]
+    fn a_block_alone_is_lowered_as_one_of_many() {
+        let mut stream = Stream::new(7, Purpose::Walker, 0);
+        for _ in 0..40_000 {
+            let p = 1000.0 * DVec3::from([0; 3].map(|_| stream.uniform()));
+            let [low, high] = seen_from(p.to_array().map(|x| x.round() as u32));
+            let gaps = Gaps::to_centre(low, p);
+            // Along the diagonal every row comes once.
+            for i in 0..MOST_BLOCKS as u32 {
+                let block = low.map(|c| c + i);
+                if (0..3).any(|axis| block[axis] > high[axis]) {
+                    continue;
+                }
+                let rows = [0, 1, 2].map(|axis| rows_to_centre(block[axis], p[axis])[0]);
+                let among = [0, 1, 2].map(|axis| gaps.rows[axis][i as usize]);
+                assert_eq!(rows, among, "{p:?}, block {block:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn centres_as_far_as_can_be_lower_nothing() {
+        for far in [20.0, 1e3, 3e4, 1e6, 1e7] {
+            for p in [DVec3::splat(far), DVec3::new(far, 2.0, 2.0)] {
+                let mut distances = Distances::default();
+                lower_by_centre(&mut distances, [0; 3], p);
+                assert!(distances == Distances::default(), "{p:?}");
+                let block = [(far / 4.0) as u32; 3];
+                lower_by_centre(&mut distances, block, DVec3::splat(2.0));
+                assert!(distances == Distances::default(), "{p:?} backwards");
+            }
+        }
+    }
+
+    #[test]
+    fn cells_get_the_squared_distance_to_an_occupied_one() {
+        let mut stream = Stream::new(8, Purpose::Walker, 0);
+        for _ in 0..2000 {
+            let obstacle = [0; 3].map(|_| (400.0 * stream.uniform()) as u32);
+            let block =
+                obstacle.map(|c| (c / 16 + (5.0 * stream.uniform()) as u32).saturating_sub(2));
+            let mut distances = Distances::default();
+            lower_by_cell(&mut distances, block, obstacle);
+            for place in 0..64 {
+                let cell = cell_at(block, place);
+                let half_cells = |axis: usize| {
+                    let middle = 2.0 * f64::from(cell[axis]) + 1.0;
+                    let low = 0.5 * f64::from(obstacle[axis]);
+                    let gap = (low - middle).max(middle - low - 0.5).max(0.0);
+                    (gap * gap).floor()
+                };
+                let expected = (half_cells(0) + half_cells(1) + half_cells(2)).min(255.0);
+                assert_eq!(distances.0[place as usize], expected as u8);
+            }
+        }
+    }
 }

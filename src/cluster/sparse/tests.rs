@@ -149,3 +149,37 @@ fn bounds_hold_beyond_the_box() {
         }
     }
 }
+
+/// Every byte of every block: one that a birth lowers otherwise than a survey finds would show only
+/// now and then in where walkers go, when a run is resumed.
+#[test]
+fn births_lower_blocks_to_what_a_survey_finds() {
+    let mut stream = Stream::new(5, Purpose::Walker, 0);
+    let (mut index, mut notes, mut elements) = (empty(), Notes::default(), Vec::new());
+    for _ in 0..4000 {
+        index.begin(&mut notes, false);
+        for _ in 0..8 {
+            index.look(&elements, random_point(&mut stream, 0.3), &mut notes);
+        }
+        index.adopt(&elements, &mut notes);
+        elements.push(element(random_point(&mut stream, 0.25)));
+        index.insert(&elements);
+    }
+    let centres = index.scale.of(&elements);
+    // The coarsest level has one block, which is there from the beginning.
+    let blocks: Vec<usize> = (0..index.tree.top())
+        .map(|level| {
+            let mut blocks = 0;
+            let all = [[0; 3], [u32::MAX; 3]];
+            index.tree.visit(level, all, |block, number| {
+                let lowered = &index.grid(level)[number as usize];
+                let surveyed = index.survey(level, block, &centres);
+                assert_eq!(lowered.0, surveyed.0, "level {level}, block {block:?}");
+                blocks += 1;
+            });
+            blocks
+        })
+        .collect();
+    let enough = blocks[0] > 4000 && blocks[1] > 300 && blocks[2] > 20;
+    assert!(enough, "{blocks:?}");
+}
