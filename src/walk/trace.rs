@@ -98,38 +98,22 @@ pub fn trace_visiting<V: Visitor>(
     let corners = substrate.charts()[from.triangle as usize].corners();
     let [w0, w1, w2] = from.weights();
     let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
-    trace_in_chart(
-        substrate,
-        from.triangle,
-        corners.map(|c| c - at),
-        step,
-        visitor,
-    )
-}
-
-/// As [`trace_visiting`], from the origin of a frame in which the start triangle's corners are
-/// given: its chart's, shifted.
-fn trace_in_chart<V: Visitor>(
-    substrate: &Substrate,
-    triangle: u32,
-    corners: [DVec2; 3],
-    step: DVec2,
-    visitor: &mut V,
-) -> Trace {
+    let corners = corners.map(|c| c - at);
     if contains(&corners, step) || step == DVec2::ZERO {
         if V::WATCHES {
             visitor.arrive(step);
         }
         return Trace {
-            point: weigh(triangle, areas(&corners, step)),
+            point: weigh(from.triangle, areas(&corners, step)),
             end: End::Distance,
             crossings: 0,
         };
     }
-    trace_out(substrate, triangle, corners, step, visitor)
+    trace_out(substrate, from.triangle, corners, step, visitor)
 }
 
-/// As [`trace_in_chart`], for a step that is not zero and leaves the triangle, but for round-off.
+/// As [`trace_visiting`], for a step that is not zero and leaves the triangle, but for round-off: from
+/// the origin of a frame in which the triangle's corners are given, its chart's, shifted.
 pub(super) fn trace_out<V: Visitor>(
     substrate: &Substrate,
     triangle: u32,

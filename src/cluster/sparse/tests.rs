@@ -39,6 +39,7 @@ fn empty() -> SparseIndex {
 /// distance where that is several radii.
 fn judge(index: &SparseIndex, elements: &[Element], notes: &mut Notes, stream: &mut Stream) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
+    index.begin(notes, false);
     for i in 0..300 {
         let p = random_point(stream, [0.9, 0.3, 0.1][i % 3]);
         // As a walker does, look again nearby, so that all grids get asked.
@@ -80,6 +81,7 @@ fn blocks_made_late_are_those_made_early() {
     let mut notes = Notes::default();
     for n in 0..births.len() {
         let before = &births[..n];
+        early.begin(&mut notes, false);
         places[..20].iter().for_each(|&q| {
             early.look(before, q, &mut notes);
         });
@@ -88,6 +90,8 @@ fn blocks_made_late_are_those_made_early() {
         late.insert(&births[..=n]);
     }
     let (mut of_early, mut of_late) = (Notes::default(), Notes::default());
+    early.begin(&mut of_early, false);
+    late.begin(&mut of_late, false);
     for &q in &places {
         let [early, late] = [(&early, &mut of_early), (&late, &mut of_late)]
             .map(|(index, notes)| index.look(&births, q, notes));
