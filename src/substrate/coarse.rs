@@ -52,6 +52,11 @@ struct Cells {
     along: u32,
 }
 
+/// A triangle that stands above or below that of the one before by no more than this share of the error
+/// has the same: to look for a nearer one takes longer than all else, and brings nobody nearer than
+/// the farthest.
+const NEAR: f64 = 0.5;
+
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -117,7 +122,7 @@ impl Coarse {
             return None;
         }
         let (above, deviation) =
-            stand_ins(fine, &surface, &simplified.triangles, &simplified.onto)?;
+            stand_ins(fine, &surface, &simplified.triangles, &simplified.onto, NEAR * error)?;
         let (cells, below) = cells(fine, &surface, &above);
         Some(Self {
             surface,
@@ -195,12 +200,14 @@ fn used(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
 
 /// The coarse triangle that stands for each fine one, and the greatest distance between the two.
 ///
-/// It is the nearest of those about the vertices that the corners went into.
+/// It is the nearest of those about the vertices that the corners went into, or that of the triangle
+/// before, where this one is `near` to it.
 fn stand_ins(
     fine: &Substrate,
     coarse: &Substrate,
     triangles: &[[u32; 3]],
     onto: &[u32],
+    near: f64,
 ) -> Option<(Vec<u32>, f64)> {
     let corners: Vec<[u32; 3]> = (0..triangles.len() as u32)
         .map(|t| triangles[coarse.source_triangle(t) as usize])
@@ -221,9 +228,14 @@ fn stand_ins(
         };
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
         let is_about = |s: u32| corners[s as usize].iter().any(|v| into.contains(v));
+        let last = Some(last).filter(|&last| last != NONE && is_about(last));
+        let above_last = last.and_then(|last| Some((height(coarse, last, middle)?, last)));
+        if let Some(found) = above_last.filter(|found| found.0 <= near) {
+            return Some(found);
+        }
         let first = match last {
-            last if last != NONE && is_about(last) => (distance(coarse, last, middle), last),
-            _ => {
+            Some(last) => (distance(coarse, last, middle), last),
+            None => {
                 let all = into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
                 all.fold((f64::INFINITY, NONE), |first, s| {
                     let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
@@ -269,6 +281,14 @@ fn greatest_distance(fine: &Substrate, coarse: &Substrate, above: &[(f64, u32)])
     shares.reduce(|| 0.0, f64::max)
 }
 
+/// How far a point stands straight above or below a triangle, if it does.
+fn height(surface: &Substrate, triangle: u32, p: DVec3) -> Option<f64> {
+    let frame = &surface.frames()[triangle as usize];
+    let foot = frame.flatten(p);
+    let is_above = surface.charts()[triangle as usize].contains(foot);
+    is_above.then(|| frame.lift(foot).distance(p))
+}
+
 /// The distance of a triangle from a point.
 fn distance(surface: &Substrate, triangle: u32, p: DVec3) -> f64 {
     let nearest = surface.nearest_in(triangle, p);
@@ -300,9 +320,12 @@ fn nearest_from(
     loop {
         let before = nearest.1;
         for v in coarse.triangles()[before as usize] {
-            for h in coarse.half_edges_at(v) {
-                if let Some(away) = nearer(h / 3, nearest.0).filter(|away| *away < nearest.0) {
-                    nearest = (away, h / 3);
+            for s in coarse.half_edges_at(v).iter().map(|h| h / 3) {
+                if s == before || s == nearest.1 {
+                    continue;
+                }
+                if let Some(away) = nearer(s, nearest.0).filter(|away| *away < nearest.0) {
+                    nearest = (away, s);
                 }
             }
         }

@@ -291,7 +291,9 @@ impl Substrate {
 
     /// Corners of a triangle, local units.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|i| self.vertices[i as usize])
+        let [a, b, c] = self.triangles[triangle as usize];
+        let vertex = |i: u32| self.vertices[i as usize];
+        [vertex(a), vertex(b), vertex(c)]
     }
 
     /// Half-edges that leave a vertex, one for each triangle there.

@@ -40,7 +40,7 @@ impl Connectivity {
         radius: f64,
     ) -> bool {
         from == to || {
-            self.search(substrate, from, centre, radius, |t| t == to);
+            self.search(substrate, from, centre, radius, Some(to));
             self.has_reached(to)
         }
     }
@@ -48,7 +48,7 @@ impl Connectivity {
     /// Searches all that the surface joins to a triangle inside a ball; ask with
     /// [`has_reached`](Self::has_reached).
     pub fn reach(&mut self, substrate: &Substrate, from: u32, centre: DVec3, radius: f64) {
-        self.search(substrate, from, centre, radius, |_| false);
+        self.search(substrate, from, centre, radius, None);
     }
 
     /// Whether the last search came to a triangle.
@@ -61,23 +61,21 @@ impl Connectivity {
         &self.reached
     }
 
+    /// Goes on until a triangle is found, or no more are.
     fn search(
         &mut self,
         substrate: &Substrate,
         from: u32,
         centre: DVec3,
         radius: f64,
-        found: impl Fn(u32) -> bool,
+        wanted: Option<u32>,
     ) {
         self.begin(substrate);
         self.mark(from);
         let mut next = 0;
-        while next < self.reached.len() {
+        while next < self.reached.len() && !wanted.is_some_and(|t| self.has_reached(t)) {
             let t = self.reached[next];
             next += 1;
-            if found(t) {
-                return;
-            }
             self.spread(substrate, t, centre, radius * radius);
         }
     }

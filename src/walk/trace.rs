@@ -11,7 +11,7 @@
 //! A path aimed exactly at a vertex passes it on the left. A straight path has no unique
 //! continuation there (Polthier & Schmies 1998); for walkers this happens with probability zero.
 
-use std::hint::select_unpredictable;
+use std::hint::{black_box, select_unpredictable};
 
 use glam::DVec2;
 
@@ -259,7 +259,8 @@ impl Front {
     /// Lays the triangle beyond the edge flat.
     ///
     /// What lies beyond both its other edges is fetched now, while it is worked out which one the
-    /// path takes: on a fine mesh that takes longer than all the arithmetic.
+    /// path takes, and what lies beyond the next four: on a fine mesh that takes longer than all the
+    /// arithmetic.
     #[inline(always)]
     fn cross(self, crossings: &[Crossing]) -> Unfolded {
         let mirrored = self.mirrored ^ self.entry.is_flipped();
@@ -272,13 +273,16 @@ impl Front {
         } else {
             crossing.along
         };
+        let beyond = |exit: Twin| crossings[exit.half_edge() as usize];
+        let [a, b] = [beyond(crossing.exits[0]), beyond(crossing.exits[1])];
+        fetch(crossings, [a.exits, b.exits].as_flattened());
         Unfolded {
             left: self.left,
             right: self.right,
             apex: self.left + e * along + e.perp() * crossing.height,
             entry,
             exits: crossing.exits,
-            beyond: crossing.exits.map(|e| crossings[e.half_edge() as usize]),
+            beyond: [a, b],
             mirrored,
         }
     }
@@ -319,6 +323,13 @@ impl Front {
         weights[(k + 1) % 3] = share;
         SurfacePoint::from_weights(half_edge / 3, weights)
     }
+}
+
+/// Reads what lies beyond some edges without need for it, so that it is at hand when there is.
+#[inline(always)]
+fn fetch(crossings: &[Crossing], exits: &[Twin]) {
+    let read = |exit: &Twin| crossings[exit.half_edge() as usize].along.to_bits();
+    black_box(exits.iter().fold(0, |all, exit| all ^ read(exit)));
 }
 
 /// The edge from a corner on the right of the path to one on its left, by the bits of the corners on

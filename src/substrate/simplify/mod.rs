@@ -45,6 +45,10 @@ const SHORT: f64 = 1e-5;
 /// a fifth more.
 const SHARE: usize = 3;
 
+/// More candidates than this are taken in the order of their numbers: the cheapest first would be
+/// another place in memory each time.
+const MANY: usize = 1 << 14;
+
 /// A pass that collapses less than one in so many of its candidates is followed by one of all.
 const POOR: usize = 16;
 
@@ -235,10 +239,14 @@ impl<'a> Simplifier<'a> {
     fn cheapest_first(&mut self) -> Rank {
         let last = self.candidates.len() - 1;
         let share = if self.take_all { last } else { last / SHARE };
-        self.candidates.select_nth_unstable(share);
+        let limit = self.candidates.select_nth_unstable(share).1.0;
         self.candidates.truncate(share + 1);
-        self.candidates.sort_unstable();
-        self.candidates[share].0
+        if self.candidates.len() > MANY {
+            self.candidates.sort_unstable_by_key(|c| c.1);
+        } else {
+            self.candidates.sort_unstable();
+        }
+        limit
     }
 
     /// Moves a vertex the cheapest way that is allowed, if that ranks no higher than the limit.
