@@ -154,20 +154,19 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         here: &Here,
         end: f64,
     ) -> Option<(f64, SurfacePoint)> {
-        let mut meetings: Vec<(f64, u32)> = Vec::with_capacity(USUALLY_NEAR);
+        let mut meetings: Vec<(f64, u32, DVec2)> = Vec::with_capacity(USUALLY_NEAR);
         for &(id, q) in &self.others {
             let Some((centre, radius)) = circle_in(&here.plane, q, self.reach) else {
                 continue;
             };
-            meetings.extend(
-                here.meetings(centre, radius)
-                    .filter(|&a| a <= end)
-                    .map(|a| (a, id)),
-            );
+            let points = here.meetings(centre, radius);
+            meetings.extend(points.map(|p| (here.turn_to(p), id, p)));
         }
-        meetings.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        meetings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let elements = self.around.cluster.elements();
-        meetings.into_iter().find_map(|(angle, id)| {
+        let angles = meetings.into_iter().map(|(_, id, p)| (here.angle_to(p), id));
+        let mut before_end = angles.take_while(|&(angle, _)| angle <= end);
+        before_end.find_map(|(angle, id)| {
             let p = here.at_angle(angle);
             let there = &elements[id as usize];
             let place = (here.triangle, here.plane.lift(p));
@@ -219,12 +218,30 @@ fn circle_in(plane: &TrianglePlane, centre: DVec3, radius: f64) -> Option<(DVec2
 impl Here {
     /// How far the curve turns from here to a point of the circle, in [0, 2π).
     fn angle_to(&self, p: DVec2) -> f64 {
-        let (from, to) = (self.point - self.centre, p - self.centre);
-        let angle = self.sense * libm::atan2(from.perp_dot(to), from.dot(to));
+        let (sin, cos) = self.turned(p);
+        let angle = libm::atan2(sin, cos);
         match if angle < 0.0 { angle + TAU } else { angle } {
             a if a > TAU - ROUND_OFF => 0.0,
             a => a,
         }
+    }
+
+    /// A number that grows with that angle, in [0, 4), and takes less time.
+    fn turn_to(&self, p: DVec2) -> f64 {
+        let (sin, cos) = self.turned(p);
+        let is_start = cos > 0.0 && -sin < ROUND_OFF * cos;
+        let share = cos / (sin.abs() + cos.abs());
+        match sin >= 0.0 {
+            true => 1.0 - share,
+            false if is_start => 0.0,
+            false => 3.0 + share,
+        }
+    }
+
+    /// Sine and cosine of that angle, times the circle's radius squared.
+    fn turned(&self, p: DVec2) -> (f64, f64) {
+        let (from, to) = (self.point - self.centre, p - self.centre);
+        (self.sense * from.perp_dot(to), from.dot(to))
     }
 
     /// Direction of travel at a point of the circle, of the circle's radius in length.
@@ -263,8 +280,8 @@ impl Here {
         first
     }
 
-    /// Angles at which the curve comes into another circle.
-    fn meetings(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = f64> {
+    /// Where the curve comes into another circle.
+    fn meetings(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = DVec2> {
         let between = centre - self.centre;
         let distance_sq = between.length_squared();
         let along =
@@ -274,10 +291,7 @@ impl Here {
         let points = [across, -across].map(|h| self.centre + between * along + between.perp() * h);
         let meets = across_sq >= 0.0 && distance_sq > 0.0;
         let comes_in = move |p: &DVec2| meets && self.velocity(*p).dot(*p - centre) < 0.0;
-        points
-            .into_iter()
-            .filter(comes_in)
-            .map(|p| self.angle_to(p))
+        points.into_iter().filter(comes_in)
     }
 
     /// Whether the curve passes a point in space, on its circle, within an angle.

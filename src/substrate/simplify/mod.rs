@@ -29,6 +29,7 @@ mod surface;
 mod tests;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use checks::{MOST_ABOUT, Star, larger};
 use quadric::Quadric;
@@ -89,6 +90,7 @@ const NONE: Rank = Rank::MAX;
 const UNKNOWN: Rank = Rank::MAX - 1;
 
 /// A vertex that looks where to go.
+#[derive(Clone, Copy)]
 struct Mover {
     from: DVec3,
     planes: Quadric,
@@ -144,11 +146,13 @@ impl<'a> Simplifier<'a> {
         let numbers = 0..vertices.len() as u32;
         let kinds: Vec<Kind> = numbers
             .clone()
+            .into_par_iter()
             .map(|v| surface.kind(v, MOST_ABOUT))
             .collect();
         Self {
             quadrics: numbers
                 .clone()
+                .into_par_iter()
                 .map(|v| quadric(&surface, v, kinds[v as usize]))
                 .collect(),
             kinds,
@@ -194,33 +198,33 @@ impl<'a> Simplifier<'a> {
 
     /// Lists the vertices that have somewhere to go, with the rank of the cheapest way.
     fn find_candidates(&mut self) {
+        let mut next = std::mem::take(&mut self.next);
+        next.par_iter_mut().enumerate().for_each(|(v, next)| {
+            if *next == UNKNOWN {
+                *next = self.cheapest(v as u32);
+            }
+        });
+        let candidates = (0..).zip(&next).filter(|(_, next)| **next != NONE);
         self.candidates.clear();
-        for v in 0..self.kinds.len() as u32 {
-            if self.next[v as usize] == UNKNOWN {
-                self.next[v as usize] = self.cheapest(v);
-            }
-            if self.next[v as usize] != NONE {
-                self.candidates.push((self.next[v as usize], v));
-            }
-        }
+        self.candidates.extend(candidates.map(|(v, next)| (*next, v)));
+        self.next = next;
     }
 
     /// The rank of the cheapest way for a vertex to go.
-    fn cheapest(&mut self, v: u32) -> Rank {
-        let mover = self.mover(v);
+    fn cheapest(&self, v: u32) -> Rank {
+        let rank = |mover: Mover, w: u32| mover.rank(self.surface.place(w));
         match self.kinds[v as usize] {
             Kind::Inner => {
+                let mover = self.mover(v);
                 let neighbours = self.surface.fan(v).flatten();
-                neighbours
-                    .map(|w| mover.rank(self.surface.place(w)))
-                    .fold(NONE, Rank::min)
+                neighbours.map(|w| rank(mover, w)).fold(NONE, Rank::min)
             }
             Kind::Border => {
-                self.star.read(&self.surface, v);
-                let along = self.star.neighbours().filter(|n| n.1 == 1);
-                along
-                    .map(|(w, _)| mover.rank(self.surface.place(w)))
-                    .fold(NONE, Rank::min)
+                let mover = self.mover(v);
+                let mut star = Star::default();
+                star.read(&self.surface, v);
+                let along = star.neighbours().filter(|n| n.1 == 1);
+                along.map(|(w, _)| rank(mover, w)).fold(NONE, Rank::min)
             }
             Kind::Fixed => NONE,
         }
