@@ -71,7 +71,6 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
                 others.push((id, other.position));
             }
         });
-        others.sort_unstable_by_key(|o| o.0);
         Self {
             around,
             about: triangle,
@@ -164,7 +163,9 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         }
         meetings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let elements = self.around.cluster.elements();
-        let angles = meetings.into_iter().map(|(_, id, p)| (here.angle_to(p), id));
+        let angles = meetings
+            .into_iter()
+            .map(|(_, id, p)| (here.angle_to(p), id));
         let mut before_end = angles.take_while(|&(angle, _)| angle <= end);
         before_end.find_map(|(angle, id)| {
             let p = here.at_angle(angle);

@@ -121,8 +121,13 @@ impl Coarse {
         if surface.components().len() != fine.components().len() {
             return None;
         }
-        let (above, deviation) =
-            stand_ins(fine, &surface, &simplified.triangles, &simplified.onto, NEAR * error)?;
+        let (above, deviation) = stand_ins(
+            fine,
+            &surface,
+            &simplified.triangles,
+            &simplified.onto,
+            NEAR * error,
+        )?;
         let (cells, below) = cells(fine, &surface, &above);
         Some(Self {
             surface,

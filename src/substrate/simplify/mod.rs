@@ -206,7 +206,8 @@ impl<'a> Simplifier<'a> {
         });
         let candidates = (0..).zip(&next).filter(|(_, next)| **next != NONE);
         self.candidates.clear();
-        self.candidates.extend(candidates.map(|(v, next)| (*next, v)));
+        self.candidates
+            .extend(candidates.map(|(v, next)| (*next, v)));
         self.next = next;
     }
 
