@@ -100,24 +100,37 @@ impl Connectivity {
 
     /// Marks what lies about the vertices in the ball, and across other edges that touch it.
     fn spread(&mut self, substrate: &Substrate, t: u32, centre: DVec3, limit: f64) {
+        let [a, b, c] = substrate.triangles()[t as usize];
+        let mut is_inside = |v: u32| {
+            // Those that the search has been to are, and most have been.
+            self.spread[v as usize] == self.search || {
+                let p = substrate.vertices()[v as usize];
+                let is_inside = (p - centre).length_squared() <= limit;
+                if is_inside {
+                    self.spread_about(substrate, v);
+                }
+                is_inside
+            }
+        };
+        let inside = [is_inside(a), is_inside(b), is_inside(c)];
+        if inside == [true; 3] {
+            return;
+        }
         let corners = substrate.corners(t);
-        let inside = corners.map(|c| (c - centre).length_squared() <= limit);
         for k in 0..3 {
-            let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            if inside[k] {
-                self.spread_about(substrate, substrate.triangles()[t as usize][k]);
-            } else if !inside[(k + 1) % 3] && segment_distance_sq(centre, a, b) <= limit {
+            let (this, next) = (k, (k + 1) % 3);
+            let touches = || segment_distance_sq(centre, corners[this], corners[next]) <= limit;
+            if !inside[this] && !inside[next] && touches() {
                 let twin = substrate.twin(3 * t + k as HalfEdge);
                 self.mark(twin.half_edge() / 3);
             }
         }
     }
 
-    /// Marks the triangles about a vertex, the first time that a search comes to it.
+    /// Marks the triangles about a vertex.
     fn spread_about(&mut self, substrate: &Substrate, vertex: u32) {
-        if std::mem::replace(&mut self.spread[vertex as usize], self.search) != self.search {
-            let leaving = substrate.half_edges_at(vertex);
-            leaving.iter().for_each(|h| self.mark(h / 3));
-        }
+        self.spread[vertex as usize] = self.search;
+        let leaving = substrate.half_edges_at(vertex);
+        leaving.iter().for_each(|h| self.mark(h / 3));
     }
 }
