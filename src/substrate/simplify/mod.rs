@@ -5,8 +5,9 @@
 //! (1997), with half-edge collapses only, so that the vertices left are some of the given ones.
 //! We depart from the paper in three ways.
 //!
-//! - Not from a heap but in passes, in the manner of meshoptimizer: each takes the cheapest vertices
-//!   in order, and leaves alone until the next pass what a collapse has changed.
+//! - Not from a heap but in passes, in the manner of meshoptimizer: each takes the cheapest vertices,
+//!   in order of cost where they are few, and leaves alone until the next pass what a collapse has
+//!   changed.
 //! - A collapse costs the mean, weighted by area, of the squared distances to the planes that the
 //!   *moving* vertex stands for; so a spike on a large plane is not averaged away.
 //! - The error allowed limits that, and besides the sum of steps: each vertex knows how far the
@@ -90,7 +91,6 @@ const NONE: Rank = Rank::MAX;
 const UNKNOWN: Rank = Rank::MAX - 1;
 
 /// A vertex that looks where to go.
-#[derive(Clone, Copy)]
 struct Mover {
     from: DVec3,
     planes: Quadric,
@@ -213,19 +213,18 @@ impl<'a> Simplifier<'a> {
 
     /// The rank of the cheapest way for a vertex to go.
     fn cheapest(&self, v: u32) -> Rank {
-        let rank = |mover: Mover, w: u32| mover.rank(self.surface.place(w));
+        let mover = self.mover(v);
+        let rank = |w: u32| mover.rank(self.surface.place(w));
         match self.kinds[v as usize] {
             Kind::Inner => {
-                let mover = self.mover(v);
                 let neighbours = self.surface.fan(v).flatten();
-                neighbours.map(|w| rank(mover, w)).fold(NONE, Rank::min)
+                neighbours.map(rank).fold(NONE, Rank::min)
             }
             Kind::Border => {
-                let mover = self.mover(v);
                 let mut star = Star::default();
                 star.read(&self.surface, v);
                 let along = star.neighbours().filter(|n| n.1 == 1);
-                along.map(|(w, _)| rank(mover, w)).fold(NONE, Rank::min)
+                along.map(|(w, _)| rank(w)).fold(NONE, Rank::min)
             }
             Kind::Fixed => NONE,
         }
