@@ -300,3 +300,43 @@ impl Here {
         self.angle_to(self.plane.project(p).0) <= angle
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+    use crate::substrate::Substrate;
+
+    /// Circles of radius 1 about the origin of a triangle's chart, begun anywhere, both ways.
+    fn random_place(stream: &mut Stream, plane: TrianglePlane) -> Here {
+        Here {
+            triangle: 0,
+            plane,
+            centre: DVec2::ZERO,
+            radius: 1.0,
+            point: stream.in_unit_disc().normalize(),
+            sense: if stream.uniform() < 0.5 { 1.0 } else { -1.0 },
+        }
+    }
+
+    #[test]
+    fn turns_are_in_the_order_of_angles() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let mut stream = Stream::new(9, Purpose::Walker, 0);
+        for _ in 0..4000 {
+            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+            let mut points: Vec<DVec2> =
+                (0..12).map(|_| stream.in_unit_disc().normalize()).collect();
+            points.push(here.point);
+            // As round-off leaves it just before the start.
+            let back = DVec2::from_angle(-here.sense * 1e-12);
+            points.push(back.rotate(here.point));
+            points.sort_by(|a, b| here.turn_to(*a).total_cmp(&here.turn_to(*b)));
+            let angles: Vec<f64> = points.iter().map(|p| here.angle_to(*p)).collect();
+            assert_eq!(&angles[..2], [0.0; 2]);
+            assert!(angles.is_sorted(), "{angles:?}");
+        }
+    }
+}

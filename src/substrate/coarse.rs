@@ -430,3 +430,32 @@ impl Grouped {
         &self.sorted[from..to]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn on_threads(threads: usize, surface: &Substrate, error: f64) -> Coarse {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let copy = pool
+            .expect("a pool")
+            .install(|| Coarse::new(surface, error));
+        copy.expect("worth having")
+    }
+
+    #[test]
+    fn copies_are_the_same_on_any_number_of_threads() {
+        let boulder = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
+        let error = boulder.units().length_to_local(8.0 * boulder.auto_radius());
+        let one = on_threads(1, &boulder, error);
+        for threads in [2, 3, 8] {
+            let many = on_threads(threads, &boulder, error);
+            assert_eq!(one.surface.vertices(), many.surface.vertices());
+            assert_eq!(one.surface.triangles(), many.surface.triangles());
+            assert!(one.above == many.above && one.below == many.below);
+            assert_eq!(one.deviation, many.deviation);
+        }
+    }
+}
