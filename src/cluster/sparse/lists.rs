@@ -137,8 +137,13 @@ struct Cell {
     beside: Vec<u32>,
 }
 
+/// A radius that is worked out in two ways may differ by this share, and more.
+const ROUNDING: f64 = 1e-12;
+
 impl CellLists {
-    pub(super) fn new(size: f64) -> Self {
+    /// For balls of up to this radius.
+    pub(super) fn new(widest: f64) -> Self {
+        let size = widest * (1.0 + ROUNDING);
         Self {
             size,
             inverse: 1.0 / size,

@@ -187,3 +187,18 @@ fn births_lower_blocks_to_what_a_survey_finds() {
     let enough = blocks[0] > 4000 && blocks[1] > 300 && blocks[2] > 20;
     assert!(enough, "{blocks:?}");
 }
+
+#[test]
+fn the_widest_balls_are_looked_for_in_wide_cells_whatever_the_radius() {
+    let mut stream = Stream::new(12, Purpose::Walker, 0);
+    for _ in 0..10_000 {
+        let radius = 1e-3 + stream.uniform();
+        let widest = radius * (3.0 + 27.0 * stream.uniform());
+        let bounds = [DVec3::ZERO, DVec3::splat(40.0 * radius)];
+        let index = SparseIndex::new(radius, Some(widest), bounds);
+        // The quotient that the cells are made for and this product often differ in the last bit.
+        let reach = widest * index.scale.inverse;
+        let lists = index.wide.expect("wider than contact");
+        assert!(lists.holds(reach), "{widest} at {radius}");
+    }
+}
