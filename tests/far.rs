@@ -28,6 +28,12 @@ const WALKERS: usize = 30_000;
 /// Directions that hits are counted by.
 const SECTORS: usize = 16;
 
+/// The share of the edges of the mesh that walkers cross where there are copies, at most.
+const MOST_CROSSED: f64 = 0.6;
+
+/// Edges crossed, a triangle, after which copies are made.
+const CROSSINGS_PER_TRIANGLE: u64 = 4;
+
 /// In local units.
 fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
     let scale = substrate.units().length_to_local(1.0);
@@ -47,8 +53,13 @@ fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
     }
 }
 
-/// Hits of walkers on a cluster, by element.
-fn hits(substrate: &Substrate, cluster: &Cluster, recipe: &Recipe, steps: Steps) -> Vec<u64> {
+/// Hits of walkers on a cluster, by element; and the edges that a walker crosses.
+fn hits(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    recipe: &Recipe,
+    steps: Steps,
+) -> (Vec<u64>, f64) {
     let parameters = Parameters {
         bias: 1.0,
         gain: 0.0,
@@ -74,7 +85,7 @@ fn hits(substrate: &Substrate, cluster: &Cluster, recipe: &Recipe, steps: Steps)
     }
     let each = (model.counts().crossings - u64::MAX / 2) as f64 / WALKERS as f64;
     eprintln!("{steps:?}: {each:.1} crossings a walker");
-    hits
+    (hits, each)
 }
 
 /// Hits by direction and by inner and outer half.
@@ -119,8 +130,9 @@ fn compare(name: &str, substrate: &Substrate, radius: f64, elements: u64) {
     };
     let grown = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
     assert_eq!(grown.cluster.len() as u64, elements, "{:?}", grown.counts);
-    let [large, exact] =
+    let [(large, over_copies), (exact, over_mesh)] =
         [Steps::Large, Steps::Exact].map(|steps| hits(substrate, &grown.cluster, &recipe, steps));
+    assert!(over_copies < MOST_CROSSED * over_mesh, "{name}: no copy");
     let all: Vec<u64> = large.iter().zip(&exact).map(|(a, b)| a + b).collect();
     let [a, b] = [&large, &exact].map(|hits| table(&grown.cluster, hits, &all));
     let p = homogeneity(&a, &b);
@@ -177,18 +189,15 @@ fn threads_and_interruptions_change_nothing() {
         grow(&rock, &recipe, &execution, &mut ()).expect("grows")
     };
     let whole = run(5000, 1);
-    assert!(
-        whole.counts.crossings > 8 * 28_800 * 6 / 5,
-        "the copy pays: {:?}",
-        whole.counts
-    );
     for threads in [2, 5] {
         let other = run(5000, threads);
         assert_eq!(other.cluster.elements(), whole.cluster.elements());
         assert_eq!(other.counts, whole.counts);
     }
-    for elements in [700, 4000] {
+    for (elements, is_after) in [(150, false), (4000, true)] {
         let part = run(elements, 1);
+        let made_after = CROSSINGS_PER_TRIANGLE * rock.triangles().len() as u64;
+        assert_eq!(part.counts.crossings > made_after, is_after);
         let mut model = WalkerModel::<SparseIndex>::new(&rock, parameters(&rock, &recipe));
         let mut cluster = Cluster::new(part.cluster.radius());
         for element in part.cluster.elements() {

@@ -55,13 +55,17 @@ fn touching_lichen_is_the_same_on_any_number_of_threads() {
     check("plane that absorbs", &plane, &recipe);
 }
 
-/// On a fine mesh, with elements as large as triangles, until the lichen is all round it.
+/// On a fine mesh, which soon has a coarser copy, with elements as large as triangles, until the lichen is
+/// all round it.
 #[test]
 fn lichen_all_round_is_the_same_on_any_number_of_threads() {
-    let sphere = common::sphere(48);
+    let sphere = common::sphere(52);
     let mut recipe = common::recipe(sphere.units().diagonal() / 120.0, 2500);
     recipe.at = SeedPlace::Center;
     check("sphere", &sphere, &recipe);
+    let (_, counts, _) = grown(&sphere, &recipe, 1);
+    let triangles = sphere.triangles().len() as u64;
+    assert!(triangles > 20_000 && counts.crossings > 8 * triangles);
     recipe.bias = 0.1;
     check("sphere, B = 0.1", &sphere, &recipe);
 }

@@ -15,6 +15,9 @@ use crate::walk::Stand;
 /// may as many times more as their bounds are larger.
 const ERROR: f64 = 8.0;
 
+/// A walker on a copy lands when its bound is less than this many times what the copy may stray.
+const LAND: f64 = 1.5;
+
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
 const LIFT: f64 = 2.0;
 
@@ -33,8 +36,8 @@ pub(super) type Level = usize;
 
 /// Where a copy serves.
 struct Reach {
-    /// How much farther from the lichen than a place on the copy the place on the surface may be.
-    deviation: f64,
+    /// For each triangle, how far from it the places on the surface are that it stands for, at most.
+    deviations: Vec<f64>,
     /// A walker on the copy with a smaller bound lands.
     land: f64,
 }
@@ -43,15 +46,14 @@ impl Far {
     /// For elements of this radius, local units. None where no copy would be worth having.
     pub(super) fn new(substrate: &Substrate, radius: f64) -> Option<Self> {
         let copies = substrate.coarser(ERROR * radius);
-        let mut deviation = 0.0;
-        let reaches: Vec<Reach> = copies
-            .iter()
-            .map(|copy| {
-                deviation += copy.deviation();
-                let land = copy.error().max(deviation);
-                Reach { deviation, land }
-            })
-            .collect();
+        let mut reaches: Vec<Reach> = Vec::new();
+        for copy in copies.iter() {
+            let finer = reaches.last().map(|reach| reach.deviations.as_slice());
+            reaches.push(Reach {
+                deviations: copy.deviations(finer),
+                land: LAND * copy.error(),
+            });
+        }
         (!reaches.is_empty()).then_some(Self { copies, reaches })
     }
 
@@ -64,11 +66,11 @@ impl Far {
         }
     }
 
-    /// How much farther from the lichen than a place on this level the place on the surface may be.
-    pub(super) fn deviation(&self, level: Level) -> f64 {
+    /// How far from a triangle of this level the places on the surface are that it stands for, at most.
+    pub(super) fn deviation(&self, level: Level, triangle: u32) -> f64 {
         match level {
             0 => 0.0,
-            _ => self.reaches[level - 1].deviation,
+            _ => self.reaches[level - 1].deviations[triangle as usize],
         }
     }
 
@@ -143,8 +145,6 @@ mod tests {
         for level in 1..=2 {
             let copy = far.surface(level, &substrate);
             assert!(4 * copy.triangles().len() < finer.triangles().len());
-            assert!(far.deviation(level) > far.deviation(level - 1));
-            assert!(far.least(level) >= far.deviation(level));
             assert!(far.most(level - 1) > far.least(level));
             finer = copy;
         }
@@ -152,17 +152,18 @@ mod tests {
     }
 
     #[test]
-    fn places_on_copies_stand_for_places_no_farther_than_the_deviation() {
+    fn places_on_copies_stand_for_places_within_the_deviation() {
         let (substrate, far) = boulder();
         let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
         let mut stream = Stream::new(1, Purpose::Walker, 0);
-        let mut adrift = 0;
+        let (mut adrift, mut beyond) = (0, 0);
         for _ in 0..2000 {
             let mut here = Stand::new(&substrate, &area.sample(&mut stream));
             let there = here.position;
             for level in 1..=2 {
                 here = far.lifted(level - 1, &here);
-                assert!(here.position.distance(there) <= far.deviation(level));
+                let most = far.deviation(level, here.triangle);
+                assert!(here.position.distance(there) <= most);
             }
             for level in [2, 1] {
                 // Some triangles of a copy stand for none: nobody lands from there.
@@ -171,13 +172,14 @@ mod tests {
                     break;
                 };
                 let aside = landed.position.distance(here.position);
-                assert!(
-                    aside <= far.deviation(level),
-                    "{aside} aside, level {level}"
-                );
+                let most = far.deviation(level, here.triangle);
+                assert!(aside <= 2.0 * most, "{aside} aside, level {level}");
+                beyond += usize::from(aside > most);
                 here = landed;
             }
         }
         assert!(adrift < 40, "{adrift} of 2000");
+        // What is nearest to a place may be one that the triangle beside stands for.
+        assert!(beyond < 20, "{beyond} of 4000");
     }
 }

@@ -170,6 +170,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             };
             // 4. Contact: stick, or go back to the last position and walk on.
             if look.touching {
+                debug_assert_eq!(now.level, 0, "copies end before contact");
                 match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
@@ -184,7 +185,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             (now.here, now.thrown_back) = (moved.to, false);
             now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
             let Some(far) = self.far else { continue };
-            now.bound -= far.deviation(now.level);
+            now.bound -= far.deviation(now.level, now.here.triangle);
             if now.bound < far.least(now.level) {
                 if !self.land(far, &mut now) {
                     now.here = from;
@@ -202,8 +203,14 @@ impl<I: ElementIndex> Walk<'_, I> {
         while now.bound > far.most(now.level) {
             let lifted = far.lifted(now.level, &now.here);
             let aside = lifted.position.distance(now.here.position);
-            now.bound -= aside + far.deviation(now.level + 1) - far.deviation(now.level);
-            (now.here, now.level) = (lifted, now.level + 1);
+            let gained = far.deviation(now.level, now.here.triangle);
+            let lost = aside + far.deviation(now.level + 1, lifted.triangle);
+            let bound = now.bound + gained - lost;
+            // Where a copy strays far from the surface it would have to land at once.
+            if bound < far.least(now.level + 1) {
+                return;
+            }
+            (now.here, now.bound, now.level) = (lifted, bound, now.level + 1);
         }
     }
 
@@ -221,7 +228,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             (landed.here, landed.level) = (here, landed.level - 1);
             let bound = self.step_bound(&here, &look, &mut landed.cramped);
-            landed.bound = bound - far.deviation(landed.level);
+            landed.bound = bound - far.deviation(landed.level, landed.here.triangle);
         }
         *now = landed;
         true

@@ -42,7 +42,9 @@ pub(crate) struct Coarse {
     /// For each cell, the triangle of the fine surface whose centroid is nearest to its middle.
     below: Vec<u32>,
     error: f64,
-    deviation: f64,
+    /// For each of its triangles, how far those of the fine surface that it stands for are from it at
+    /// most.
+    deviations: Vec<f64>,
 }
 
 /// Cells of one triangle: parallelograms, so that half of them lie outside of it.
@@ -121,21 +123,24 @@ impl Coarse {
         if surface.components().len() != fine.components().len() {
             return None;
         }
-        let (above, deviation) = stand_ins(
+        let stand_ins = stand_ins(
             fine,
             &surface,
             &simplified.triangles,
             &simplified.onto,
             NEAR * error,
         )?;
-        let (cells, below) = cells(fine, &surface, &above);
+        let (away, above): (Vec<f64>, Vec<u32>) = stand_ins.into_iter().unzip();
+        let below = Grouped::new(surface.triangles().len(), &above);
+        let deviations = deviations(fine, &surface, &away, &below);
+        let (cells, below) = cells(fine, &surface, &below);
         Some(Self {
             surface,
             above,
             cells,
             below,
             error,
-            deviation,
+            deviations,
         })
     }
 
@@ -149,9 +154,17 @@ impl Coarse {
         self.error
     }
 
-    /// No place on the fine surface is farther from what stands for it; local units.
-    pub(crate) fn deviation(&self) -> f64 {
-        self.deviation
+    /// For each triangle of the copy, how far from it the places are that it stands for, at most, in local
+    /// units; on the surface that the fine one is a copy of, where these are the fine one's own.
+    pub(crate) fn deviations(&self, finer: Option<&[f64]>) -> Vec<f64> {
+        let mut deviations = vec![0.0f64; self.deviations.len()];
+        for (&above, &of_finer) in self.above.iter().zip(finer.unwrap_or_default()) {
+            let most = &mut deviations[above as usize];
+            *most = most.max(of_finer);
+        }
+        let own = deviations.iter_mut().zip(&self.deviations);
+        own.for_each(|(all, own)| *all += own);
+        deviations
     }
 
     /// The place on the copy that stands for one on the fine surface, given by its triangle and its
@@ -203,7 +216,7 @@ fn used(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
     (kept, triangles)
 }
 
-/// The coarse triangle that stands for each fine one, and the greatest distance between the two.
+/// The coarse triangle that stands for each fine one, and its distance from that one's middle.
 ///
 /// It is the nearest of those about the vertices that the corners went into, or that of the triangle
 /// before, where this one is `near` to it.
@@ -213,7 +226,7 @@ fn stand_ins(
     triangles: &[[u32; 3]],
     onto: &[u32],
     near: f64,
-) -> Option<(Vec<u32>, f64)> {
+) -> Option<Vec<(f64, u32)>> {
     let corners: Vec<[u32; 3]> = (0..triangles.len() as u32)
         .map(|t| triangles[coarse.source_triangle(t) as usize])
         .collect();
@@ -263,27 +276,30 @@ fn stand_ins(
             all.collect()
         })
         .collect();
-    let all = all?.concat();
-    let deviation = greatest_distance(fine, coarse, &all);
-    Some((all.into_iter().map(|(_, s)| s).collect(), deviation))
+    all.map(|all| all.concat())
 }
 
-/// The greatest distance of fine triangles from the coarse ones that stand for them, which are given
-/// with their distances from the fine ones' middles.
-fn greatest_distance(fine: &Substrate, coarse: &Substrate, above: &[(f64, u32)]) -> f64 {
-    let shares = above.par_chunks(SHARE).enumerate().map(|(i, share)| {
-        let mut greatest = 0.0;
-        for (t, &(away, above)) in (i * SHARE..).zip(share) {
-            let corners = fine.corners(t as u32);
+/// For each coarse triangle, the greatest distance of the fine ones that it stands for, whose middles'
+/// distances are given. One that stands for none has the greatest of all.
+fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Grouped) -> Vec<f64> {
+    let of = |s: u32| {
+        below.of(s).iter().fold(0.0, |greatest, &t| {
+            let corners = fine.corners(t);
             // Most are seen to be nearer than another by a ball about them.
-            if away + ball_about(corners).1 > greatest {
-                let away = corners.map(|p| distance(coarse, above, p));
-                greatest = away.into_iter().fold(greatest, f64::max);
+            if away[t as usize] + ball_about(corners).1 <= greatest {
+                return greatest;
             }
-        }
-        greatest
-    });
-    shares.reduce(|| 0.0, f64::max)
+            let away = corners.map(|p| distance(coarse, s, p));
+            away.into_iter().fold(greatest, f64::max)
+        })
+    };
+    let all = 0..coarse.triangles().len() as u32;
+    let mut deviations: Vec<f64> = all.clone().into_par_iter().map(of).collect();
+    let greatest = deviations.iter().copied().fold(0.0, f64::max);
+    for s in all.filter(|&s| below.of(s).is_empty()) {
+        deviations[s as usize] = greatest;
+    }
+    deviations
 }
 
 /// How far a point stands straight above or below a triangle, if it does.
@@ -341,8 +357,7 @@ fn nearest_from(
 }
 
 /// Cells for all coarse triangles, and the fine triangle to begin with in each.
-fn cells(fine: &Substrate, coarse: &Substrate, above: &[u32]) -> (Vec<Cells>, Vec<u32>) {
-    let below = Grouped::new(coarse.triangles().len(), above);
+fn cells(fine: &Substrate, coarse: &Substrate, below: &Grouped) -> (Vec<Cells>, Vec<u32>) {
     let mut begin = 0;
     let cells: Vec<Cells> = (0..coarse.triangles().len() as u32)
         .map(|t| {
@@ -455,7 +470,7 @@ mod tests {
             assert_eq!(one.surface.vertices(), many.surface.vertices());
             assert_eq!(one.surface.triangles(), many.surface.triangles());
             assert!(one.above == many.above && one.below == many.below);
-            assert_eq!(one.deviation, many.deviation);
+            assert_eq!(one.deviations, many.deviations);
         }
     }
 }

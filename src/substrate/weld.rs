@@ -126,15 +126,20 @@ fn merge_equal(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]
     let key = |p: DVec3| (p - shift).to_array().map(rounded_bits);
     let mut seen = HashIndex::with_capacity(positions.len());
     let mut places: Vec<DVec3> = Vec::with_capacity(positions.len().min(triangles.len()));
+    // Most corners are at positions that others were at.
+    let mut numbers = vec![HashIndex::EMPTY; positions.len()];
     for corner in triangles.as_flattened_mut() {
-        let (p, next) = (place(*corner), places.len() as u32);
-        let k = key(p);
-        let found = seen.find_or_insert(k, next, |i| key(places[i as usize]) == k);
-        match found == next {
-            true => places.push(p),
-            false => places[found as usize] = lower(places[found as usize], p),
+        let number = &mut numbers[*corner as usize];
+        if *number == HashIndex::EMPTY {
+            let (p, next) = (place(*corner), places.len() as u32);
+            let k = key(p);
+            *number = seen.find_or_insert(k, next, |i| key(places[i as usize]) == k);
+            match *number == next {
+                true => places.push(p),
+                false => places[*number as usize] = lower(places[*number as usize], p),
+            }
         }
-        *corner = found;
+        *corner = *number;
     }
     places
 }

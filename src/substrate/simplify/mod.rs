@@ -116,6 +116,9 @@ struct Simplifier<'a> {
     most_error: f64,
     least_triangles: usize,
     kinds: Vec<Kind>,
+    /// Whether the triangles about each inner vertex all run the same way round, so that each of its
+    /// neighbours is the first in one of them. Collapses leave that so.
+    run_alike: bool,
     /// About their vertices.
     quadrics: Vec<Quadric>,
     /// How far those that went into a vertex have strayed at most.
@@ -149,7 +152,9 @@ impl<'a> Simplifier<'a> {
             .into_par_iter()
             .map(|v| surface.kind(v, MOST_ABOUT))
             .collect();
+        let turned = |v: u32| kinds[v as usize] == Kind::Inner && !surface.run_alike_about(v);
         Self {
+            run_alike: !numbers.clone().into_par_iter().any(turned),
             quadrics: numbers
                 .clone()
                 .into_par_iter()
@@ -216,6 +221,10 @@ impl<'a> Simplifier<'a> {
         let mover = self.mover(v);
         let rank = |w: u32| mover.rank(self.surface.place(w));
         match self.kinds[v as usize] {
+            Kind::Inner if self.run_alike => {
+                let neighbours = self.surface.fan(v).map(|[first, _]| first);
+                neighbours.map(rank).fold(NONE, Rank::min)
+            }
             Kind::Inner => {
                 let neighbours = self.surface.fan(v).flatten();
                 neighbours.map(rank).fold(NONE, Rank::min)

@@ -134,6 +134,16 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// Whether no two of the triangles about a vertex begin with the same neighbour.
+    pub(super) fn run_alike_about(&self, v: u32) -> bool {
+        let first = |i: usize| self.fan(v).skip(i).map(|[first, _]| first);
+        (0..self.crowd(v)).all(|i| {
+            let mut rest = first(i);
+            let this = rest.next();
+            rest.all(|other| Some(other) != this)
+        })
+    }
+
     /// Moves a vertex to a neighbour.
     pub(super) fn collapse(&mut self, from: u32, onto: u32) {
         let fan = self.offsets[from as usize] as usize..self.offsets[from as usize + 1] as usize;
