@@ -44,7 +44,7 @@ fn recipe(folder: &Path) -> toml::Table {
 fn every_flag_changes_its_line_of_the_recipe_and_no_other() {
     let desk = tempfile::tempdir().unwrap();
     let plain = recipe(&grown(desk.path(), "plain", "--elements 8"));
-    let cases: [(&str, &[(&str, toml::Value)]); 14] = [
+    let cases: [(&str, &[(&str, toml::Value)]); 15] = [
         (
             "--radius 0.002 --curvature-radius 0.02",
             &[("radius", 0.002.into()), ("curvature-radius", 0.02.into())],
@@ -63,6 +63,7 @@ fn every_flag_changes_its_line_of_the_recipe_and_no_other() {
         ("--kill 20", &[("kill", 20.0.into())]),
         ("--join touch", &[("join", "touch".into())]),
         ("--steps small", &[("steps", "small".into())]),
+        ("--steps exact", &[("steps", "exact".into())]),
         ("--boundary absorb", &[("boundary", "absorb".into())]),
         ("--threads 2", &[]),
     ];
@@ -159,12 +160,39 @@ fn the_shipped_rock_gives_the_same_bytes_whatever_the_threads() {
     }
 }
 
+/// Otherwise the system ends the program without a word.
+#[cfg(unix)]
+#[test]
+fn a_file_beyond_the_limit_on_sizes_is_an_error() {
+    let desk = tempfile::tempdir().unwrap();
+    let grow = "exec \"$0\" grow \"$1\" -o out --elements 20000 --quiet --preview 64";
+    let mut limited = Command::new("bash");
+    limited.args(["-c", &format!("ulimit -f 40; {grow}")]);
+    limited.args([env!("CARGO_BIN_EXE_thallus"), &rock()]);
+    let output = limited.current_dir(desk.path()).output().unwrap();
+    let err = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(
+        err.contains("run.log") && err.contains("ulimit -f"),
+        "{err}"
+    );
+}
+
 #[test]
 fn errors_are_one_line() {
     let desk = tempfile::tempdir().unwrap();
     fs::write(desk.path().join("broken.toml"), "seed = 1\nbias = = 2\n").unwrap();
     fs::write(desk.path().join("typed.toml"), "bias = \"much\"\n").unwrap();
     fs::write(desk.path().join("key.toml"), "seed = 1\nbiass = 2\n").unwrap();
+    fs::write(desk.path().join("part.toml"), "seed = 1.5\n").unwrap();
+    fs::write(desk.path().join("far.toml"), "bias = inf\n").unwrap();
+    let sliver = "v 0 0 0\nv 1 0 0\nv 0.5 1e-9 0\nf 1 2 3\n";
+    fs::write(desk.path().join("sliver.obj"), sliver).unwrap();
+    grown(desk.path(), "few", "--elements 5");
+    fs::create_dir(desk.path().join("cut")).unwrap();
+    let log = desk.path().join("few/run.log");
+    fs::copy(log, desk.path().join("cut/run.log")).unwrap();
+    let far = r#"{"eye": [1e40, 0, 0], "target": [0, 0, 0]}"#;
     fs::write(
         desk.path().join("picture.obj"),
         b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR",
@@ -176,6 +204,16 @@ fn errors_are_one_line() {
         (vec!["grow", &rock, "--recipe", "typed.toml"], 2, "line 1"),
         (vec!["grow", &rock, "--recipe", "key.toml"], 2, "line 2"),
         (vec!["grow", &rock, "--recipe", "none.toml"], 1, "none.toml"),
+        (vec!["grow", &rock, "--recipe", "part.toml"], 2, "whole"),
+        (vec!["grow", &rock, "--recipe", "far.toml"], 2, "far.toml"),
+        (vec!["grow", &rock, "--keep-sound"], 2, "--resume"),
+        (vec!["grow", "sliver.obj"], 1, "sliver.obj"),
+        (vec!["skin", "cut", "-o", "a.glb"], 1, "--resume cut"),
+        (
+            vec!["render", "few", "-o", "a.png", "--camera", far],
+            2,
+            "1e15",
+        ),
         (vec!["grow", &rock, "--bogus"], 2, "--bogus"),
         (vec!["grow", &rock, "--bias", "x"], 2, "--bias"),
         (vec!["grow", &rock, "--threads", "1025"], 2, "--threads"),

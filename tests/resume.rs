@@ -121,6 +121,31 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
     desk.assert_same("out", "whole");
 }
 
+/// A picture of this size takes a minute. `report.json` comes after it, so it is being taken when the log has
+/// all elements.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_picture_is_left_out() {
+    let desk = Desk::new();
+    let run = "rock.obj --elements 500 --quiet";
+    let mut large = desk.call("grow --preview 8192", &format!("{run} -o out"));
+    let child = large.stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_elements(&desk.path("out"));
+    while desk.log("out").begun.elements.len() < 500 {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    let files = ["elements.ply", "recipe.toml", "report.json", "run.log"];
+    assert_eq!(names(&desk.path("out")), files);
+    desk.done(&format!("{run} -o whole"));
+    assert!(desk.read("out/elements.ply") == desk.read("whole/elements.ply"));
+}
+
 #[test]
 fn a_finished_run_is_extended_as_if_it_had_been_asked_at_once() {
     let desk = Desk::new();

@@ -36,7 +36,7 @@ pub(crate) enum Command {
     Grow(Box<GrowArgs>),
     /// Say what a mesh file holds, what was repaired, and whether lichen can grow on it
     ///
-    /// Exits with 1 when it cannot.
+    /// Exits with 1 when it cannot, or only on loose triangles or a few elements.
     Check(CheckArgs),
     /// Write a run's lichen for another program
     ///
@@ -167,7 +167,7 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "WalkArgs"])]
     pub(crate) resume: Option<PathBuf>,
     /// With --resume: go on from what is sound before a place where run.log is damaged
-    #[arg(long, help_heading = RUN, requires = "resume")]
+    #[arg(long, help_heading = RUN)]
     pub(crate) keep_sound: bool,
     /// Threads to use; the result is the same for any number [default: one for growing, all cores for the rest]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

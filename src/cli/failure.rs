@@ -127,7 +127,11 @@ impl From<GrowError> for Failure {
 
 impl From<SettingsError> for Failure {
     fn from(error: SettingsError) -> Self {
-        Self::Usage(error.into())
+        match error {
+            // It is the mesh that is wrong, not what was asked for.
+            SettingsError::AutoLargerThanSurface { .. } => Self::Failed(error.into()),
+            _ => Self::Usage(error.into()),
+        }
     }
 }
 

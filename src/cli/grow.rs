@@ -13,14 +13,19 @@ use super::args::GrowArgs;
 use super::failure::Failure;
 use super::number::{count, duration, percent, short};
 use super::output::{FILES, Finished};
-use super::progress::Display;
+use super::progress::{Display, Goal};
 use super::terminal::{self, Voice};
 use super::{check, interrupt, memory, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
+    if args.keep_sound && args.resume.is_none() {
+        return Err(Failure::usage(
+            "--keep-sound is for a damaged log that is gone on with: give it with --resume DIR",
+        ));
+    }
     let settings = settings(&args, voice)?;
-    settings.clone().complete()?;
+    check_values(&args, &settings)?;
     let mesh = mesh_file(&args, &settings)?;
     let execution = execution(&args)?;
     let output = output(&args, &mesh, voice)?;
@@ -84,7 +89,12 @@ impl Job<'_> {
         if let Err(error) = finished.write(output) {
             return Err(resume::cut_short(error, &folder, &log));
         }
-        conclude(&report, &growth, &folder, self.voice)
+        let how = match (growth.stopped, self.execution.is_cancelled()) {
+            (Stopped::Cancelled, _) => How::CutShort,
+            (_, true) => How::WithoutPicture,
+            _ => How::Whole,
+        };
+        conclude(&report, how, &folder, self.voice)
     }
 
     /// The run with what it has of an earlier one, and its log. The recipe of the earlier one is
@@ -106,7 +116,11 @@ impl Job<'_> {
 
     /// Grows, shown and logged.
     fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
-        let display = Display::new(self.recipe.stop, &run.progress(), self.voice.quiet);
+        let goal = Goal {
+            stop: self.recipe.stop,
+            most_covered: memory::most_covered(self.recipe.join),
+        };
+        let display = Display::new(goal, &run.progress(), self.voice.quiet);
         let mut watchers = (log, display);
         let growth = run.grow(self.execution, &mut watchers);
         let (log, display) = watchers;
@@ -139,6 +153,20 @@ fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
         ));
     }
     Ok(settings)
+}
+
+/// Refuses values out of range, and names the recipe file where the flags are not to blame.
+fn check_values(args: &GrowArgs, settings: &Settings) -> Result<(), Failure> {
+    let Err(error) = settings.clone().complete() else {
+        return Ok(());
+    };
+    match args.recipe_file() {
+        Some(recipe) if args.settings().complete().is_ok() => {
+            let named = anyhow::Error::new(error).context(recipe.display().to_string());
+            Err(Failure::Usage(named))
+        }
+        _ => Err(error.into()),
+    }
 }
 
 /// The preset's name, when every value of it is overridden.
@@ -290,14 +318,17 @@ fn other_mesh(args: &GrowArgs, settings: &Settings, substrate: &Substrate) -> Fa
     ))
 }
 
+/// How much of a run there is.
+enum How {
+    Whole,
+    /// Ctrl-C ended the growth.
+    CutShort,
+    /// Ctrl-C came after the growth, while the picture was taken or files were written.
+    WithoutPicture,
+}
+
 /// What came of it, and how the command ends.
-fn conclude(
-    report: &RunReport,
-    growth: &Growth,
-    folder: &Path,
-    voice: Voice,
-) -> Result<(), Failure> {
-    let interrupted = growth.stopped == Stopped::Cancelled;
+fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result<(), Failure> {
     let summary = format!(
         "{}: {} elements, effective radius {}, covering {}, grown in {}; it ended because {}",
         folder.display(),
@@ -307,11 +338,18 @@ fn conclude(
         duration(report.seconds.grow),
         report.stopped_because,
     );
-    if interrupted {
-        terminal::warn(&format!(
+    let interrupted = match how {
+        How::CutShort => Some(format!(
             "interrupted; what there is was written. {summary}; to go on: thallus grow --resume {}",
             folder.display()
-        ));
+        )),
+        How::WithoutPicture => Some(format!(
+            "interrupted after the growth: all but the picture was written. {summary}"
+        )),
+        How::Whole => None,
+    };
+    if let Some(said) = interrupted {
+        terminal::warn(&said);
         return Err(Failure::Interrupted);
     }
     if !voice.quiet {

@@ -59,6 +59,17 @@ fn check_is_no_sweep(folder: &Path) -> Result<(), Failure> {
     }
 }
 
+/// Refuses the folder of a run that was killed before it wrote its elements.
+fn check_is_finished(folder: &Path) -> Result<(), Failure> {
+    match folder.join(LOG).is_file() {
+        false => Ok(()),
+        true => Err(Failure::Failed(anyhow::anyhow!(
+            "{0}: the run was cut short before it wrote its elements: thallus grow --resume {0} goes on with it",
+            folder.display()
+        ))),
+    }
+}
+
 impl Grown {
     /// Reads the folder of a run or its elements.ply.
     pub(crate) fn read(from: &Path) -> Result<Self, Failure> {
@@ -68,6 +79,7 @@ impl Grown {
         };
         if !table.exists() {
             check_is_no_sweep(from)?;
+            check_is_finished(from)?;
             return Err(Failure::Failed(anyhow::anyhow!(
                 "{}: there is no such file: give the folder that thallus grow made, or the elements.ply in \
                  it",

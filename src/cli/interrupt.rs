@@ -24,6 +24,17 @@ fn set(cancel: Arc<AtomicBool>, saying: &'static str) -> Result<(), ctrlc::Error
     })
 }
 
+/// Makes a file that grows beyond what the system lets it be an error, as a full disk is: otherwise the
+/// system ends the program without a word.
+pub(crate) fn survive_file_limits() {
+    #[cfg(unix)]
+    if let Err(e) = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()) {
+        terminal::warn(&format!(
+            "a file beyond the system's limit will end this: {e}"
+        ));
+    }
+}
+
 /// Whether something that leaves nothing when it is stopped has been told to.
 #[derive(Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);

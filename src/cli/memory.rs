@@ -94,16 +94,21 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let largest = substrate.components().first().map_or(0.0, |c| c.area);
     let area = substrate.units().area_to_file(largest);
     let cover = area / (PI * recipe.radius * recipe.radius);
-    let room = match recipe.join {
-        Join::Pack => cover,
-        Join::Touch => OVERLAP * cover,
-    };
+    let room = most_covered(recipe.join) * cover;
     let asked = match recipe.stop {
         StopRule::Elements(n) => n as f64,
         StopRule::Reach(length) => (length / recipe.radius).powf(DIMENSION),
         StopRule::Cover(share) => share * cover,
     };
     asked.min(room)
+}
+
+/// How many times elements cover a surface at most.
+pub(super) fn most_covered(join: Join) -> f64 {
+    match join {
+        Join::Pack => 1.0,
+        Join::Touch => OVERLAP,
+    }
 }
 
 /// Bytes of memory that are free, where the system says so.

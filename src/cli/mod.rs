@@ -62,6 +62,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(message) => return answer(message),
     };
+    interrupt::survive_file_limits();
     let done = match cli.command {
         Command::Grow(args) => grow::grow(*args),
         Command::Check(args) => check::check(&args),

@@ -45,14 +45,23 @@ impl Finished<'_> {
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
         if let Some(width) = self.preview {
-            let preview = preview(self.substrate, &self.growth.cluster, width);
-            folder.write(PREVIEW, |out| out.write_all(&preview))?;
+            self.write_preview(folder, width)?;
         }
         let cluster = &self.growth.cluster;
         folder.write(LOG, |out| self.log.write_whole(self.recipe, cluster, out))?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report().to_json();
         folder.write(REPORT, |out| out.write_all(report.as_bytes()))
+    }
+
+    /// The picture; none if Ctrl-C comes while it is taken, which may be longer than all of the growth.
+    fn write_preview(&self, folder: &mut OutputDir, width: u32) -> Result<(), OutputError> {
+        let told_before = self.execution.is_cancelled();
+        let stopped = || !told_before && self.execution.is_cancelled();
+        match preview(self.substrate, &self.growth.cluster, width, &stopped) {
+            Some(preview) => folder.write(PREVIEW, |out| out.write_all(&preview)),
+            None => Ok(()),
+        }
     }
 
     fn write_elements(&self, folder: &mut OutputDir) -> Result<(), OutputError> {

@@ -4,15 +4,20 @@ use std::iter::zip;
 
 use thallus::cluster::{Cluster, Element};
 use thallus::morphometry::smooth_normals;
-use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render};
+use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render_unless};
 use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Rays through a pixel, at most: a look at a run should take less time than the run.
 const SAMPLES: u32 = 4;
 
 /// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
-/// in height.
-pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> Vec<u8> {
+/// in height. None if it is told to stop meanwhile.
+pub(crate) fn preview(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    width: u32,
+    stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<u8>> {
     let vertices = local_vertices(substrate);
     let discs = by_age(substrate, cluster);
     let scene = Scene {
@@ -26,7 +31,8 @@ pub(crate) fn preview(substrate: &Substrate, cluster: &Cluster, width: u32) -> V
         ..Settings::default()
     };
     let aspect = settings.width as f32 / settings.height as f32;
-    render(&scene, &Camera::best_view(&scene, aspect), &settings).to_png()
+    let camera = Camera::best_view(&scene, aspect);
+    Some(render_unless(&scene, &camera, &settings, stopped)?.to_png())
 }
 
 /// The substrate's vertices as pictures take them.

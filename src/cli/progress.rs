@@ -19,10 +19,19 @@ pub(crate) const DIMENSION: f64 = 1.71;
 
 /// Watches a growth and shows it on stderr.
 pub(crate) struct Display {
-    goal: StopRule,
+    goal: Goal,
     form: Form,
     shown: Instant,
     pace: Pace,
+}
+
+/// When a growth ends.
+#[derive(Clone, Copy)]
+pub(crate) struct Goal {
+    /// As it was asked for.
+    pub(crate) stop: StopRule,
+    /// Share of the surface at which no room is left, whatever was asked for.
+    pub(crate) most_covered: f64,
 }
 
 enum Form {
@@ -33,7 +42,7 @@ enum Form {
 
 impl Display {
     /// For a growth that has come this far already.
-    pub(crate) fn new(goal: StopRule, begun: &Progress, quiet: bool) -> Self {
+    pub(crate) fn new(goal: Goal, begun: &Progress, quiet: bool) -> Self {
         let form = match (quiet, stderr().is_terminal()) {
             (true, _) => Form::Nothing,
             (false, true) => Form::Bar(bar()),
@@ -123,13 +132,15 @@ fn time_left(pace: &Pace, share: f64) -> String {
 }
 
 /// Share of the work that is done, 0 to 1, as far as one can tell.
-fn share_done(goal: &StopRule, progress: &Progress) -> f64 {
-    let share = match *goal {
+fn share_done(goal: &Goal, progress: &Progress) -> f64 {
+    let share = match goal.stop {
         StopRule::Elements(n) => progress.elements as f64 / n as f64,
         StopRule::Reach(length) => (progress.effective_radius / length).powf(DIMENSION),
         StopRule::Cover(share) => progress.covered / share,
     };
-    share.clamp(0.0, 1.0)
+    share
+        .max(progress.covered / goal.most_covered)
+        .clamp(0.0, 1.0)
 }
 
 /// Recent speed.
@@ -189,10 +200,13 @@ mod tests {
     #[test]
     fn shares_follow_the_goal() {
         let p = progress(50);
-        assert_eq!(share_done(&StopRule::Elements(200), &p), 0.25);
-        assert_eq!(share_done(&StopRule::Cover(0.5), &p), 0.5);
-        assert_eq!(share_done(&StopRule::Reach(2.0), &p), 1.0);
-        assert!(share_done(&StopRule::Reach(4.0), &p) < 0.5);
+        let done = |stop, most_covered| share_done(&Goal { stop, most_covered }, &p);
+        assert_eq!(done(StopRule::Elements(200), 4.0), 0.25);
+        assert_eq!(done(StopRule::Cover(0.5), 1.0), 0.5);
+        assert_eq!(done(StopRule::Reach(2.0), 1.0), 1.0);
+        assert!(done(StopRule::Reach(4.0), 1.0) < 0.5);
+        // More is asked for than there is room for.
+        assert_eq!(done(StopRule::Elements(1_000_000), 1.0), 0.25);
     }
 
     #[test]

@@ -123,8 +123,8 @@ impl View {
             Self::Side { azimuth, elevation } => {
                 Camera::from_side(scene, aspect, *azimuth, *elevation)
             }
-            Self::Given(camera) => camera.on(substrate),
-            Self::File(name) => read(Path::new(name))?.on(substrate),
+            Self::Given(camera) => camera.on(substrate)?,
+            Self::File(name) => read(Path::new(name))?.on(substrate)?,
         })
     }
 }
@@ -136,13 +136,24 @@ fn read(file: &Path) -> Result<CameraText, Failure> {
     camera_text(&text).map_err(|e| Failure::usage(format!("{shown}: {e}")))
 }
 
+/// The farthest that eye and target may be from the mesh, in its sizes: beyond that 32-bit numbers, in which
+/// pictures are worked out, cannot hold the squares of distances.
+const FARTHEST: f64 = 1e15;
+
 impl CameraText {
-    fn on(&self, substrate: &Substrate) -> Camera {
+    fn on(&self, substrate: &Substrate) -> Result<Camera, Failure> {
+        let away = |p: [f64; 3]| substrate.units().to_local(p).length();
+        if away(self.eye).max(away(self.target)) > FARTHEST {
+            return Err(Failure::usage(
+                "--camera: eye and target may be up to 1e15 times the mesh's size away from it",
+            ));
+        }
         let local = |p: [f64; 3]| substrate.units().to_local(p).as_vec3().to_array();
         let up = self.up.map_or(substrate.up(), glam::DVec3::from);
         let half_height = libm::tanf(0.5 * self.opening.to_radians());
         let up = up.normalize().as_vec3().to_array();
-        Camera::look_at(local(self.eye), local(self.target), up, half_height)
+        let (eye, target) = (local(self.eye), local(self.target));
+        Ok(Camera::look_at(eye, target, up, half_height))
     }
 
     /// A camera in the mesh file's units, aimed at what is this far from it.

@@ -76,6 +76,7 @@ fn cure(reason: &io::Error) -> &'static str {
     use io::ErrorKind as Kind;
     match reason.kind() {
         Kind::StorageFull | Kind::QuotaExceeded => "; make room or choose another disk",
+        Kind::FileTooLarge => "; raise the limit on the size of files (ulimit -f)",
         Kind::PermissionDenied | Kind::ReadOnlyFilesystem => "; choose a place where you may write",
         Kind::InvalidFilename => "; choose a shorter name",
         _ => "",

@@ -15,7 +15,7 @@ pub enum LogError {
         source: io::Error,
     },
     /// The file is something else.
-    #[error("{} is not a log of thallus", .0.display())]
+    #[error("{} is not a log of thallus: --resume goes on with the folder of a run; to begin anew name the mesh", .0.display())]
     NoLog(PathBuf),
     /// The part that says what run it is of is damaged.
     #[error(

@@ -3,7 +3,7 @@
 use crate::color::{to_byte, to_linear};
 
 /// Pixels in rows from the top, three bytes each, sRGB.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Image {
     /// Pixels in a row.
     pub width: u32,

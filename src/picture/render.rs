@@ -74,6 +74,16 @@ const LEAST_ON_SHEET: u32 = 12;
 
 /// Takes the picture; the same bytes for any number of threads. Zeros in the settings count as 1.
 pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
+    render_unless(scene, camera, settings, &|| false).unwrap_or_default()
+}
+
+/// The same, unless it is told to stop before all of the picture is taken: then there is none.
+pub fn render_unless(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Image> {
     let world = World::new(scene);
     let studio = Studio::new(&world, camera, settings.background);
     let (width, height) = (settings.width.max(1), settings.height.max(1));
@@ -87,8 +97,8 @@ pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
             .min(settings.samples.max(1)),
         error: ERROR * (USUAL / settings.samples.max(1) as f32).sqrt(),
     };
-    let pixels = frame.pixels(TILE);
-    finish(&pixels, width, height, settings.background)
+    let pixels = frame.pixels(TILE, stopped)?;
+    Some(finish(&pixels, width, height, settings.background))
 }
 
 /// The colour of what is there, and how much of the pixel that covers.
@@ -129,22 +139,25 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// All of them, row by row, rendered in tiles of this side.
-    fn pixels(&self, side: usize) -> Vec<Pixel> {
+    /// All of them, row by row, rendered in tiles of this side. None if told to stop.
+    fn pixels(&self, side: usize, stopped: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Pixel>> {
         let [columns, rows] = self.size.to_array().map(|side| side as usize);
         let starts = (0..rows).step_by(side);
         let starts = starts.flat_map(|y| (0..columns).step_by(side).map(move |x| (x, y)));
         let tiles: Vec<Tile> = starts
             .map(|(x, y)| [x..(x + side).min(columns), y..(y + side).min(rows)])
             .collect();
-        let filled: Vec<Vec<Pixel>> = tiles.par_iter().map(|tile| self.filled(tile)).collect();
+        let filled = tiles
+            .par_iter()
+            .map(|tile| (!stopped()).then(|| self.filled(tile)));
+        let filled: Vec<Vec<Pixel>> = filled.collect::<Option<_>>()?;
         let mut pixels = vec![Pixel::default(); columns * rows];
         for ([across, down], filled) in tiles.iter().zip(filled) {
             for (y, row) in down.clone().zip(filled.chunks(across.len())) {
                 pixels[y * columns..][across.clone()].copy_from_slice(row);
             }
         }
-        pixels
+        Some(pixels)
     }
 
     /// The pixels of a tile, row by row: a few samples of each, and more as what is seen round about
@@ -324,10 +337,12 @@ mod tests {
             pilot: 2,
             error: ERROR,
         };
-        let whole = frame.pixels(40);
+        let pixels = |side| frame.pixels(side, &|| false).expect("not stopped");
+        let whole = pixels(40);
         assert!(whole.iter().any(|p| p.rgb != whole[0].rgb));
         for side in [1, 2, 7, 32] {
-            assert!(frame.pixels(side) == whole, "{side}");
+            assert!(pixels(side) == whole, "{side}");
         }
+        assert!(frame.pixels(7, &|| true).is_none());
     }
 }

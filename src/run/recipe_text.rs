@@ -428,7 +428,10 @@ fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
 
 /// A value that may also be written as the flag's text, or as a list of its numbers.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a whole number, a text or a list of numbers is needed here"
+)]
 enum Loose {
     Text(String),
     Whole(i64),

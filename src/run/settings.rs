@@ -106,19 +106,36 @@ pub enum SettingsError {
         /// What auto would be.
         auto: f64,
     },
-    /// Elements far larger than the surface: a walker's step would cross it millions of times.
+    /// Elements larger than the surface: no second one has room, and a walker's step may cross it millions
+    /// of times.
     #[error(
-        "--radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {times:.0} \
-         times; put it elsewhere (--at), or try --radius {:?}, with room for about 1000",
-        four_digits(*.radius), four_digits(*.thousand)
+        "--radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {} \
+         times; put it elsewhere (--at){}",
+        four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
     )]
     RadiusLargerThanSurface {
         /// Radius, file units.
         radius: f64,
         /// An element's area over the surface's.
         times: f64,
-        /// The radius of which a thousand cover the surface.
-        thousand: f64,
+        /// The radius of which a thousand cover the surface, if a run takes one so small.
+        thousand: Option<f64>,
+    },
+    /// The same where nobody asked for that radius.
+    #[error(
+        "{file}: one element of radius {:?}, 1/2000 of the bounding box's diagonal, would cover the piece of \
+         the mesh it is put on {} times; remove what lies far from the rest, or put it elsewhere (--at){}",
+        four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
+    )]
+    AutoLargerThanSurface {
+        /// The mesh.
+        file: String,
+        /// Radius, file units.
+        radius: f64,
+        /// An element's area over the surface's.
+        times: f64,
+        /// As above.
+        thousand: Option<f64>,
     },
     /// Walkers would be dropped where they start.
     #[error(
@@ -229,11 +246,11 @@ impl Settings {
             file: file.to_owned(),
             hash: substrate.mesh_hash().to_owned(),
         };
-        let recipe = self
-            .complete()?
-            .measured(substrate.units().diagonal(), mesh)?;
+        let complete = self.complete()?;
+        let is_auto = complete.radius == Length::Auto;
+        let recipe = complete.measured(substrate.units().diagonal(), mesh)?;
         let at = recipe.at.locate(substrate, recipe.seed, 0)?;
-        check_room(substrate, at.triangle, recipe.radius)?;
+        check_room(substrate, at.triangle, &recipe, is_auto)?;
         Ok(recipe)
     }
 
@@ -365,19 +382,42 @@ impl Complete {
 }
 
 /// Elements that each would cover the surface this many times are refused.
-const MOST_COVER: f64 = 100.0;
+const MOST_COVER: f64 = 1.0;
 
-fn check_room(substrate: &Substrate, triangle: u32, radius: f64) -> Result<(), SettingsError> {
-    let piece = substrate.component_of(triangle);
+fn check_room(
+    substrate: &Substrate,
+    triangle: u32,
+    recipe: &Recipe,
+    is_auto: bool,
+) -> Result<(), SettingsError> {
+    let (piece, radius) = (substrate.component_of(triangle), recipe.radius);
     let area = substrate.units().area_to_file(piece.area);
     let times = std::f64::consts::PI * radius * radius / area;
     if times < MOST_COVER {
         return Ok(());
     }
-    Err(SettingsError::RadiusLargerThanSurface {
-        radius,
-        times,
-        thousand: radius / (1000.0 * times).sqrt(),
+    let least = info::RADIUS.low * substrate.units().diagonal();
+    let thousand = Some(radius / (1000.0 * times).sqrt()).filter(|&radius| radius >= least);
+    Err(match is_auto {
+        true => SettingsError::AutoLargerThanSurface {
+            file: recipe.mesh.file.clone(),
+            radius,
+            times,
+            thousand,
+        },
+        false => SettingsError::RadiusLargerThanSurface {
+            radius,
+            times,
+            thousand,
+        },
+    })
+}
+
+/// The end of a cure.
+fn or_radius(thousand: Option<f64>) -> String {
+    thousand.map_or_else(String::new, |radius| {
+        let radius = four_digits(radius);
+        format!(", or try --radius {radius:?}, with room for about 1000")
     })
 }
 
@@ -470,8 +510,9 @@ mod tests {
     }
 
     #[test]
-    fn elements_far_larger_than_the_surface_are_refused() {
+    fn elements_larger_than_the_surface_are_refused() {
         let soup = Soup {
+            // A thousandth of this is less than the smallest radius.
             positions: vec![[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             notes: Vec::new(),
@@ -483,10 +524,16 @@ mod tests {
         };
         let refused = settings(5e5).resolve(&ribbon, "").unwrap_err().to_string();
         assert!(
-            refused.contains(" 785 times") && refused.contains("564.2"),
+            refused.contains(" 785.4 times") && refused.ends_with("(--at)"),
             "{refused}"
         );
-        assert!(settings(1e5).resolve(&ribbon, "").is_ok());
+        assert!(settings(1.5e4).resolve(&ribbon, "").is_ok());
+        let refused = Settings::default().resolve(&ribbon, "ribbon.obj");
+        let refused = refused.unwrap_err().to_string();
+        assert!(
+            refused.starts_with("ribbon.obj: ") && refused.ends_with("(--at)"),
+            "{refused}"
+        );
     }
 
     #[test]

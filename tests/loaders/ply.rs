@@ -123,7 +123,7 @@ fn faces_may_stand_before_their_vertices_and_strips_are_unrolled() {
 #[test]
 fn errors_name_the_place_and_the_cure() {
     let list = "uchar int vertex_indices";
-    let cases: [(String, &[&str]); 9] = [
+    let cases: [(String, &[&str]); 10] = [
         (
             small("float", list, &ROWS.replace("3 0 1 2", "3 0 1 3")),
             &["face 0 (line 13)", "vertex 3"],
@@ -143,6 +143,10 @@ fn errors_name_the_place_and_the_cure() {
         (
             small("float", list, "0 0 0\n1 0 0\n0 1 0\n3 0 1"),
             &["line 13", "face 0", "copy the file"],
+        ),
+        (
+            small("list uchar float", list, ROWS),
+            &["property", "is a list"],
         ),
         (
             small("quad", list, ROWS),

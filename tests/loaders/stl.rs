@@ -51,6 +51,21 @@ fn bytes_after_the_last_facet_are_tolerated() {
 }
 
 #[test]
+fn whole_facets_beyond_a_wrong_count_are_read() {
+    for promised in [0u32, 1] {
+        let mut bytes = binary(b"any", &FACETS);
+        bytes[80..84].copy_from_slice(&promised.to_le_bytes());
+        let soup = parsed(bytes, Format::Stl);
+        assert_eq!(corners(&soup), expected());
+        let note = format!(
+            "the header promises {promised} facets, the file holds {}: all are read",
+            FACETS.len()
+        );
+        assert_eq!(soup.notes, [note]);
+    }
+}
+
+#[test]
 fn ascii_in_any_case_with_many_solids_and_either_line_end() {
     let one = "solid a b\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1.0e0 0 0\n  \
                vertex 0 1 0.5\n endloop\nendfacet\nendsolid a b\n";

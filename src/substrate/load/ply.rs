@@ -291,6 +291,10 @@ impl<'a, B: Body> Reader<'a, B> {
             *axis = element.position(name).ok_or_else(|| {
                 self.fault(format!("the vertices have no property {}", quoted(name)))
             })?;
+            if let Kind::List { .. } = element.properties[*axis].kind {
+                let problem = format!("the vertices' property {} is a list", quoted(name));
+                return Err(self.fault(problem));
+            }
         }
         let mut texture_axes = None;
         if self.texcoords.is_some() {
