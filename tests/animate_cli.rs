@@ -61,6 +61,16 @@ fn frames_are_closed_meshes_in_numbered_files() {
 }
 
 #[test]
+fn folders_may_have_dots_in_their_names() {
+    let desk = desk();
+    fs::create_dir(desk.path("there.mov")).unwrap();
+    for folder in ["there.mov", "slash.mov/", "slash.ply/", "B_0.3", ".hidden"] {
+        made(&desk, &format!("out -o {folder} --frames 1 --what points"));
+        assert_eq!(names(&desk.path(folder)), ["frame_0001.ply"], "{folder}");
+    }
+}
+
+#[test]
 fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     let desk = desk();
     made(&desk, "out -o f --frames 5 --window 0");
@@ -341,6 +351,9 @@ fn what_cannot_be_is_refused_in_one_line() {
     let desk = desk();
     let cases: &[(&str, i32, &[&str])] = &[
         ("out -o a.ply", 2, &["a.ply", "one frame", "folder"]),
+        ("out -o a.mov", 2, &["'.mov'", ".usda", ".mp4", "a.mov/"]),
+        ("out -o a.AVI --what picture", 2, &["'.AVI'", ".gif"]),
+        ("out -o b/z.webp --format png", 2, &["'.webp'", ".webm"]),
         ("out -o a.gif --what skin", 2, &["pictures", "--what"]),
         (
             "out -o a.gif --background transparent",

@@ -4,7 +4,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use thallus::export::{FilmFormat, OutputDir, OutputError};
+use thallus::export::{
+    FilmFormat, MESH_FORMATS, OutputDir, OutputError, SCENE_FORMATS, UnknownFormat,
+};
 use thallus::picture::Background;
 
 use super::animate::check_free;
@@ -51,7 +53,8 @@ impl Target {
                 check_free(&args.output, args.force)?;
                 Self::film(args, format)
             }
-            Err(_) => Self::folder(args, &extension),
+            Err(_) if names_folder(&args.output, &extension) => Self::folder(args),
+            Err(unknown) => Err(no_film(&args.output, &extension, &unknown)),
         }
     }
 
@@ -89,15 +92,7 @@ impl Target {
         }
     }
 
-    fn folder(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
-        const ONE_FRAME: [&str; 8] = ["ply", "obj", "png", "gltf", "csv", "npz", "npy", "parquet"];
-        if ONE_FRAME.contains(&extension) && !args.output.is_dir() {
-            return Err(Failure::usage(format!(
-                "{}: a .{extension} file holds one frame; name a folder, and give --format \
-                 {extension}",
-                args.output.display()
-            )));
-        }
+    fn folder(args: &AnimateArgs) -> Result<Self, Failure> {
         let format = args
             .format
             .as_deref()
@@ -122,6 +117,35 @@ impl Target {
         }
         Ok(Self::Folder { subject, extension })
     }
+}
+
+/// Whether a name that is no film's is a folder's. Numbers behind a dot are no file format: folders
+/// are called B_0.3.
+fn names_folder(output: &Path, extension: &str) -> bool {
+    let last = output.as_os_str().as_encoded_bytes().last();
+    let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
+    has_slash || output.is_dir() || extension.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Whether frames are written with this extension.
+fn holds_a_frame(extension: &str) -> bool {
+    let meshes = MESH_FORMATS.iter().map(|format| format.extension);
+    let scenes = SCENE_FORMATS.iter().map(|format| format.extension);
+    meshes.chain(scenes).chain(["png"]).any(|e| e == extension)
+}
+
+/// Why nothing that moves is written to a file of this name.
+fn no_film(output: &Path, extension: &str, unknown: &UnknownFormat) -> Failure {
+    let shown = output.display();
+    Failure::usage(match holds_a_frame(extension) {
+        true => format!(
+            "{shown}: a .{extension} file holds one frame; name a folder, and give --format \
+             {extension}"
+        ),
+        false => format!(
+            "{unknown}, .gif, .mp4 or .webm, or a folder for numbered files, as {shown}/ with a slash"
+        ),
+    })
 }
 
 fn refuse_format(args: &AnimateArgs) -> Result<(), Failure> {
