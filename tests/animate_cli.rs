@@ -94,6 +94,19 @@ fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     ];
     assert_eq!(names(&desk.path("f")), expected);
     assert_ne!(desk.read("f/frame_0002.ply"), before);
+    // Names that are not frames', or not in a frame's format.
+    fs::write(desk.path("f/frame_0001.txt"), "mine").unwrap();
+    fs::write(desk.path("f/frame_02.ply"), "mine").unwrap();
+    made(&desk, "out -o f --frames 2 --force --format glb");
+    let expected = [
+        "frame_0001.glb",
+        "frame_0001.txt",
+        "frame_0002.glb",
+        "frame_02.ply",
+        "frame_9.txt",
+        "notes.txt",
+    ];
+    assert_eq!(names(&desk.path("f")), expected);
     made(&desk, "out -o a.usda --frames 2");
     refused(
         &desk,

@@ -168,7 +168,7 @@ pub(super) struct Folder {
 
 impl Folder {
     pub(super) fn create(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
-        let digits = args.time.frames.to_string().len().max(4);
+        let digits = args.time.frames.to_string().len().max(DIGITS);
         Ok(Self {
             dir: OutputDir::create(&args.output, args.force).map_err(of_frames)?,
             extension: extension.to_owned(),
@@ -196,7 +196,7 @@ impl Folder {
         self.dir.commit().map_err(of_frames)
     }
 
-    /// Frames that are there and were not written now.
+    /// Frames that are there, of whatever format, and were not written now.
     fn left_over(&self) -> Vec<String> {
         let entries = fs::read_dir(self.dir.path())
             .into_iter()
@@ -204,17 +204,24 @@ impl Folder {
             .flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
         let old = |name: &String| {
-            let rest = name.strip_prefix("frame_");
-            let parts = rest.and_then(|rest| rest.split_once('.'));
-            parts.is_some_and(|(number, extension)| {
-                let digits = number.bytes().all(|b| b.is_ascii_digit());
+            frame_of(name).is_some_and(|(number, extension)| {
                 let new = number.len() == self.digits
                     && number.parse().is_ok_and(|n: u32| n <= self.written);
-                digits && extension == self.extension && !new
+                extension != self.extension || !new
             })
         };
         names.filter(old).collect()
     }
+}
+
+/// Digits of the frames' numbers, at least.
+const DIGITS: usize = 4;
+
+/// The number and the extension of a file that is a frame by its name.
+fn frame_of(name: &str) -> Option<(&str, &str)> {
+    let (number, extension) = name.strip_prefix("frame_")?.split_once('.')?;
+    let counts = number.len() >= DIGITS && number.bytes().all(|b| b.is_ascii_digit());
+    (counts && holds_a_frame(extension)).then_some((number, extension))
 }
 
 /// A full folder, as an animation finds it.
