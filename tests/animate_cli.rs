@@ -377,6 +377,11 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
         ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),
+        (
+            "out -o f --what picture --format ply",
+            2,
+            &["--what picture is written as png", "--format ply"],
+        ),
         ("out -o f --what points --format png", 2, &["--format png"]),
         ("out -o f --what curves --format csv", 2, &["csv", "curves"]),
         ("out -o f --frames 0", 2, &["--frames"]),

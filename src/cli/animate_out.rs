@@ -109,10 +109,14 @@ impl Target {
             "ply"
         };
         let extension = format.unwrap_or_else(|| usual.to_owned());
-        if (subject == Subject::Picture) != (extension == "png") {
+        if subject == Subject::Picture && extension != "png" {
+            return Err(Failure::usage(format!(
+                "--what picture is written as png: leave --format {extension} away, or --what picture"
+            )));
+        }
+        if subject != Subject::Picture && png {
             return Err(Failure::usage(
-                "--format png is for pictures, and pictures are written as png: leave --format or \
-                 --what away",
+                "--format png is for pictures: leave --format away, or give --what picture",
             ));
         }
         Ok(Self::Folder { subject, extension })
