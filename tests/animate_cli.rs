@@ -323,8 +323,12 @@ fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
 fn a_skin_that_misses_the_lichen_is_refused_in_pictures_too() {
     let desk = desk();
     desk.done("rock.obj --radius 0.05% --elements 1 -o one");
-    for out in ["f --what skin", "f --what picture", "f.gif"] {
-        let words = format!("one -o {out} --frames 2 --width 16 --falloff 0.8r --resolution 10r");
+    for out in [
+        "f --what skin",
+        "f --what picture --width 16",
+        "f.gif --width 16",
+    ] {
+        let words = format!("one -o {out} --frames 2 --falloff 0.8r --resolution 10r");
         refused(&desk, &words, 2, &["resolution", "finer"]);
     }
     assert_eq!(names(desk.0.path()), ["one", "out", "rock.obj"]);
@@ -375,6 +379,14 @@ fn what_cannot_be_is_refused_in_one_line() {
         ),
         ("out -o f --what picture --ground mud", 2, &["mud", "bark"]),
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
+        (
+            "out -o a.usda --camera 30,45",
+            2,
+            &["--camera is for pictures", "a.usda", ".gif"],
+        ),
+        ("out -o a.glb --width 960", 2, &["--width", "a.glb"]),
+        ("out -o a.usd --draw skin", 2, &["--draw"]),
+        ("out -o f --ground bark", 2, &["--ground", "--what picture"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
         ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),
         (

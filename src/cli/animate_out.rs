@@ -36,6 +36,18 @@ pub(super) enum Movie {
 impl Target {
     /// What the name of the output and the flags say.
     pub(super) fn of(args: &AnimateArgs) -> Result<Self, Failure> {
+        let target = Self::named(args)?;
+        match args.picture.given.as_slice() {
+            [first, ..] if target.subject() != Subject::Picture => Err(Failure::usage(format!(
+                "{first} is for pictures, and {} will hold none: leave it away, or name a .gif, a .mp4, \
+                 a .webm, or a folder with --what picture",
+                args.output.display()
+            ))),
+            _ => Ok(target),
+        }
+    }
+
+    fn named(args: &AnimateArgs) -> Result<Self, Failure> {
         let extension = args.output.extension().and_then(|e| e.to_str());
         let extension = extension.unwrap_or_default().to_ascii_lowercase();
         let movie = match extension.as_str() {
