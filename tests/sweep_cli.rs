@@ -295,6 +295,17 @@ fn lichens_that_stop_full_are_told() {
     assert_eq!(page.matches("<span>full</span>").count(), 2);
 }
 
+#[test]
+fn help_says_the_size_that_cells_have() {
+    let desk = desk();
+    let help = done(&desk, "--help").stdout;
+    let help = String::from_utf8(help).unwrap();
+    let words: Vec<_> = help.split_whitespace().collect();
+    let help = words.join(" ");
+    assert!(!help.contains("20000"), "{help}");
+    assert!(help.contains("[default: 150 radii of the largest elements"));
+}
+
 /// Pictures are taken again where they are missing, damaged or would look different now.
 #[test]
 fn pictures_that_are_there_are_kept() {
