@@ -61,6 +61,16 @@ fn frames_are_closed_meshes_in_numbered_files() {
 }
 
 #[test]
+fn folders_may_have_dots_in_their_names() {
+    let desk = desk();
+    fs::create_dir(desk.path("there.mov")).unwrap();
+    for folder in ["there.mov", "slash.mov/", "slash.ply/", "B_0.3", ".hidden"] {
+        made(&desk, &format!("out -o {folder} --frames 1 --what points"));
+        assert_eq!(names(&desk.path(folder)), ["frame_0001.ply"], "{folder}");
+    }
+}
+
+#[test]
 fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     let desk = desk();
     made(&desk, "out -o f --frames 5 --window 0");
@@ -84,6 +94,19 @@ fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     ];
     assert_eq!(names(&desk.path("f")), expected);
     assert_ne!(desk.read("f/frame_0002.ply"), before);
+    // Names that are not frames', or not in a frame's format.
+    fs::write(desk.path("f/frame_0001.txt"), "mine").unwrap();
+    fs::write(desk.path("f/frame_02.ply"), "mine").unwrap();
+    made(&desk, "out -o f --frames 2 --force --format glb");
+    let expected = [
+        "frame_0001.glb",
+        "frame_0001.txt",
+        "frame_0002.glb",
+        "frame_02.ply",
+        "frame_9.txt",
+        "notes.txt",
+    ];
+    assert_eq!(names(&desk.path("f")), expected);
     made(&desk, "out -o a.usda --frames 2");
     refused(
         &desk,
@@ -300,8 +323,12 @@ fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
 fn a_skin_that_misses_the_lichen_is_refused_in_pictures_too() {
     let desk = desk();
     desk.done("rock.obj --radius 0.05% --elements 1 -o one");
-    for out in ["f --what skin", "f --what picture", "f.gif"] {
-        let words = format!("one -o {out} --frames 2 --width 16 --falloff 0.8r --resolution 10r");
+    for out in [
+        "f --what skin",
+        "f --what picture --width 16",
+        "f.gif --width 16",
+    ] {
+        let words = format!("one -o {out} --frames 2 --falloff 0.8r --resolution 10r");
         refused(&desk, &words, 2, &["resolution", "finer"]);
     }
     assert_eq!(names(desk.0.path()), ["one", "out", "rock.obj"]);
@@ -341,6 +368,9 @@ fn what_cannot_be_is_refused_in_one_line() {
     let desk = desk();
     let cases: &[(&str, i32, &[&str])] = &[
         ("out -o a.ply", 2, &["a.ply", "one frame", "folder"]),
+        ("out -o a.mov", 2, &["'.mov'", ".usda", ".mp4", "a.mov/"]),
+        ("out -o a.AVI --what picture", 2, &["'.AVI'", ".gif"]),
+        ("out -o b/z.webp --format png", 2, &["'.webp'", ".webm"]),
         ("out -o a.gif --what skin", 2, &["pictures", "--what"]),
         (
             "out -o a.gif --background transparent",
@@ -349,8 +379,21 @@ fn what_cannot_be_is_refused_in_one_line() {
         ),
         ("out -o f --what picture --ground mud", 2, &["mud", "bark"]),
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
+        (
+            "out -o a.usda --camera 30,45",
+            2,
+            &["--camera is for pictures", "a.usda", ".gif"],
+        ),
+        ("out -o a.glb --width 960", 2, &["--width", "a.glb"]),
+        ("out -o a.usd --draw skin", 2, &["--draw"]),
+        ("out -o f --ground bark", 2, &["--ground", "--what picture"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
         ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),
+        (
+            "out -o f --what picture --format ply",
+            2,
+            &["--what picture is written as png", "--format ply"],
+        ),
         ("out -o f --what points --format png", 2, &["--format png"]),
         ("out -o f --what curves --format csv", 2, &["csv", "curves"]),
         ("out -o f --frames 0", 2, &["--frames"]),

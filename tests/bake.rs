@@ -431,6 +431,20 @@ fn covered_and_shared_texels_are_counted() {
 }
 
 #[test]
+fn layouts_a_little_wider_than_the_image_overlap_themselves() {
+    let rounded = bake_squares(&squares(&[square(0.0, 1.00001)]));
+    assert_eq!(rounded, Ok((64 * 64, [0, 0, 0])));
+    let (covered, [texels, triangles, _]) = bake_squares(&squares(&[square(0.0, 1.018)])).unwrap();
+    assert_eq!(covered, 64 * 64);
+    // One texel along two sides.
+    assert!((100..=260).contains(&texels), "{texels}");
+    assert_eq!(triangles, 2);
+    let error = bake_squares(&squares(&[square(0.0, 1.0501)])).unwrap_err();
+    let said = error.to_string();
+    assert!(said.contains("1.06 images wide"), "{said}");
+}
+
+#[test]
 fn layouts_that_cannot_be_baked_are_refused() {
     let without: String = squares(&[square(0.0, 1.0)]).replace("f 1/1 2/2 3/3 4/4", "f 1 2 3 4");
     assert_eq!(bake_squares(&without), Err(BakeError::NoUvs));

@@ -295,6 +295,39 @@ fn lichens_that_stop_full_are_told() {
     assert_eq!(page.matches("<span>full</span>").count(), 2);
 }
 
+/// What is said of pictures is what is done.
+#[test]
+fn pictures_are_counted_as_they_are_taken() {
+    let desk = desk();
+    let grid = GRID.replace("--quiet", "");
+    let notes = |words: &str| said(&command(&desk, words).output().unwrap());
+    let words = format!("{grid} -o out");
+    let first = notes(&words);
+    assert!(first.contains("making 4 pictures\n"), "{first}");
+    let again = notes(&words);
+    assert!(again.contains("4 pictures are there already\n"), "{again}");
+    assert!(!again.contains("making"), "{again}");
+    let one = fs::read_dir(desk.path("out/pictures")).unwrap().next();
+    fs::remove_file(one.unwrap().unwrap().path()).unwrap();
+    let rest = notes(&words);
+    let told = "making 1 picture; 3 others are there already\n";
+    assert!(rest.contains(told), "{rest}");
+    let impossible = grid.replace("--L 5r,10r --B 0.3,0.9", "--L 1r,10r");
+    let told = notes(&format!("{impossible} -o impossible"));
+    assert!(told.contains("making 1 picture\n"), "{told}");
+}
+
+#[test]
+fn help_says_the_size_that_cells_have() {
+    let desk = desk();
+    let help = done(&desk, "--help").stdout;
+    let help = String::from_utf8(help).unwrap();
+    let words: Vec<_> = help.split_whitespace().collect();
+    let help = words.join(" ");
+    assert!(!help.contains("20000"), "{help}");
+    assert!(help.contains("[default: 150 radii of the largest elements"));
+}
+
 /// Pictures are taken again where they are missing, damaged or would look different now.
 #[test]
 fn pictures_that_are_there_are_kept() {

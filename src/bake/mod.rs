@@ -26,7 +26,7 @@ pub use map::{MAPS, Map, Range};
 
 use frame::{Frame, frames, order};
 use ground::{Ground, Surface};
-use layout::{Layout, NONE};
+use layout::{Layout, NONE, WIDEST};
 use occlusion::Horizons;
 use place::Placer;
 use texel::{Sampler, Texels};
@@ -68,9 +68,10 @@ pub enum BakeError {
     NoUvs,
     /// A triangle is larger than the image.
     #[error(
-        "triangle {triangle} is {tiles:.1} images wide in the UVs, which repeat a texture: lichen \
-         needs a layout in which each place of the surface has texels of its own; unwrap the mesh \
-         again"
+        "triangle {triangle} is {:.2} images wide in the UVs, which repeat a texture (up to {WIDEST} \
+         overlaps itself a little): lichen needs a layout in which each place of the surface has \
+         texels of its own; unwrap the mesh again",
+        (tiles * 100.0).ceil() / 100.0
     )]
     Repeats {
         /// Its number in the file.

@@ -1,10 +1,12 @@
 //! The arguments of `thallus animate` as they are typed.
 
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::Args;
 use clap::builder::TypedValueParser;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use thallus::animate::Timing;
 use thallus::cluster::Ease;
 use thallus::export::{FILM_FORMATS, FilmFormat};
@@ -36,7 +38,7 @@ pub(crate) struct AnimateArgs {
     #[command(flatten)]
     pub(crate) time: TimeArgs,
     #[command(flatten)]
-    pub(crate) picture: PictureArgs,
+    pub(crate) picture: PictureFlags,
     #[command(flatten)]
     pub(crate) shape: ShapeArgs,
     #[command(flatten)]
@@ -48,6 +50,54 @@ pub(crate) struct AnimateArgs {
     pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+}
+
+/// The flags of pictures, and which of them were given: where there are none, they would do nothing.
+#[derive(Debug)]
+pub(crate) struct PictureFlags {
+    args: PictureArgs,
+    /// As they are typed.
+    pub(crate) given: Vec<String>,
+}
+
+impl Deref for PictureFlags {
+    type Target = PictureArgs;
+
+    fn deref(&self) -> &PictureArgs {
+        &self.args
+    }
+}
+
+impl Args for PictureFlags {
+    fn augment_args(command: Command) -> Command {
+        PictureArgs::augment_args(command)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        PictureArgs::augment_args_for_update(command)
+    }
+}
+
+impl FromArgMatches for PictureFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let flags = PictureArgs::augment_args(Command::new(""));
+        let typed = |flag: &&Arg| {
+            let source = matches.value_source(flag.get_id().as_str());
+            source == Some(ValueSource::CommandLine)
+        };
+        let given = flags.get_arguments().filter(typed);
+        Ok(Self {
+            given: given
+                .filter_map(|flag| Some(format!("--{}", flag.get_long()?)))
+                .collect(),
+            args: PictureArgs::from_arg_matches(matches)?,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
 #[derive(Debug, Args)]

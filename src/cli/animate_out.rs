@@ -4,7 +4,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use thallus::export::{FilmFormat, OutputDir, OutputError};
+use thallus::export::{
+    FilmFormat, MESH_FORMATS, OutputDir, OutputError, SCENE_FORMATS, UnknownFormat,
+};
 use thallus::picture::Background;
 
 use super::animate::check_free;
@@ -34,6 +36,18 @@ pub(super) enum Movie {
 impl Target {
     /// What the name of the output and the flags say.
     pub(super) fn of(args: &AnimateArgs) -> Result<Self, Failure> {
+        let target = Self::named(args)?;
+        match args.picture.given.as_slice() {
+            [first, ..] if target.subject() != Subject::Picture => Err(Failure::usage(format!(
+                "{first} is for pictures, and {} will hold none: leave it away, or name a .gif, a .mp4, \
+                 a .webm, or a folder with --what picture",
+                args.output.display()
+            ))),
+            _ => Ok(target),
+        }
+    }
+
+    fn named(args: &AnimateArgs) -> Result<Self, Failure> {
         let extension = args.output.extension().and_then(|e| e.to_str());
         let extension = extension.unwrap_or_default().to_ascii_lowercase();
         let movie = match extension.as_str() {
@@ -51,7 +65,8 @@ impl Target {
                 check_free(&args.output, args.force)?;
                 Self::film(args, format)
             }
-            Err(_) => Self::folder(args, &extension),
+            Err(_) if names_folder(&args.output, &extension) => Self::folder(args),
+            Err(unknown) => Err(no_film(&args.output, &extension, &unknown)),
         }
     }
 
@@ -89,15 +104,7 @@ impl Target {
         }
     }
 
-    fn folder(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
-        const ONE_FRAME: [&str; 8] = ["ply", "obj", "png", "gltf", "csv", "npz", "npy", "parquet"];
-        if ONE_FRAME.contains(&extension) && !args.output.is_dir() {
-            return Err(Failure::usage(format!(
-                "{}: a .{extension} file holds one frame; name a folder, and give --format \
-                 {extension}",
-                args.output.display()
-            )));
-        }
+    fn folder(args: &AnimateArgs) -> Result<Self, Failure> {
         let format = args
             .format
             .as_deref()
@@ -114,14 +121,47 @@ impl Target {
             "ply"
         };
         let extension = format.unwrap_or_else(|| usual.to_owned());
-        if (subject == Subject::Picture) != (extension == "png") {
+        if subject == Subject::Picture && extension != "png" {
+            return Err(Failure::usage(format!(
+                "--what picture is written as png: leave --format {extension} away, or --what picture"
+            )));
+        }
+        if subject != Subject::Picture && png {
             return Err(Failure::usage(
-                "--format png is for pictures, and pictures are written as png: leave --format or \
-                 --what away",
+                "--format png is for pictures: leave --format away, or give --what picture",
             ));
         }
         Ok(Self::Folder { subject, extension })
     }
+}
+
+/// Whether a name that is no film's is a folder's. Numbers behind a dot are no file format: folders
+/// are called B_0.3.
+fn names_folder(output: &Path, extension: &str) -> bool {
+    let last = output.as_os_str().as_encoded_bytes().last();
+    let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
+    has_slash || output.is_dir() || extension.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Whether frames are written with this extension.
+fn holds_a_frame(extension: &str) -> bool {
+    let meshes = MESH_FORMATS.iter().map(|format| format.extension);
+    let scenes = SCENE_FORMATS.iter().map(|format| format.extension);
+    meshes.chain(scenes).chain(["png"]).any(|e| e == extension)
+}
+
+/// Why nothing that moves is written to a file of this name.
+fn no_film(output: &Path, extension: &str, unknown: &UnknownFormat) -> Failure {
+    let shown = output.display();
+    Failure::usage(match holds_a_frame(extension) {
+        true => format!(
+            "{shown}: a .{extension} file holds one frame; name a folder, and give --format \
+             {extension}"
+        ),
+        false => format!(
+            "{unknown}, .gif, .mp4 or .webm, or a folder for numbered files, as {shown}/ with a slash"
+        ),
+    })
 }
 
 fn refuse_format(args: &AnimateArgs) -> Result<(), Failure> {
@@ -144,7 +184,7 @@ pub(super) struct Folder {
 
 impl Folder {
     pub(super) fn create(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
-        let digits = args.time.frames.to_string().len().max(4);
+        let digits = args.time.frames.to_string().len().max(DIGITS);
         Ok(Self {
             dir: OutputDir::create(&args.output, args.force).map_err(of_frames)?,
             extension: extension.to_owned(),
@@ -172,7 +212,7 @@ impl Folder {
         self.dir.commit().map_err(of_frames)
     }
 
-    /// Frames that are there and were not written now.
+    /// Frames that are there, of whatever format, and were not written now.
     fn left_over(&self) -> Vec<String> {
         let entries = fs::read_dir(self.dir.path())
             .into_iter()
@@ -180,17 +220,24 @@ impl Folder {
             .flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
         let old = |name: &String| {
-            let rest = name.strip_prefix("frame_");
-            let parts = rest.and_then(|rest| rest.split_once('.'));
-            parts.is_some_and(|(number, extension)| {
-                let digits = number.bytes().all(|b| b.is_ascii_digit());
+            frame_of(name).is_some_and(|(number, extension)| {
                 let new = number.len() == self.digits
                     && number.parse().is_ok_and(|n: u32| n <= self.written);
-                digits && extension == self.extension && !new
+                extension != self.extension || !new
             })
         };
         names.filter(old).collect()
     }
+}
+
+/// Digits of the frames' numbers, at least.
+const DIGITS: usize = 4;
+
+/// The number and the extension of a file that is a frame by its name.
+fn frame_of(name: &str) -> Option<(&str, &str)> {
+    let (number, extension) = name.strip_prefix("frame_")?.split_once('.')?;
+    let counts = number.len() >= DIGITS && number.bytes().all(|b| b.is_ascii_digit());
+    (counts && holds_a_frame(extension)).then_some((number, extension))
 }
 
 /// A full folder, as an animation finds it.

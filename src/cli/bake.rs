@@ -22,7 +22,7 @@ use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
-use super::number::{count, duration};
+use super::number::{count, duration, plural};
 use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
 use super::skin_paint::paint;
@@ -171,9 +171,9 @@ fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
     let shared = report.overlaps;
     if shared.texels > 0 {
         let share = 100.0 * shared.texels as f64 / report.covered.max(1) as f64;
-        let triangles = count(shared.triangles as u64);
+        let overlap = plural(shared.triangles, "triangle overlaps", "triangles overlap");
         voice.warn(&format!(
-            "{mesh}: {triangles} triangles overlap in the UVs: {share:.1} % of the texels in use show \
+            "{mesh}: {overlap} in the UVs: {share:.1} % of the texels in use show \
              one place of the surface and stand for several; unwrap the mesh without overlaps"
         ));
     }

@@ -36,6 +36,7 @@ mod skin_args;
 mod skin_paint;
 mod sweep;
 mod sweep_args;
+mod sweep_estimate;
 mod sweep_merge;
 mod sweep_page;
 mod sweep_part;

@@ -12,6 +12,7 @@ use super::grow::named_mesh;
 use super::number::{count, duration, plural};
 use super::skin::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
+use super::sweep_estimate::{Estimate, counted};
 use super::sweep_page::Page;
 use super::sweep_record as record;
 use super::sweep_run::{End, Sweep};
@@ -66,7 +67,9 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         .into_iter()
         .partition(|&run| plan.runs[run].recipe.is_ok());
     sweep.leave_out(&impossible);
-    sweep.announce(&runs);
+    // The part that ends last takes the pictures, and no part knows whether it will be.
+    let takes_pictures = args.shard.is_none();
+    sweep.announce(&runs, takes_pictures.then_some(&style));
     let ends = sweep.grow(&runs, args.only.is_some());
     let now = sweep.failed_now(&impossible, &runs, &ends);
     sweep.conclude(args, &style, now, &ends)
@@ -243,8 +246,28 @@ impl Sweep<'_> {
             .filter_map(|&run| self.plan.runs[run].recipe.as_ref().ok())
     }
 
+    /// About how long these runs take, with the pictures of their cells if they are to be taken.
+    fn estimate(&self, runs: &[usize], style: Option<&PictureStyle>) -> Estimate {
+        let mut estimate = Estimate::default();
+        self.recipes(runs)
+            .for_each(|recipe| estimate.add_run(self.substrate, recipe));
+        if let Some(style) = style {
+            self.recipes(&self.one_of_each_cell(runs))
+                .for_each(|recipe| estimate.add_picture(self.substrate, recipe, style));
+        }
+        estimate
+    }
+
+    /// A run of each cell that these are of.
+    fn one_of_each_cell(&self, runs: &[usize]) -> Vec<usize> {
+        let mut one = runs.to_vec();
+        one.sort_by_key(|&run| self.plan.runs[run].cell);
+        one.dedup_by_key(|run| self.plan.runs[*run].cell);
+        one
+    }
+
     /// Says what is about to happen.
-    fn announce(&self, runs: &[usize]) {
+    fn announce(&self, runs: &[usize], style: Option<&PictureStyle>) {
         let (all, cells) = (self.plan.runs.len(), self.plan.cells.len());
         let radius = self.plan.recipes().next().map(|recipe| recipe.radius);
         radius
@@ -258,10 +281,7 @@ impl Sweep<'_> {
                 .note("no run is left to grow: only the page is made again");
         }
         let threads = self.execution.threads;
-        let seconds = self
-            .recipes(runs)
-            .map(|r| memory::seconds(self.substrate, r));
-        let seconds = seconds.sum::<f64>() / threads.min(runs.len()) as f64;
+        let seconds = self.estimate(runs, style).seconds(threads);
         let kept = match all - runs.len() {
             0 => String::new(),
             n => format!(
@@ -289,7 +309,7 @@ impl Sweep<'_> {
     fn warn_of_memory(&self, runs: &[usize], threads: usize) {
         let needed = self
             .recipes(runs)
-            .map(|r| memory::needed(self.substrate, r));
+            .map(|r| memory::needed(self.substrate, &counted(r)));
         let mut needed: Vec<f64> = needed.collect();
         needed.sort_by(|a, b| b.total_cmp(a));
         let together: f64 = needed.iter().take(threads).sum();

@@ -49,7 +49,7 @@ pub(crate) struct SweepArgs {
     #[command(flatten)]
     pub(crate) look: LookArgs,
     #[command(flatten)]
-    pub(crate) stop: StopArgs,
+    pub(crate) stop: SizeArgs,
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
     #[command(flatten)]
@@ -168,6 +168,37 @@ impl FromStr for Shard {
     }
 }
 
+/// The size of each cell. The default is not that of `thallus grow`.
+#[derive(Debug)]
+pub(crate) struct SizeArgs(StopArgs);
+
+impl Args for SizeArgs {
+    fn augment_args(command: Command) -> Command {
+        StopArgs::augment_args(command)
+            .mut_arg("elements", |arg| arg.help("Stop at this many elements"))
+            .mut_arg("reach", |arg| {
+                arg.help(
+                    "Stop at this effective radius, as 300r [default: 150 radii of the largest \
+                     elements, in every cell]",
+                )
+            })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SizeArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        StopArgs::from_arg_matches(matches).map(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}
+
 /// The axes, in the order in which they were given.
 #[derive(Debug, Default)]
 pub(crate) struct AxisArgs(pub(crate) Vec<Axis>);
@@ -252,7 +283,7 @@ fn wrong(message: String) -> clap::Error {
 impl SweepArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        settings(&self.look, &self.stop, &self.place, &self.walk)
+        settings(&self.look, &self.stop.0, &self.place, &self.walk)
     }
 }
 

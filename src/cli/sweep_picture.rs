@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use thallus::cluster::Cluster;
@@ -46,37 +46,58 @@ impl Pictures {
     pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
         let sight = Sight::of(page, style, &results)?;
-        let folder = page.folder.join(PICTURES);
-        let side = side(&results, style.size);
-        let (mut cells, mut kept) = (Vec::new(), 0);
-        let all = page.plan.cells.len();
-        let pictures = plural(all, "picture", "pictures");
-        page.voice.note(&format!("making {pictures}"));
-        for (number, cell) in page.plan.cells.iter().enumerate() {
+        let mut pictures = Self {
+            cells: Vec::new(),
+            side: side(&results, style.size),
+            width: sight.width,
+        };
+        let missing = pictures.find(page, &sight.camera, style)?;
+        let kept = pictures.cells.iter().flatten().count();
+        if let Some(note) = to_make(missing.len(), kept) {
+            page.voice.note(&note);
+        }
+        for (number, lack) in missing.iter().enumerate() {
             page.check_cancelled()?;
-            let doing = format!("picture {} of {all}: {}", number + 1, cell.name);
+            let name = &page.plan.cells[lack.cell].name;
+            let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
             let spinner = spinner(page.voice, &doing);
-            cells.push(match results.pictured(number) {
-                None => None,
-                Some(run) => {
-                    let file = folder.join(format!("{}.png", cell.name));
-                    let (image, is_kept) = at_hand(page, &sight.camera, style, run, &file)?;
-                    kept += usize::from(is_kept);
-                    Some(Taken::of(&image, side[0], all))
-                }
-            });
+            let image = picture(page, &sight.camera, style, lack.run)?;
+            let png = image.to_marked_png(&lack.mark);
+            let file = file_of(page, lack.cell);
+            write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+            pictures.cells[lack.cell] = Some(pictures.taken(&image));
             spinner.finish_and_clear();
         }
-        if kept > 0 {
-            let kept = plural(kept, "picture", "pictures");
-            page.voice
-                .note(&format!("{kept} of them were there already"));
+        Ok(pictures)
+    }
+
+    /// Takes over the pictures that are there, and gives those that are not.
+    fn find(
+        &mut self,
+        page: &Page,
+        camera: &Camera,
+        style: &PictureStyle,
+    ) -> Result<Vec<Lack>, Failure> {
+        let results = page.results();
+        self.cells.resize_with(page.plan.cells.len(), || None);
+        let mut missing = Vec::new();
+        for cell in 0..self.cells.len() {
+            page.check_cancelled()?;
+            let Some(run) = results.pictured(cell) else {
+                continue;
+            };
+            let mark = mark(page, camera, style, run)?;
+            let there = fs::read(file_of(page, cell)).ok();
+            match there.and_then(|png| Image::of_marked_png(&png, &mark)) {
+                Some(image) => self.cells[cell] = Some(self.taken(&image)),
+                None => missing.push(Lack { cell, run, mark }),
+            }
         }
-        Ok(Self {
-            cells,
-            side,
-            width: sight.width,
-        })
+        Ok(missing)
+    }
+
+    fn taken(&self, image: &Image) -> Taken {
+        Taken::of(image, self.side[0], self.cells.len())
     }
 
     /// As the page has them.
@@ -130,6 +151,38 @@ impl Pictures {
             (label, (length / self.width) as f32)
         })
     }
+}
+
+/// A picture that is not there.
+struct Lack {
+    cell: usize,
+    /// The run that it shows.
+    run: usize,
+    /// See [`mark`].
+    mark: String,
+}
+
+/// What is about to happen, where so many pictures are missing and so many are there.
+fn to_make(missing: usize, kept: usize) -> Option<String> {
+    let pictures = |n| plural(n, "picture", "pictures");
+    match (missing, kept) {
+        (0, 0) => None,
+        (0, kept) => Some(format!(
+            "{} there already",
+            plural(kept, "picture is", "pictures are")
+        )),
+        (missing, 0) => Some(format!("making {}", pictures(missing))),
+        (missing, kept) => Some(format!(
+            "making {}; {} there already",
+            pictures(missing),
+            plural(kept, "other is", "others are")
+        )),
+    }
+}
+
+fn file_of(page: &Page, cell: usize) -> PathBuf {
+    let name = format!("{}.png", page.plan.cells[cell].name);
+    page.folder.join(PICTURES).join(name)
 }
 
 /// A picture as sheet and page have it: the whole of a large grid would not fit into memory.
@@ -244,25 +297,6 @@ fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Resul
         style.ground,
     );
     Ok(blake3::hash(all.as_bytes()).to_string())
-}
-
-/// The picture of a run, and whether it was there. One that was not is taken and written.
-fn at_hand(
-    page: &Page,
-    camera: &Camera,
-    style: &PictureStyle,
-    run: usize,
-    file: &Path,
-) -> Result<(Image, bool), Failure> {
-    let mark = mark(page, camera, style, run)?;
-    let there = fs::read(file).ok();
-    if let Some(image) = there.and_then(|png| Image::of_marked_png(&png, &mark)) {
-        return Ok((image, true));
-    }
-    let image = picture(page, camera, style, run)?;
-    let png = image.to_marked_png(&mark);
-    write_file_atomically(file, true, |out: &mut dyn Write| out.write_all(&png))?;
-    Ok((image, false))
 }
 
 fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {

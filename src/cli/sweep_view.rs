@@ -50,16 +50,7 @@ impl PictureStyle {
         let remembered = folders.iter().map(|folder| read(folder));
         let there = remembered.collect::<Result<Vec<_>, _>>()?;
         let below = there.into_iter().flatten().next();
-        let usual = Self {
-            camera: View::Auto,
-            size: Size {
-                width: 800,
-                height: 800,
-            },
-            samples: 4,
-            ground: Ground::Stone,
-        };
-        let below = below.unwrap_or(usual);
+        let below = below.unwrap_or_else(Self::usual);
         let camera = args.camera.clone().map(View::in_full).transpose()?;
         Ok(Self {
             camera: camera.unwrap_or(below.camera),
@@ -67,6 +58,18 @@ impl PictureStyle {
             samples: args.samples.unwrap_or(below.samples),
             ground: args.ground.unwrap_or(below.ground),
         })
+    }
+
+    pub(super) fn usual() -> Self {
+        Self {
+            camera: View::Auto,
+            size: Size {
+                width: 800,
+                height: 800,
+            },
+            samples: 4,
+            ground: Ground::Stone,
+        }
     }
 
     /// Remembers it in a folder.
