@@ -44,9 +44,9 @@ fn cell(neighbours: &Neighbours, of: usize) -> f64 {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     let mut ways = Vec::new();
-    neighbours.visit(of, |_, way, length| {
-        if length > 0.0 {
-            ways.push((DVec2::new(way.dot(x), way.dot(y)), length * length));
+    neighbours.visit(of, |_, way, distance| {
+        if distance > 0.0 {
+            ways.push((DVec2::new(way.dot(x), way.dot(y)), way.length_squared()));
         }
     });
     let radius = 0.5 * neighbours.within();

@@ -7,8 +7,8 @@ use super::Neighbours;
 ///
 /// The thesis colours and sticks by the count n within its curvature radius L (Sumner 2001, 5.2);
 /// with D = L this is that count over what does not depend on the choice of r and L. A dense
-/// packing of discs comes to about π/√12 = 0.91. A surface that curves within D holds more or
-/// less than a flat one.
+/// packing of discs comes to about π/√12 = 0.91, over a fold too. A surface that curves within D
+/// holds more or less than a flat one.
 pub fn density(radius: f64, neighbours: &Neighbours) -> Vec<f64> {
     let share = (radius / neighbours.within()) * (radius / neighbours.within());
     let of = |i| {
@@ -22,7 +22,7 @@ pub fn density(radius: f64, neighbours: &Neighbours) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::morphometry::test_lichen::{blob, same_side};
+    use crate::morphometry::test_lichen::{are_near, blob};
     use std::f64::consts::PI;
 
     #[test]
@@ -31,10 +31,7 @@ mod tests {
         let within = 0.4;
         let neighbours = Neighbours::new(&blob.positions, &blob.normals, within);
         for (i, density) in density(0.1, &neighbours).into_iter().enumerate() {
-            let near = |&j: &usize| {
-                let way = blob.position(j) - blob.position(i);
-                way.length() <= within && same_side(&blob, i, j)
-            };
+            let near = |&j: &usize| are_near(&blob, [i, j], within);
             let n = (0..blob.positions.len()).filter(near).count() as f64;
             assert!((density - n * 0.0625).abs() < 1e-12);
         }

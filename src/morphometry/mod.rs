@@ -5,12 +5,16 @@
 //! measures, and each has its own function too. Lengths come out in the sample's units. Nothing
 //! here reads or writes a file.
 //!
-//! Neighbours are those within a distance in space whose normals lie in the same half space, so
-//! that the two faces of a thin plate do not count for each other. That is a rule of thumb, where
-//! growth asks the surface itself: inside a fold narrower than the distance, elements whose
-//! normals agree count although no short way over the surface joins them.
+//! Neighbours are those within a distance: through space where normals are within 60° of each
+//! other, laid out over the fold between them where they are farther apart, so that an edge of a
+//! box is no edge of the lichen. The two faces of a thin plate, whose normals differ by more than
+//! 154°, do not count for each other. That is a rule of thumb, where growth asks the surface itself:
+//! inside a fold narrower than the distance, elements whose normals agree count although no short
+//! way over the surface joins them; and at the edge of a plate thinner than half the distance, and
+//! of a blade, elements on the other face are missed although one does.
 
 mod density;
+mod fold;
 mod neighbours;
 mod normals;
 mod orientation;

@@ -3,6 +3,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::fold::laid_out;
+
 /// The neighbours within a distance: points sorted by the cells of a grid of that size.
 pub struct Neighbours {
     within: f64,
@@ -90,21 +92,28 @@ impl Neighbours {
             .collect()
     }
 
-    /// Calls `visit` with the number of every other point that is no farther from point `of` than
-    /// the distance and whose normal has a positive product with its own, the way to it, and the
-    /// way's length.
+    /// Calls `visit` with the number of every other point that stands near point `of` on the
+    /// surface, the way to it, and how far it is through space.
+    ///
+    /// Where the normals are within 60° of each other the way is that through space. Beyond it is
+    /// laid out flat over the fold, in the tangent plane at `of`, and so longer than the distance.
+    /// No way is longer than the neighbours' distance.
     pub fn visit(&self, of: usize, mut visit: impl FnMut(u32, DVec3, f64)) {
         let slot = self.slots[of] as usize;
         let (p, normal) = self.places[slot];
+        let limit_sq = self.within * self.within;
         for [start, end] in self.around[self.cell_of[slot] as usize] {
             let row = start as usize..end as usize;
             let row = self.numbers[row.clone()].iter().zip(&self.places[row]);
             for (&i, &(q, other)) in row {
-                let way = q - p;
-                let length_sq = way.length_squared();
-                let near = length_sq <= self.within * self.within;
-                if near && i as usize != of && normal.dot(other) > 0.0 {
-                    visit(i, way, length_sq.sqrt());
+                let through_space = q - p;
+                let distance_sq = through_space.length_squared();
+                if distance_sq > limit_sq || i as usize == of {
+                    continue;
+                }
+                let way = laid_out(through_space, [normal, other], self.within);
+                if let Some(way) = way {
+                    visit(i, way, distance_sq.sqrt());
                 }
             }
         }
@@ -141,7 +150,7 @@ fn pack([x, y, z]: [u64; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::morphometry::test_lichen::{blob, same_side};
+    use crate::morphometry::test_lichen::{are_near, blob};
 
     #[test]
     fn neighbours_are_those_of_a_search_through_all() {
@@ -150,16 +159,14 @@ mod tests {
             let neighbours = Neighbours::new(&blob.positions, &blob.normals, within);
             for i in 0..blob.positions.len() {
                 let mut found = Vec::new();
-                neighbours.visit(i, |j, way, length| {
-                    let expected = blob.position(j as usize) - blob.position(i);
-                    assert_eq!((way, length), (expected, expected.length()));
+                neighbours.visit(i, |j, way, distance| {
+                    let through_space = blob.position(j as usize) - blob.position(i);
+                    assert_eq!(distance, through_space.length());
+                    assert!(way.length() <= within * (1.0 + 1e-9), "{i} to {j}");
                     found.push(j as usize);
                 });
                 found.sort_unstable();
-                let near = |&j: &usize| {
-                    let way = blob.position(j) - blob.position(i);
-                    j != i && way.length() <= within && same_side(&blob, i, j)
-                };
+                let near = |&j: &usize| j != i && are_near(&blob, [i, j], within);
                 let expected: Vec<_> = (0..blob.positions.len()).filter(near).collect();
                 assert_eq!(found, expected, "{i} within {within}");
             }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{HalfEdge, Substrate, SurfacePoint};
 
 /// Cosine of the angle between faces beyond which an edge is one of the surface itself: 35°.
 const CREASE: f64 = 0.819;
@@ -14,7 +14,7 @@ const CREASE: f64 = 0.819;
 /// A corner's normal is the mean of the faces that meet there, weighted by their angles
 /// (G. Thürmer and C. A. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Faces
 /// that turn away from the place's own by more than 35° are left out, so that a cube keeps its
-/// edges; those wound the other way are turned. Of a fan of more than 64 faces the first 64 count,
+/// edges, and so does a blade; where windings disagree, those wound the other way are turned. Of a fan of more than 64 faces the first 64 count,
 /// which bounds the work at the hub of a huge one.
 ///
 /// # Panics
@@ -46,12 +46,24 @@ fn corner_normals(substrate: &Substrate, triangle: u32) -> [DVec3; 3] {
             let face = half_edge / 3;
             let normal = substrate.normal(face);
             let along = own.dot(normal);
-            if along.abs() > CREASE {
+            // Where windings agree, an opposite face is the other side of a blade.
+            if along > CREASE || (along < -CREASE && windings_disagree(substrate, vertex)) {
                 sum += normal * along.signum() * angle(substrate, face, vertex);
             }
         }
         sum.normalize_or(own)
     })
+}
+
+/// Whether some neighbours about a vertex are wound differently.
+fn windings_disagree(substrate: &Substrate, vertex: u32) -> bool {
+    let flipped = |h: HalfEdge| {
+        let twin = substrate.twin(h);
+        twin.is_flipped() && twin.half_edge() != h
+    };
+    let before = |h: HalfEdge| h / 3 * 3 + (h + 2) % 3;
+    let leaving = substrate.half_edges_at(vertex).iter().take(AROUND);
+    leaving.copied().any(|h| flipped(h) || flipped(before(h)))
 }
 
 /// A triangle's angle at one of its corners.
@@ -130,6 +142,29 @@ mod tests {
             let smooth = worst(smooth_normals(&sphere, &places));
             let facets = worst(places.iter().map(flat).collect());
             assert!(smooth < 0.012 && facets > 0.06, "{smooth} {facets}");
+        }
+    }
+
+    #[test]
+    fn a_blade_keeps_its_edge() {
+        for degrees in [120.0, 150.0, 170.0] {
+            let (sin, cos) = f64::to_radians(degrees).sin_cos();
+            let blade = Substrate::from_soup(Soup {
+                positions: vec![
+                    [0.0, -1.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [-1.0, 0.0, 0.0],
+                    [cos, 0.0, -sin],
+                ],
+                triangles: vec![[0, 1, 2], [1, 0, 3]],
+                notes: Vec::new(),
+            })
+            .unwrap();
+            for t in 0..2 {
+                let near_edge = SurfacePoint::from_weights(t, [0.45, 0.45, 0.1]);
+                let normal = smooth_normals(&blade, &[near_edge])[0];
+                assert!((normal - blade.normal(t)).length() < 1e-12, "{degrees}");
+            }
         }
     }
 

@@ -15,8 +15,8 @@ use super::Neighbours;
 
 /// Whether each element is α-extreme among its neighbours, α being half the neighbours' distance.
 ///
-/// Directions are those of the tangent plane, distances those in space. Where the surface curves
-/// strongly within the distance this is an approximation.
+/// Directions are those of the tangent plane, distances those of the ways to the neighbours. Where
+/// the surface curves strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
     // Inside the lichen the nearest neighbours take all directions, and others need not be asked.
     let covered = |i: usize, share| cover(&mut blocked(neighbours, i, share));
@@ -29,8 +29,8 @@ fn blocked(neighbours: &Neighbours, of: usize, share: f64) -> Vec<[f64; 2]> {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     let mut blocked = Vec::new();
-    neighbours.visit(of, |_, way, length| {
-        let distance = length / neighbours.within();
+    neighbours.visit(of, |_, way, _| {
+        let distance = way.length() / neighbours.within();
         if distance <= share {
             blocked.extend(arc(way.dot(x), way.dot(y), distance));
         }
@@ -56,8 +56,8 @@ pub fn rim_until(neighbours: &Neighbours) -> Vec<u32> {
         let normal = neighbours.normal(i).as_dvec3();
         let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
         let mut met = Vec::new();
-        neighbours.visit(i, |j, way, length| {
-            met.push((j, way.dot(x), way.dot(y), length))
+        neighbours.visit(i, |j, way, _| {
+            met.push((j, way.dot(x), way.dot(y), way.length()));
         });
         met.sort_unstable_by_key(|(j, ..)| *j);
         let mut open = vec![[0.0, TAU]];
@@ -129,8 +129,8 @@ fn uncovered(arcs: &mut [[f64; 2]]) -> f64 {
     left
 }
 
-/// For each element the length of the shortest way to an element of the rim over others, in hops of
-/// at most the neighbours' distance (Dijkstra 1959); none where no rim can be reached, as on a
+/// For each element the length of the shortest way to an element of the rim over others, in hops
+/// through space from neighbour to neighbour (Dijkstra 1959); none where no rim can be reached, as on a
 /// closed surface that is grown over.
 ///
 /// # Panics
@@ -234,8 +234,7 @@ mod tests {
 
     #[test]
     fn the_rim_of_a_younger_lichen_is_told_by_the_grown_one() {
-        for lichen in [flat(400, 9), blob(400, 4)] {
-            let within = 0.25;
+        for (lichen, within) in [(flat(400, 9), 0.25), (blob(400, 4), 0.6)] {
             let (_, grown) = rim_of(&lichen, within);
             let until = rim_until(&grown);
             for n in [1, 2, 7, 50, 133, 255, 399, 400] {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Sample;
+use super::fold::laid_out;
 
 #[derive(Default)]
 pub(super) struct Lichen {
@@ -69,8 +70,42 @@ pub(super) fn flat(n: usize, seed: u64) -> Lichen {
     lichen
 }
 
-/// Whether two elements' normals lie in one half space.
-pub(super) fn same_side(lichen: &Lichen, i: usize, j: usize) -> bool {
-    let (a, b) = (lichen.normals[i], lichen.normals[j]);
-    glam::Vec3::from(a).dot(b.into()) > 0.0
+/// Whether two elements are neighbours, by the rule for pairs.
+pub(super) fn are_near(lichen: &Lichen, pair: [usize; 2], within: f64) -> bool {
+    let [p, q] = pair.map(|i| lichen.position(i));
+    let normals = pair.map(|i| lichen.normals[i].into());
+    p.distance(q) <= within && laid_out(q - p, normals, within).is_some()
+}
+
+/// Touching discs of radius 1 in a hexagonal packing, on two half planes that meet in the y axis, the
+/// second turned down by an angle: all whose way from the middle over the fold is at most `extent`.
+pub(super) fn folded(angle: f64, extent: f64) -> Lichen {
+    let (sin, cos) = angle.sin_cos();
+    let n = (extent / 3f64.sqrt()) as i32 + 1;
+    let mut lichen = Lichen::default();
+    for row in -n..=n {
+        for column in -n..=n {
+            // Off the fold itself, so that each has a side.
+            let x = f64::from(row) * 3f64.sqrt() + 0.3;
+            let y = f64::from(2 * column + (row & 1));
+            if x.hypot(y) > extent {
+                continue;
+            }
+            match x > 0.0 {
+                true => lichen.push([x * cos, y, -x * sin], [sin as f32, 0.0, cos as f32], -1),
+                false => lichen.push([x, y, 0.0], [0.0, 0.0, 1.0], -1),
+            }
+        }
+    }
+    lichen
+}
+
+/// The packing of [`folded`] on both faces of a plate, back to back.
+pub(super) fn plate(thickness: f64, extent: f64) -> Lichen {
+    let mut lichen = folded(0.0, extent);
+    for i in 0..lichen.positions.len() {
+        let [x, y, _] = lichen.positions[i];
+        lichen.push([x, y, -thickness], [0.0, 0.0, -1.0], -1);
+    }
+    lichen
 }
