@@ -320,7 +320,9 @@ fn write_film(
 }
 
 fn spooling(error: std::io::Error) -> Failure {
-    Failure::Failed(anyhow::Error::new(error).context("keeping the frames of the film"))
+    Failure::Failed(anyhow::Error::new(error).context(
+        "the frames of a film are kept beside it until it is whole; make room there or choose another disk",
+    ))
 }
 
 /// How many frames are done, on a terminal.

@@ -51,7 +51,7 @@ impl Failure {
 
 /// An error and what caused it, once: some say that themselves.
 fn with_causes(error: &anyhow::Error) -> String {
-    let add = |all: String, cause: String| match all.ends_with(&cause) {
+    let add = |all: String, cause: String| match all.contains(&cause) {
         true => all,
         false => format!("{all}: {cause}"),
     };
@@ -188,5 +188,7 @@ mod tests {
             .context("reading failed: no such file")
             .context("a.ply");
         assert_eq!(with_causes(&said), "a.ply: reading failed: no such file");
+        let cured = anyhow::anyhow!("no room").context("writing failed: no room; make some");
+        assert_eq!(with_causes(&cured), "writing failed: no room; make some");
     }
 }

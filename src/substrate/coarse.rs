@@ -100,8 +100,9 @@ impl Substrate {
 }
 
 impl Coarse {
-    /// A copy of which no part is much farther than `error` from the surface, in local units. None
-    /// where it would not be much coarser, or would not hang together as the surface does.
+    /// A copy simplified to this error, in local units; [`deviations`](Self::deviations) say how far
+    /// places stray from it. None where it would not be much coarser, or would not hang together as
+    /// the surface does.
     pub(crate) fn new(fine: &Substrate, error: f64) -> Option<Self> {
         let least = LEAST_TRIANGLES * fine.components().len();
         let simplified = simplify(fine.vertices(), fine.triangles(), error, least);
