@@ -1,4 +1,5 @@
-//! What growth costs: a table of workloads, in user CPU time an element.
+//! What growth costs: a table of workloads, in CPU time an element. What it takes to prepare the surface,
+//! once it is read, is told beside it.
 //!
 //!     cargo bench --bench growth                    # all of them, 100,000 elements
 //!     cargo bench --bench growth -- rock 20000      # those with 'rock' in their name, 20,000
@@ -115,9 +116,10 @@ fn main() {
     let threads = threads.map_or(1, |n| n.parse().expect("a number of threads"));
     println!("{elements} elements; per element:");
     println!(
-        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "{:24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "",
-        "user µs",
+        "CPU µs",
+        "prepare",
         "time µs",
         "walkers",
         "steps",
@@ -192,7 +194,9 @@ fn in_fours(soup: &Soup) -> Soup {
 fn measure(workload: &Workload, elements: u64, threads: usize) {
     let soup = load_soup(Path::new(workload.mesh)).expect("a mesh").soup;
     let soup = (0..workload.subdivided).fold(soup, |soup, _| in_fours(&soup));
+    let before = cpu::seconds();
     let substrate = Substrate::from_soup(soup).expect("a surface");
+    let prepared = cpu::seconds() - before;
     let settings = Settings {
         radius: workload.radius.map(Length::Units),
         at: Some(SeedPlace::Center),
@@ -214,9 +218,10 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
     let counts = &growth.counts;
     let each = |n: u64| n as f64 / growth.cluster.len() as f64;
     println!(
-        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
+        "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
         workload.name,
         spent * 1e6 / growth.cluster.len() as f64,
+        prepared * 1e6 / growth.cluster.len() as f64,
         time * 1e6 / growth.cluster.len() as f64,
         each(counts.walkers),
         each(counts.steps),

@@ -344,7 +344,7 @@ fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result
             folder.display()
         )),
         How::WithoutPicture => Some(format!(
-            "interrupted after the growth: all but the picture was written. {summary}"
+            "interrupted after the growth: all was written but for the picture, if that was being taken. {summary}"
         )),
         How::Whole => None,
     };
