@@ -511,17 +511,30 @@ mod tests {
 
     #[test]
     fn elements_larger_than_the_surface_are_refused() {
-        let soup = Soup {
-            // A thousandth of this is less than the smallest radius.
-            positions: vec![[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [0.0, 1.0, 0.0]],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
-            notes: Vec::new(),
+        let ribbon = |length| {
+            let soup = Soup {
+                positions: vec![
+                    [0.0; 3],
+                    [length, 0.0, 0.0],
+                    [length, 1.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                ],
+                triangles: vec![[0, 1, 2], [0, 2, 3]],
+                notes: Vec::new(),
+            };
+            Substrate::from_soup(soup).unwrap()
         };
-        let ribbon = Substrate::from_soup(soup).unwrap();
+        let (short, ribbon) = (ribbon(1e4), ribbon(1e9));
         let settings = |radius| Settings {
             radius: Some(Length::Units(radius)),
             ..Settings::default()
         };
+        let refused = settings(500.0).resolve(&short, "").unwrap_err().to_string();
+        assert!(
+            refused.contains(" 78.54 times") && refused.contains("--radius 1.784"),
+            "{refused}"
+        );
+        // There the radius of which a thousand have room is below the smallest.
         let refused = settings(5e5).resolve(&ribbon, "").unwrap_err().to_string();
         assert!(
             refused.contains(" 785.4 times") && refused.ends_with("(--at)"),

@@ -137,7 +137,7 @@ struct Cell {
     beside: Vec<u32>,
 }
 
-/// A radius that is worked out in two ways may differ by this share, and more.
+/// One length worked out in two ways differs by a smaller share than this.
 const ROUNDING: f64 = 1e-12;
 
 impl CellLists {

@@ -82,15 +82,6 @@ fn parse_binary(bytes: &[u8]) -> Parsed<Soup> {
     };
     let body = &bytes[FACETS_AT..];
     let present = (body.len() / FACET) as u64;
-    // Some programs leave a wrong count behind; whole facets to the last byte are facets all the same.
-    if promised < present && body.len().is_multiple_of(FACET) {
-        exclusive_index(body.len() / FACET * 3, Stl)?;
-        let mut soup = read_facets(body)?;
-        soup.notes.push(format!(
-            "the header promises {promised} facets, the file holds {present}: all are read"
-        ));
-        return Ok(soup);
-    }
     if promised > present {
         return Err(LoadFault::malformed(
             Stl,
@@ -99,16 +90,23 @@ fn parse_binary(bytes: &[u8]) -> Parsed<Soup> {
             "it was cut short or is not STL: export or copy it again",
         ));
     }
-    if promised == 0 {
+    // Some programs leave a wrong count behind; whole facets to the last byte are facets all the same.
+    let miscounted = promised < present && body.len().is_multiple_of(FACET);
+    let facets = if miscounted { present } else { promised } as usize;
+    if facets == 0 {
         return Err(no_triangles(0, &[]));
     }
-    let promised = promised as usize;
-    exclusive_index(promised.saturating_mul(3), Stl)?;
-    let mut soup = read_facets(&body[..promised * FACET])?;
-    let trailing = body.len() - promised * FACET;
+    exclusive_index(facets.saturating_mul(3), Stl)?;
+    let mut soup = read_facets(&body[..facets * FACET])?;
+    let trailing = body.len() - facets * FACET;
     if trailing > 0 {
         soup.notes
             .push(format!("{trailing} bytes after the last facet ignored"));
+    }
+    if miscounted {
+        soup.notes.push(format!(
+            "the header promises {promised} facets, the file holds {present}: all are read"
+        ));
     }
     Ok(soup)
 }

@@ -3,6 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 
 use super::super::geometry::nearest_weights;
+use super::surface::Surface;
 use super::{Simplified, simplify};
 
 struct Mesh {
@@ -536,4 +537,20 @@ fn a_crowded_vertex_stays() {
     let result = fan.simplified(0.01, 0);
     assert_eq!(topology(&result.triangles), topology(&fan.triangles));
     assert!(result.triangles.len() < 100, "{}", result.triangles.len());
+}
+
+#[test]
+fn a_turned_triangle_is_seen_at_its_corners() {
+    let hexagon = |i: u32| {
+        let angle = f64::from(i) * std::f64::consts::FRAC_PI_3;
+        DVec3::new(libm::cos(angle), libm::sin(angle), 0.0)
+    };
+    let places: Vec<DVec3> = [DVec3::ZERO]
+        .into_iter()
+        .chain((0..6).map(hexagon))
+        .collect();
+    let mut triangles: Vec<[u32; 3]> = (0..6).map(|i| [0, 1 + i, 1 + (i + 1) % 6]).collect();
+    assert!(Surface::new(&places, &triangles).run_alike_about(0));
+    triangles[2].swap(1, 2);
+    assert!(!Surface::new(&places, &triangles).run_alike_about(0));
 }
