@@ -58,7 +58,7 @@ pub(super) struct Track<I: ElementIndex> {
 }
 
 /// A ball whose elements decided something.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Asked {
     pub(super) centre: DVec3,
     pub(super) radius: f64,

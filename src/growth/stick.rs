@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use super::flight::Asked;
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
 use crate::walk::Connectivity;
@@ -68,53 +69,100 @@ impl Stickiness {
         }
         n
     }
-
-    fn answer(&self, n: usize, chance: f64, spare: usize) -> Answer {
-        match self.probability(n) {
-            probability if chance < probability => Answer::Sticks(probability),
-            _ => Answer::Refused { spare },
-        }
-    }
 }
 
 /// Whether a walker sticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Answer {
+pub(super) enum Answer {
     /// It does, and this was P_s.
     Sticks(f64),
-    /// It does not.
-    Refused {
-        /// How many more elements within L would leave it so; there may be more still.
-        spare: usize,
-    },
+    /// It does not, by the elements in this ball.
+    Refused(Asked),
+}
+
+/// What one walker knows of the n about it. Nothing may be born while it is used.
+#[derive(Default)]
+pub(super) struct Crowd(Option<Counted>);
+
+/// A count that is at least n for whoever is no farther than [`ROAMING`] from its centre.
+#[derive(Clone, Copy)]
+struct Counted {
+    centre: DVec3,
+    most: usize,
+}
+
+/// In radii. A refused walker meets lichen near there time and again: at B = 0.1 three contacts of four
+/// are within this of an earlier one, and five refusals of six are settled by that.
+const ROAMING: f64 = 2.0;
+
+/// What rounding may add to it.
+const ROUNDED: f64 = 1e-9;
+
+/// The radius of the widest ball in which [`Surroundings::sticks`] counts elements.
+pub(super) fn widest_count(p: &Parameters) -> f64 {
+    p.curvature_radius + (ROAMING + ROUNDED) * p.radius
 }
 
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// Whether a walker in contact sticks, with `chance` drawn uniformly from [0, 1).
     ///
-    /// Elements of other sheets can only raise n, so most refusals are settled by counting
-    /// without asking which sheet each one is on.
-    pub fn sticks(
+    /// Elements of other sheets can only raise n, and so can a wider ball: so most refusals are settled
+    /// by what was counted for an earlier one, or without asking which sheet each element is on.
+    pub(super) fn sticks(
         &self,
-        scratch: &mut Connectivity,
+        (scratch, crowd): (&mut Connectivity, &mut Crowd),
         law: &Stickiness,
         (triangle, p): (u32, DVec3),
         chance: f64,
     ) -> Answer {
-        if law.gain == 0.0 {
-            return law.answer(0, chance, usize::MAX);
-        }
+        let mut asked = Asked {
+            centre: p,
+            radius: self.parameters.curvature_radius,
+            spare: 0,
+        };
         if law.gain > 0.0 {
             let enough = law.least_to_stick(chance);
-            let reach = self.parameters.curvature_radius;
-            let elements = self.cluster.elements();
-            let most = self.index.at_most(elements, p, reach, enough);
+            let Counted { centre, most } = self.counted_near(p, crowd);
             if most < enough {
-                let spare = enough - 1 - most;
-                return Answer::Refused { spare };
+                let (radius, spare) = (widest_count(self.parameters), enough - 1 - most);
+                return Answer::Refused(Asked {
+                    centre,
+                    radius,
+                    spare,
+                });
+            }
+            let most = self.at_most(p, asked.radius, enough);
+            if most < enough {
+                asked.spare = enough - 1 - most;
+                return Answer::Refused(asked);
             }
         }
-        law.answer(self.count(scratch, (triangle, p)), chance, 0)
+        let n = if law.gain == 0.0 {
+            asked.spare = usize::MAX;
+            0
+        } else {
+            self.count(scratch, (triangle, p))
+        };
+        match law.probability(n) {
+            probability if chance < probability => Answer::Sticks(probability),
+            _ => Answer::Refused(asked),
+        }
+    }
+
+    /// An earlier count that is at least n, or one about this place.
+    fn counted_near(&self, p: DVec3, Crowd(last): &mut Crowd) -> Counted {
+        let roaming = ROAMING * self.parameters.radius;
+        let serves = |c: &Counted| c.centre.distance_squared(p) <= roaming * roaming;
+        if let Some(counted) = last.filter(serves) {
+            return counted;
+        }
+        let most = self.at_most(p, widest_count(self.parameters), 0);
+        *last.insert(Counted { centre: p, most })
+    }
+
+    fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
+        let elements = self.cluster.elements();
+        self.index.at_most(elements, p, radius, enough)
     }
 
     /// n: elements of the same sheet with their centre within L of a place.
@@ -134,5 +182,114 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             n += usize::from(other == triangle || scratch.has_reached(other));
         });
         n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::cluster::{Cluster, Element, NO_PARENT, SparseIndex};
+    use crate::growth::launch::AreaSampler;
+    use crate::growth::{Boundary, Join, Law, Steps};
+    use crate::rng::{Purpose, Stream};
+    use crate::substrate::Substrate;
+
+    fn parameters(radius: f64) -> Parameters {
+        Parameters {
+            radius,
+            curvature_radius: 10.0 * radius,
+            bias: 0.1,
+            gain: 1.0,
+            min_stick: 0.01,
+            launch: 1.5,
+            kill: 10.0,
+            join: Join::Pack,
+            law: Law::Thesis,
+            steps: Steps::Large,
+            boundary: Boundary::Reflect,
+            seed: 1,
+        }
+    }
+
+    /// So many elements anywhere on a surface.
+    fn scattered(
+        substrate: &Substrate,
+        parameters: &Parameters,
+        elements: usize,
+    ) -> (Cluster, SparseIndex) {
+        let mut cluster = Cluster::new(parameters.radius);
+        let wide = Some(widest_count(parameters));
+        let mut index = SparseIndex::new(parameters.radius, wide, substrate.bounds());
+        let area = AreaSampler::new(substrate, 0..substrate.triangles().len() as u32);
+        let mut stream = Stream::new(3, Purpose::Walker, 0);
+        for _ in 0..elements {
+            let at = area.sample(&mut stream);
+            cluster.push(Element {
+                at,
+                position: substrate.position(&at),
+                parent: NO_PARENT,
+                colony: 0,
+                probability: 1.0,
+            });
+            index.insert(cluster.elements());
+        }
+        (cluster, index)
+    }
+
+    #[test]
+    fn what_was_counted_near_answers_as_counting_does() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().diagonal() / 250.0);
+        let (cluster, index) = scattered(&substrate, &parameters, 9_000);
+        let around = Surroundings {
+            substrate: &substrate,
+            parameters: &parameters,
+            cluster: &cluster,
+            index: &index,
+        };
+        let law = Stickiness::new(&parameters);
+        let mut scratch = Connectivity::new();
+        let mut stream = Stream::new(4, Purpose::Walker, 0);
+        let (mut stuck, mut remembered) = (0, 0);
+        for first in cluster.elements().iter().step_by(80) {
+            let (mut place, mut crowd) = (first.at, Crowd::default());
+            for _ in 0..40 {
+                let step = stream.in_unit_disc() * parameters.radius;
+                place = crate::walk::trace(&substrate, &place, step, false).point;
+                let here = (place.triangle, substrate.position(&place));
+                let chance = stream.uniform();
+                let probability = law.probability(around.count(&mut scratch, here));
+                match around.sticks((&mut scratch, &mut crowd), &law, here, chance) {
+                    Answer::Sticks(said) => {
+                        assert_eq!((said, chance < said), (probability, true));
+                        stuck += 1;
+                    }
+                    Answer::Refused(asked) => {
+                        assert!(chance >= probability);
+                        assert_spares(&around, &law, (here.1, chance), asked);
+                        remembered += usize::from(asked.centre != here.1);
+                    }
+                }
+            }
+        }
+        assert!(stuck > 500 && remembered > 1000, "{stuck}, {remembered}");
+    }
+
+    /// What refused holds n, and would have refused with all that were to spare.
+    fn assert_spares(
+        around: &Surroundings<SparseIndex>,
+        law: &Stickiness,
+        (p, chance): (DVec3, f64),
+        asked: Asked,
+    ) {
+        let reach = around.parameters.curvature_radius;
+        assert!(asked.centre.distance(p) + reach <= asked.radius);
+        let mut n = 0;
+        around.within(asked.centre, asked.radius, &mut |_, _| n += 1);
+        if asked.spare > 0 {
+            assert!(chance >= law.probability(n + asked.spare));
+        }
     }
 }

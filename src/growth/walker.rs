@@ -6,7 +6,7 @@ use super::far::Far;
 use super::flight::{Asked, Track, Way};
 use super::launcher::Launcher;
 use super::step::RandomStep;
-use super::stick::Answer;
+use super::stick::{Answer, Crowd};
 use super::{Boundary, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
@@ -40,6 +40,7 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) launcher: &'b Launcher,
     pub(super) far: Option<&'b Far>,
     pub(super) scratch: &'b mut Connectivity,
+    pub(super) crowd: Crowd,
     pub(super) track: &'b mut Track<I>,
     /// Whether others may be born before this walker's element is: see [`Track`].
     pub(super) others_walk: bool,
@@ -281,7 +282,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
         self.track.counts.contacts += 1;
         let chance = stream.uniform();
-        let answer = self.around.sticks(self.scratch, self.law, place, chance);
+        let counting = (&mut *self.scratch, &mut self.crowd);
+        let answer = self.around.sticks(counting, self.law, place, chance);
         let Parameters {
             radius,
             curvature_radius,
@@ -293,8 +295,12 @@ impl<I: ElementIndex> Walk<'_, I> {
                 self.asked(there.position, wide, 0);
                 Meeting::Sticks(probability)
             }
-            Answer::Refused { spare } => {
-                self.asked(there.position, curvature_radius, spare);
+            Answer::Refused(Asked {
+                centre,
+                radius,
+                spare,
+            }) => {
+                self.asked(centre, radius, spare);
                 self.track.counts.refusals += 1;
                 Meeting::Refused
             }

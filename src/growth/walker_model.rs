@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
+use super::stick::{Crowd, widest_count};
 use super::walker::{Fate, Interrupts, Walk};
 use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
@@ -64,7 +65,7 @@ type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// A model of its own index, for a cluster that is still empty, on one thread.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let wide = (parameters.gain != 0.0).then_some(parameters.curvature_radius);
+        let wide = (parameters.gain != 0.0).then(|| widest_count(&parameters));
         Self {
             law: Stickiness::new(&parameters),
             index: I::new(parameters.radius, wide, substrate.bounds()),
@@ -207,6 +208,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             launcher: &self.launcher,
             far: self.far.as_ref(),
             scratch: &mut scratch,
+            crowd: Crowd::default(),
             track: &mut flight.track,
             others_walk: self.threads > 1,
             interrupts,
