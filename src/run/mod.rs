@@ -13,6 +13,7 @@ mod report;
 mod said;
 mod seed_text;
 mod settings;
+mod settings_error;
 
 pub use crate::growth::SeedPlace;
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
@@ -28,4 +29,5 @@ pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};
 pub use said::{UnknownSetting, shell_word};
 pub use seed_text::SeedTextError;
-pub use settings::{Complete, Settings, SettingsError, StopSetting};
+pub use settings::{Complete, Settings, StopSetting};
+pub use settings_error::SettingsError;

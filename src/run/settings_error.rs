@@ -1,0 +1,121 @@
+//! What settings cannot be grown with, and why.
+
+use super::preset::UnknownPreset;
+use crate::growth::PlaceError;
+
+/// What cannot be grown, with the flag, the value, its range and what it does.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A number outside its range.
+    #[error("--{name} {value} is out of range ({range}). {looks}.")]
+    OutOfRange {
+        /// The flag without dashes.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// Its range in words.
+        range: &'static str,
+        /// What it does.
+        looks: &'static str,
+    },
+    /// A notation that this length cannot have.
+    #[error("--{name} {value}: {problem}")]
+    Notation {
+        /// The flag without dashes.
+        name: &'static str,
+        /// What was given.
+        value: String,
+        /// Why not, and what instead.
+        problem: &'static str,
+    },
+    /// Elements that do not fit on the mesh.
+    #[error(
+        "--radius {radius:?} (in mesh units) is larger than the mesh: an element would be {times:.1} \
+         times the bounding box's diagonal of {:?}; try --radius auto, which is {:?} here",
+        four_digits(*.diagonal), four_digits(*.auto)
+    )]
+    RadiusLargerThanMesh {
+        /// Radius, file units.
+        radius: f64,
+        /// Diameter over the diagonal.
+        times: f64,
+        /// Diagonal, file units.
+        diagonal: f64,
+        /// What auto would be.
+        auto: f64,
+    },
+    /// Elements larger than the surface: no second one has room, and a walker's step may cross it millions
+    /// of times.
+    #[error(
+        "--radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {} \
+         times; put it elsewhere (--at){}",
+        four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
+    )]
+    RadiusLargerThanSurface {
+        /// Radius, file units.
+        radius: f64,
+        /// An element's area over the surface's.
+        times: f64,
+        /// The radius of which a thousand cover the surface, if a run takes one so small.
+        thousand: Option<f64>,
+    },
+    /// The same where nobody asked for that radius.
+    #[error(
+        "{file}: one element of radius {:?}, 1/2000 of the bounding box's diagonal, would cover the piece of \
+         the mesh it is put on {} times; remove what lies far from the rest, or put it elsewhere (--at){}",
+        four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
+    )]
+    AutoLargerThanSurface {
+        /// The mesh.
+        file: String,
+        /// Radius, file units.
+        radius: f64,
+        /// An element's area over the surface's.
+        times: f64,
+        /// As above.
+        thousand: Option<f64>,
+    },
+    /// Walkers would be dropped where they start.
+    #[error(
+        "--kill {kill:?} must be larger than --launch {launch:?}: walkers start at the launch radius \
+         and are given up at the kill radius"
+    )]
+    KillInsideLaunch {
+        /// Launch radius.
+        launch: f64,
+        /// Kill radius.
+        kill: f64,
+    },
+    /// No such preset.
+    #[error(transparent)]
+    Preset(#[from] UnknownPreset),
+    /// The seed element has no place.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// The mesh is not the one that the recipe was made for.
+    #[error(
+        "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's \
+         {expected}; name the right file, or name this one as MESH to grow on it all the same"
+    )]
+    OtherMesh {
+        /// The file that was loaded.
+        file: String,
+        /// Its hash.
+        found: String,
+        /// The recipe's.
+        expected: String,
+    },
+}
+
+/// A measured number with the digits that a reader needs.
+fn four_digits(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+/// The end of a cure.
+fn or_radius(thousand: Option<f64>) -> String {
+    thousand.map_or_else(String::new, |radius| {
+        let radius = four_digits(radius);
+        format!(", or try --radius {radius:?}, with room for about 1000")
+    })
+}
