@@ -246,16 +246,21 @@ impl ElementIndex for SparseIndex {
                 let (block, within) = address(cell);
                 let distance_sq = self.finest.distances[number as usize].0[within];
                 if distance_sq != FAR {
-                    let bounds = self.near_bounds(p, distance_sq);
+                    let bound = self.near_bound(p, distance_sq);
                     if notes.remembers {
-                        if bounds[0] < NEAR {
+                        if bound < NEAR {
                             notes.near.push(position);
                         } else {
                             notes.keep(Some(Read::new(0, number, within, distance_sq)));
                         }
                     }
-                    let touch = || self.finest.touch(number, block, p);
-                    return self.look_near(elements, position, bounds, touch);
+                    // Asked of all places here, for how near it is is not to be foreseen.
+                    let touching = match self.finest.touch(number, block, p) {
+                        Touch::No => false,
+                        Touch::Yes => true,
+                        Touch::Unsure => self.touches(elements, position),
+                    };
+                    return self.look_near(bound, touching);
                 }
             }
         }
@@ -319,13 +324,14 @@ impl SparseIndex {
             let size = f64::from(1u32 << (2 * level));
             let (distance_sq, read) = self.distance_sq(elements, level, cell, notes);
             if level == 0 && distance_sq != FAR {
-                let bounds = self.near_bounds(p, distance_sq);
-                if bounds[0] >= NEAR {
+                let bound = self.near_bound(p, distance_sq);
+                if bound >= NEAR {
                     notes.keep(read);
                 } else if notes.remembers {
                     notes.near.push(position);
                 }
-                return self.look_near(elements, position, bounds, || Touch::Unsure);
+                let touching = bound < CONTACT && self.touches(elements, position);
+                return self.look_near(bound, touching);
             }
             let aside = p.distance(middle(coarsen(cell, 2 * level), size));
             let here = self.roots.least(distance_sq) * size - aside;
@@ -347,15 +353,11 @@ impl SparseIndex {
         }
     }
 
-    /// Bounds on the distance to the nearest centre by what the finest grid says of the cell about
-    /// a point.
+    /// A bound on the distance to the nearest centre by what the finest grid says of the cell about a
+    /// point.
     #[inline(always)]
-    fn near_bounds(&self, p: DVec3, distance_sq: u8) -> [f64; 2] {
-        let aside = p.distance(middle_of(p));
-        [
-            self.roots.least(distance_sq) - aside,
-            self.roots.most(distance_sq) + aside,
-        ]
+    fn near_bound(&self, p: DVec3, distance_sq: u8) -> f64 {
+        self.roots.least(distance_sq) - p.distance(middle_of(p))
     }
 
     /// For each grid, whether no element after the first so many changed what it says.
@@ -501,25 +503,11 @@ impl SparseIndex {
         }
     }
 
-    /// The finest grid's answer from both bounds on the distance to the nearest centre, and that of
-    /// the centres where these do not tell whether it touches.
+    /// The finest grid's answer.
     #[inline(always)]
-    fn look_near(
-        &self,
-        elements: &[Element],
-        position: DVec3,
-        [least, most]: [f64; 2],
-        touch: impl FnOnce() -> Touch,
-    ) -> Look {
-        let touching = least < CONTACT
-            && (most < CONTACT
-                || match touch() {
-                    Touch::Yes => true,
-                    Touch::No => false,
-                    Touch::Unsure => self.touches(elements, position),
-                });
+    fn look_near(&self, bound: f64, touching: bool) -> Look {
         // How near it is here is not to be foreseen either.
-        let clear = select_unpredictable(least < NEAR, CONTACT, least);
+        let clear = select_unpredictable(bound < NEAR, CONTACT, bound);
         Look {
             clear: select_unpredictable(touching, 0.0, clear) * self.radius,
             touching,

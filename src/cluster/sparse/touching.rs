@@ -69,15 +69,17 @@ struct Line {
     taken: u32,
 }
 
-/// A linked list of lines, by the number of its first: only that one may have free places.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// A linked list of lines, by the number of its first: only that one may have free places. All end in
+/// line 0, which is free, and is followed by itself.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct List(u32);
 
-impl Default for List {
-    fn default() -> Self {
-        Self(u32::MAX)
-    }
-}
+const FREE: Line = Line {
+    xy: [0; 2 * LANES],
+    z_and_ids: [0; 5 * LANES],
+    next: List(0),
+    taken: 0,
+};
 
 /// Whether a point touches a centre of a list.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -89,8 +91,13 @@ pub(super) enum Touch {
 }
 
 /// The lines of many lists.
-#[derive(Default)]
 pub(super) struct Lines(Vec<Line>);
+
+impl Default for Lines {
+    fn default() -> Self {
+        Self(vec![FREE])
+    }
+}
 
 impl Lines {
     pub(super) fn expect(&mut self, lines: usize) {
@@ -98,12 +105,10 @@ impl Lines {
     }
 
     pub(super) fn push(&mut self, list: &mut List, Entry { place, id }: Entry) {
-        if self.first(*list).is_none_or(|l| l.taken as usize == LANES) {
+        if *list == List(0) || self.line(*list).taken as usize == LANES {
             self.0.push(Line {
-                xy: [0; 2 * LANES],
-                z_and_ids: [0; 5 * LANES],
                 next: *list,
-                taken: 0,
+                ..FREE
             });
             *list = List(self.0.len() as u32 - 1);
         }
@@ -111,21 +116,28 @@ impl Lines {
     }
 
     #[inline(always)]
-    fn first(&self, list: List) -> Option<&Line> {
-        self.0.get(list.0 as usize)
+    fn line(&self, list: List) -> &Line {
+        &self.0[list.0 as usize]
     }
 
     fn lines(&self, list: List) -> impl Iterator<Item = &Line> {
-        std::iter::successors(self.first(list), |line| self.first(line.next))
+        let filled = |list: List| (list != List(0)).then(|| self.line(list));
+        std::iter::successors(filled(list), move |line| filled(line.next))
     }
 
     /// Whether a point in the block touches something.
     #[inline]
     pub(super) fn touch(&self, list: List, offset: DVec3) -> Touch {
         let at = Place::new(offset);
-        let mut nearest = i16x8::MAX;
-        for line in self.lines(list) {
+        // Most lists have one line or two: how many is not to be foreseen.
+        let first = self.line(list);
+        let second = self.line(first.next);
+        let mut nearest = first.distances_sq(at).min(second.distances_sq(at));
+        let mut next = second.next;
+        while next != List(0) {
+            let line = self.line(next);
             nearest = nearest.min(line.distances_sq(at));
+            next = line.next;
         }
         match nearest.reduce_min() {
             n if n < SURE => Touch::Yes,
