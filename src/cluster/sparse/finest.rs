@@ -200,6 +200,12 @@ fn near(tree: &Tree, Ball { p, reach }: Ball, mut visit: impl FnMut(Block, u32, 
 /// The cell of the finest grid that holds a point: the nearest whole numbers.
 #[inline(always)]
 pub(super) fn cell_of(p: DVec3) -> Block {
+    rounded(p)
+}
+
+/// The nearest whole numbers.
+#[inline(always)]
+pub(super) fn rounded(p: DVec3) -> [u32; 3] {
     (p + SHIFT).to_array().map(|x| x.to_bits() as u32)
 }
 

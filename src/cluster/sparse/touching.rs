@@ -1,14 +1,14 @@
 //! The centres that can touch something in a block of the finest grid.
 //!
 //! Their places relative to the block are kept as bytes, eight centres to a cache line, and compared
-//! in whole numbers of sixteen bits, eight at once. That tells whether something touches except in a
-//! band of a twelfth of a radius; what falls into the band is decided by the full positions.
+//! as such, eight at once. That tells whether something touches except in a band of a ninth of a radius;
+//! what falls into the band is decided by the full positions.
 
 use glam::DVec3;
 use wide::{i16x8, u8x16};
 
 use super::CONTACT;
-use super::finest::BLOCK;
+use super::finest::{BLOCK, rounded};
 use super::make_room;
 
 /// A block and what can touch it span this much along an axis, in radii.
@@ -20,21 +20,18 @@ const BEGIN: f64 = -0.5 - CONTACT;
 /// Steps of a byte along an axis.
 const STEP: f64 = SPAN / 256.0;
 
-/// Places are compared in half steps: the middle of a byte's step is a whole number of them.
-const HALF: f64 = 0.5 * STEP;
+/// A centre and a point are each off by up to half a step an axis: √3 times as much in all.
+const ERROR: f64 = 1.7321 * STEP;
 
-/// A centre is off by up to half a step an axis, a point by up to a quarter: √3 times as much in all.
-const ERROR: f64 = 1.7321 * 0.75 * STEP;
+/// Squared distances in steps below which a centre touches for sure.
+const SURE: i16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (STEP * STEP)) as i16;
 
-/// Squared distances in half steps below which a centre touches for sure.
-const SURE: i16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (HALF * HALF)) as i16;
+/// Squared distances in steps from which on it does not.
+const POSSIBLE: i16 = ((CONTACT + ERROR) * (CONTACT + ERROR) / (STEP * STEP)) as i16 + 2;
 
-/// Squared distances in half steps from which on it does not.
-const POSSIBLE: i16 = ((CONTACT + ERROR) * (CONTACT + ERROR) / (HALF * HALF)) as i16 + 2;
-
-/// A gap along an axis, in half steps, that counts for every larger one: its square is beyond contact
-/// and fits into sixteen bits.
-const MOST_GAP: i16 = 181;
+/// A gap along an axis, in steps, that counts for every larger one: its square is beyond contact, and three
+/// of them fit into sixteen bits.
+const MOST_GAP: u8 = 104;
 
 const LANES: usize = 8;
 
@@ -139,10 +136,12 @@ impl Lines {
             nearest = nearest.min(line.distances_sq(at));
             next = line.next;
         }
-        match nearest.reduce_min() {
-            n if n < SURE => Touch::Yes,
-            n if n < POSSIBLE => Touch::Unsure,
-            _ => Touch::No,
+        if !nearest.simd_lt(POSSIBLE).any() {
+            return Touch::No;
+        }
+        match nearest.simd_lt(SURE).any() {
+            true => Touch::Yes,
+            false => Touch::Unsure,
         }
     }
 
@@ -190,19 +189,43 @@ impl Lines {
 
 /// The middle of the bytes' steps.
 fn place_of([x, y, z]: [u8; 3]) -> DVec3 {
-    DVec3::new(x.into(), y.into(), z.into()) * STEP + (BEGIN + HALF)
+    DVec3::new(x.into(), y.into(), z.into()) * STEP + (BEGIN + 0.5 * STEP)
 }
 
-/// A point relative to a block, in half steps.
+/// The bytes of each axis, widened.
+#[inline(always)]
+fn axes([xy, z]: [u8x16; 2]) -> [i16x8; 3] {
+    [
+        i16x8::from_u8x16_low(xy),
+        i16x8::from_u8x16_high(xy),
+        i16x8::from_u8x16_low(z),
+    ]
+}
+
+/// A point in a block: the step along each axis that it is in, for eight centres at once.
 #[derive(Clone, Copy)]
-struct Place([i16; 3]);
+struct Place {
+    xy: u8x16,
+    z: u8x16,
+}
+
+/// The lowest byte of a number.
+#[inline(always)]
+fn eight_times(step: u32) -> [u8; LANES] {
+    (u64::from(step as u8) * 0x0101_0101_0101_0101).to_ne_bytes()
+}
 
 impl Place {
     #[inline(always)]
     fn new(offset: DVec3) -> Self {
-        // Half of it is added to round to the nearest.
-        let half_steps = (offset - BEGIN) * (1.0 / HALF) + 0.5;
-        Self(half_steps.to_array().map(|x| x as i16))
+        let middles = offset * (1.0 / STEP) - (BEGIN / STEP + 0.5);
+        let [x, y, z] = rounded(middles).map(eight_times);
+        let register =
+            |halves: [[u8; LANES]; 2]| u8x16::new(halves.as_flattened().as_chunks().0[0]);
+        Self {
+            xy: register([x, y]),
+            z: register([z, z]),
+        }
     }
 }
 
@@ -225,33 +248,24 @@ impl Line {
         [self.xy[lane], self.xy[LANES + lane], self.z_and_ids[lane]]
     }
 
+    /// Places along the first and the second axis, and along the third in the lower half.
     #[inline(always)]
-    fn places(&self) -> [i16x8; 3] {
-        let xy = u8x16::new(self.xy);
-        let z = u8x16::new(self.z_and_ids.as_chunks().0[0]);
-        [
-            i16x8::from_u8x16_low(xy),
-            i16x8::from_u8x16_high(xy),
-            i16x8::from_u8x16_low(z),
-        ]
+    fn places(&self) -> [u8x16; 2] {
+        [self.xy, self.z_and_ids.as_chunks().0[0]].map(u8x16::new)
     }
 
-    /// Squared distances in half steps from a point in the block, as far as sixteen bits reach: that is
-    /// beyond contact. Free places are beyond that too: all zeros are a corner two radii out along each
-    /// axis.
+    /// Squared distances in steps from a point in the block, as far as is of interest. Free places are
+    /// beyond contact: all zeros are a corner two radii out along each axis.
     #[inline(always)]
-    fn distances_sq(&self, Place(at): Place) -> i16x8 {
-        let places = self.places();
-        let gap_sq = |axis: usize| {
-            let middle = places[axis] + places[axis] + i16x8::ONE;
-            let gap = (middle - i16x8::splat(at[axis]))
-                .min(i16x8::splat(MOST_GAP))
-                .max(i16x8::splat(-MOST_GAP));
-            gap * gap
+    fn distances_sq(&self, at: Place) -> i16x8 {
+        let gap = |a: u8x16, b: u8x16| {
+            let either = a.saturating_sub(b) | b.saturating_sub(a);
+            either.min(u8x16::splat(MOST_GAP))
         };
-        gap_sq(0)
-            .saturating_add(gap_sq(1))
-            .saturating_add(gap_sq(2))
+        let [xy, z] = self.places();
+        let (xy, z) = (gap(xy, at.xy), gap(z, at.z));
+        let [x, y, z] = axes([xy, z]);
+        x * x + y * y + z * z
     }
 
     /// Which centres are in the list's block, or beside it by no more than rounding.
@@ -259,8 +273,7 @@ impl Line {
     fn may_be_inside(&self) -> i16x8 {
         const LOW: i16 = (CONTACT / STEP) as i16 - 1;
         const HIGH: i16 = ((CONTACT + BLOCK) / STEP) as i16;
-        let [x, y, z] = self
-            .places()
+        let [x, y, z] = axes(self.places())
             .map(|p| p.simd_gt(i16x8::splat(LOW - 1)) & p.simd_lt(i16x8::splat(HIGH + 1)));
         x & y & z
     }
