@@ -326,13 +326,6 @@ impl Roots {
     pub(super) fn least(&self, distance_sq: u8) -> f64 {
         self.0[usize::from(distance_sq)]
     }
-
-    /// No centre that made the cell of the finest grid what it is, is farther.
-    #[inline(always)]
-    pub(super) fn most(&self, distance_sq: u8) -> f64 {
-        // Rounded down once an axis, and a little more in single precision.
-        self.0[usize::from(distance_sq.saturating_add(3))] + f64::from(ROUNDED)
-    }
 }
 
 /// The middle of a cell, from a grid of this cell size: of the finest cells in it.
