@@ -14,6 +14,7 @@
 use std::hint::{black_box, select_unpredictable};
 
 use glam::DVec2;
+use wide::f64x2;
 
 use crate::substrate::{Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
 
@@ -218,6 +219,8 @@ struct Front {
     entry: Twin,
     /// The triangle being left lies as its mirror image.
     mirrored: bool,
+    /// A mask: whether it does not.
+    upright: f64x2,
     /// What lies beyond.
     beyond: Crossing,
 }
@@ -237,6 +240,7 @@ impl Front {
             right: corners[k],
             entry,
             mirrored: false,
+            upright: upright(false),
             beyond: substrate.crossings()[entry.half_edge() as usize],
         }
     }
@@ -284,6 +288,7 @@ impl Front {
             exits: crossing.exits,
             beyond: [a, b],
             mirrored,
+            upright: upright(mirrored),
         }
     }
 
@@ -325,6 +330,20 @@ impl Front {
     }
 }
 
+/// The mask of a triangle that does not lie mirrored.
+#[inline(always)]
+fn upright(mirrored: bool) -> f64x2 {
+    let bits = if mirrored { 0 } else { u64::MAX };
+    f64x2::splat(f64::from_bits(bits))
+}
+
+/// One of two, by a mask.
+#[inline(always)]
+fn either(first: f64x2, a: DVec2, b: DVec2) -> DVec2 {
+    let [a, b] = [a, b].map(|v| f64x2::new(v.to_array()));
+    first.blend(a, b).to_array().into()
+}
+
 /// Reads what lies beyond some edges without need for it, so that it is at hand when there is.
 #[inline(always)]
 fn fetch(crossings: &[Crossing], exits: &[Twin]) {
@@ -358,35 +377,33 @@ struct Unfolded {
     exits: [Twin; 2],
     beyond: [Crossing; 2],
     mirrored: bool,
+    upright: f64x2,
 }
 
 impl Unfolded {
     /// The edge that the path leaves by. It is as often the one as the other, which no processor
-    /// foresees: so both are worked out, and one is taken without a branch.
+    /// foresees: so both are worked out, and one is taken without a branch. What decides stays in the
+    /// registers of the corners, for these are what the next edge waits for.
     #[inline(always)]
     fn next_front(&self) -> Front {
-        let apex_is_left = self.apex.y > 0.0;
-        let either = |left: f64, right: f64| select_unpredictable(apex_is_left, left, right);
+        let is_left = f64x2::splat(self.apex.y).simd_gt(f64x2::ZERO);
         // In its own winding the triangle runs entry, then the edge at the entry's end. That end
         // is on the right, or on the left where the triangle lies mirrored.
-        let second = apex_is_left == self.mirrored;
+        let is_second = is_left ^ self.upright;
+        let second = (self.apex.y > 0.0) == self.mirrored;
         let [a, b] = &self.beyond;
-        let taken = |a: f64, b: f64| select_unpredictable(second, b, a);
         let exit = |i: usize| select_unpredictable(second, b.exits[i], a.exits[i]);
+        let apart = |c: &Crossing| DVec2::new(c.along, c.height);
+        let beyond = either(is_second, apart(b), apart(a));
         Front {
-            left: DVec2::new(
-                either(self.apex.x, self.left.x),
-                either(self.apex.y, self.left.y),
-            ),
-            right: DVec2::new(
-                either(self.right.x, self.apex.x),
-                either(self.right.y, self.apex.y),
-            ),
+            left: either(is_left, self.apex, self.left),
+            right: either(is_left, self.right, self.apex),
             entry: select_unpredictable(second, self.exits[1], self.exits[0]),
             mirrored: self.mirrored,
+            upright: self.upright,
             beyond: Crossing {
-                along: taken(a.along, b.along),
-                height: taken(a.height, b.height),
+                along: beyond.x,
+                height: beyond.y,
                 exits: [exit(0), exit(1)],
             },
         }
