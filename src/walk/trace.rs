@@ -139,7 +139,7 @@ pub(super) fn trace_out<V: Visitor>(
             return ended(weigh(triangle, weights), End::Distance, 0);
         }
     }
-    for crossings in 1..=MOST_CROSSINGS {
+    for crossings in 1..MOST_CROSSINGS + 1 {
         if V::WATCHES {
             let half_edge = front.half_edge(substrate);
             let (share, distance_share) = front.meeting(end);
