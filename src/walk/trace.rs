@@ -219,8 +219,6 @@ struct Front {
     entry: Twin,
     /// The triangle being left lies as its mirror image.
     mirrored: bool,
-    /// A mask: whether it does not.
-    upright: f64x2,
     /// What lies beyond.
     beyond: Crossing,
 }
@@ -240,7 +238,6 @@ impl Front {
             right: corners[k],
             entry,
             mirrored: false,
-            upright: upright(false),
             beyond: substrate.crossings()[entry.half_edge() as usize],
         }
     }
@@ -288,7 +285,6 @@ impl Front {
             exits: crossing.exits,
             beyond: [a, b],
             mirrored,
-            upright: upright(mirrored),
         }
     }
 
@@ -330,18 +326,11 @@ impl Front {
     }
 }
 
-/// The mask of a triangle that does not lie mirrored.
-#[inline(always)]
-fn upright(mirrored: bool) -> f64x2 {
-    let bits = if mirrored { 0 } else { u64::MAX };
-    f64x2::splat(f64::from_bits(bits))
-}
-
 /// One of two, by a mask.
 #[inline(always)]
 fn either(first: f64x2, a: DVec2, b: DVec2) -> DVec2 {
     let [a, b] = [a, b].map(|v| f64x2::new(v.to_array()));
-    first.blend(a, b).to_array().into()
+    first.bitselect(a, b).to_array().into()
 }
 
 /// Reads what lies beyond some edges without need for it, so that it is at hand when there is.
@@ -377,7 +366,6 @@ struct Unfolded {
     exits: [Twin; 2],
     beyond: [Crossing; 2],
     mirrored: bool,
-    upright: f64x2,
 }
 
 impl Unfolded {
@@ -389,7 +377,7 @@ impl Unfolded {
         let is_left = f64x2::splat(self.apex.y).simd_gt(f64x2::ZERO);
         // In its own winding the triangle runs entry, then the edge at the entry's end. That end
         // is on the right, or on the left where the triangle lies mirrored.
-        let is_second = is_left ^ self.upright;
+        let is_second = if self.mirrored { is_left } else { !is_left };
         let second = (self.apex.y > 0.0) == self.mirrored;
         let [a, b] = &self.beyond;
         let exit = |i: usize| select_unpredictable(second, b.exits[i], a.exits[i]);
@@ -400,7 +388,6 @@ impl Unfolded {
             right: either(is_left, self.right, self.apex),
             entry: select_unpredictable(second, self.exits[1], self.exits[0]),
             mirrored: self.mirrored,
-            upright: self.upright,
             beyond: Crossing {
                 along: beyond.x,
                 height: beyond.y,
