@@ -100,6 +100,26 @@ fn a_line_without_end_is_not_kept() {
     assert_eq!(load_soup(&path).unwrap().soup.triangles.len(), 1);
 }
 
+/// Read as a stream: words and line ends fall on the bounds of what is read at once.
+#[test]
+fn long_ascii_stl_is_the_same_whatever_ends_its_lines() {
+    let facet = |i: usize| {
+        format!(
+            "facet normal 0 0 1\nouter loop\nvertex {i} 0 0\nvertex {i} 1 0\nvertex {i} 0 1.{i}\nendloop\nendfacet\n"
+        )
+    };
+    let facets: String = (0..3000).map(facet).collect();
+    let text = format!("solid long\n{facets}endsolid long\n");
+    let (_folder, path) = written("a.stl", &text);
+    let expected = load_soup(&path).unwrap().soup;
+    assert_eq!(expected.triangles.len(), 3000);
+    assert_eq!(expected.positions[8999], [2999.0, 0.0, 1.2999]);
+    for end in ["\r", "\r\n", " "] {
+        let (_folder, path) = written("a.stl", text.replace('\n', end));
+        assert_eq!(load_soup(&path).unwrap().soup, expected, "{end:?}");
+    }
+}
+
 #[test]
 fn sizes_and_outsides_survive() {
     let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\

@@ -19,6 +19,7 @@ mod ply_header;
 mod polygon;
 mod stl;
 mod text;
+mod words;
 
 use std::fmt;
 use std::fs::File;
