@@ -80,6 +80,19 @@ fn what_is_no_mesh_is_refused_with_a_cure() {
 }
 
 #[test]
+fn utf_16_is_refused_with_a_cure_whatever_its_byte_order() {
+    let units = || format!("\u{feff}{OBJ}").encode_utf16().collect::<Vec<_>>();
+    let little: Vec<u8> = units().into_iter().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = units().into_iter().flat_map(u16::to_be_bytes).collect();
+    for content in [little, big] {
+        for name in ["a.obj", "a.stl", "a"] {
+            let (_folder, path) = written(name, &content);
+            assert_says(&refusal(&path), &["UTF-16 text", "save it as UTF-8"]);
+        }
+    }
+}
+
+#[test]
 fn missing_files_and_folders_are_named() {
     let folder = tempfile::tempdir().unwrap();
     assert_says(
