@@ -65,6 +65,7 @@ pub mod cluster;
 mod color;
 pub mod export;
 pub mod growth;
+pub mod input;
 pub mod log;
 pub mod morphometry;
 pub mod picture;

@@ -178,6 +178,71 @@ fn a_file_beyond_the_limit_on_sizes_is_an_error() {
     );
 }
 
+#[cfg(unix)]
+fn mkfifo(path: &Path) {
+    let made = Command::new("mkfifo").arg(path).status().unwrap();
+    assert!(made.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_that_nothing_writes_into_are_errors() {
+    let desk = tempfile::tempdir().unwrap();
+    grown(desk.path(), "few", "--elements 5");
+    for name in ["pipe", "pipe.obj", "pipe.toml", "pipe.json"] {
+        mkfifo(&desk.path().join(name));
+    }
+    let rock = rock();
+    for command in [
+        "grow pipe.obj -o out",
+        "grow ROCK --recipe pipe.toml -o out",
+        "grow --resume pipe",
+        "check pipe.obj",
+        "analyze pipe",
+        "export pipe -o a.csv",
+        "skin pipe -o a.glb",
+        "skin few --mesh pipe.obj -o a.glb",
+        "skin few --colormap pipe.toml -o a.glb",
+        "bake pipe -o maps",
+        "animate pipe -o a.gif",
+        "render pipe -o a.png",
+        "render few --camera pipe.json -o a.png",
+        "sweep pipe.toml -o grid",
+        "sweep pipe.obj --L 5r,6r -o grid",
+    ] {
+        let line = command.replace("ROCK", &rock);
+        let words: Vec<_> = line.split_whitespace().collect();
+        let mut run = Command::new("timeout");
+        run.args(["20", env!("CARGO_BIN_EXE_thallus")]).args(&words);
+        let output = run.current_dir(desk.path()).output().unwrap();
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{command}: {said}");
+        assert!(said.contains("error: pipe"), "{command}: {said}");
+        assert_eq!(said.lines().count(), 1, "{command}: {said}");
+    }
+}
+
+/// As `<(command)` of a shell gives them, late and in parts.
+#[cfg(unix)]
+#[test]
+fn recipes_and_elements_may_come_through_pipes() {
+    let desk = tempfile::tempdir().unwrap();
+    grown(desk.path(), "few", "--elements 5");
+    let elements = desk.path().join("few/elements.ply");
+    fs::copy(elements, desk.path().join("copy.ply")).unwrap();
+    let script = "\"$0\" grow \"$1\" --recipe <(sleep 0.2; cat few/recipe.toml) -o again --quiet --preview 64 \
+                  && \"$0\" export <(head -c 300 few/elements.ply; sleep 0.2; tail -c +301 few/elements.ply) \
+                  --mesh \"$1\" -o piped.csv && \"$0\" export copy.ply --mesh \"$1\" -o \
+                  named.csv";
+    let mut shell = Command::new("bash");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_thallus"), &rock()]);
+    let output = shell.current_dir(desk.path()).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let bytes = |name: &str| fs::read(desk.path().join(name)).unwrap();
+    assert_eq!(bytes("again/elements.ply"), bytes("few/elements.ply"));
+    assert_eq!(bytes("piped.csv"), bytes("named.csv"));
+}
+
 #[test]
 fn errors_are_one_line() {
     let desk = tempfile::tempdir().unwrap();

@@ -316,6 +316,43 @@ fn a_folder_that_is_taken_away_ends_the_run_and_goes_on_elsewhere() {
     desk.assert_same("moved", "whole");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_deleted_is_not_promised_to_go_on() {
+    let desk = Desk::new();
+    let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_elements(&desk.path("out"));
+    // Away at once, as nothing may be made in it while it is being deleted.
+    fs::rename(desk.path("out"), desk.path("moved")).unwrap();
+    fs::remove_dir_all(desk.path("moved")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("went with it, unless out was moved") && !said.contains("--resume out"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_in_place_of_the_log_is_refused() {
+    let desk = Desk::new();
+    desk.done("rock.obj --elements 50 -o out --quiet");
+    fs::remove_file(desk.path("out/run.log")).unwrap();
+    let made = Command::new("mkfifo")
+        .arg(desk.path("out/run.log"))
+        .status();
+    assert!(made.unwrap().success());
+    desk.fails(
+        "--resume out --elements 60",
+        1,
+        &["run.log", "this is a pipe"],
+    );
+}
+
 /// Root may write everywhere, so there the run is another user's.
 #[cfg(unix)]
 #[test]

@@ -8,7 +8,9 @@ use glam::DVec3;
 use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::export::TriMesh;
 use thallus::run::{Execution, grow};
-use thallus::skin::{PALETTE, Paint, Shape, SkinError, decimate, faults, skin, skin_in_parts};
+use thallus::skin::{
+    PALETTE, Paint, Shape, SkinError, decimate, expected_triangles, faults, skin, skin_in_parts,
+};
 use thallus::substrate::Substrate;
 
 /// A lichen of this many elements, grown.
@@ -539,4 +541,27 @@ fn what_cannot_be_is_refused() {
     assert_eq!(missed, Err(SkinError::TooCoarse));
     let none = skin(&surface, &Cluster::new(0.01), &base, &Paint::default());
     assert_eq!(none, Err(SkinError::Empty));
+}
+
+/// The memory that a skin takes goes by this number: docs/skin.md has the measurements.
+#[test]
+fn the_number_of_triangles_is_foreseen() {
+    let surface = rock(24);
+    let cluster = grown(&surface, 0.01, 600);
+    for (thickness, falloff, resolution) in [
+        (1.5, 1.8, 2.0),
+        (1.5, 1.8, 0.5),
+        (20.0, 8.0, 0.5),
+        (0.1, 0.8, 0.3),
+    ] {
+        let shape = Shape {
+            thickness,
+            falloff,
+            resolution,
+            ..Shape::default()
+        };
+        let made = skin(&surface, &cluster, &shape, &Paint::default()).unwrap();
+        let ratio = expected_triangles(&surface, &cluster, &shape) / made.triangles.len() as f64;
+        assert!((0.5..2.0).contains(&ratio), "{shape:?}: {ratio}");
+    }
 }

@@ -358,3 +358,18 @@ fn what_is_wrong_is_said_in_one_line() {
     assert!(read == now);
     assert_ne!(desk.read("a.ply"), b"mine");
 }
+
+/// Tens of thousands of elements far apart, each felt far: more than machines have.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_skin_that_does_not_fit_into_memory_is_refused_with_the_number() {
+    let desk = Desk::new();
+    desk.done("rock.obj --radius 0.02% --gain 0 --bias 1 --elements 150000 -o out --quiet");
+    refused(
+        &desk,
+        "out -o a.glb --resolution 0.1r --thickness 20r --falloff 8r",
+        1,
+        &["triangles of skin", "GB of memory", "free", "--resolution"],
+    );
+    assert!(!desk.path("a.glb").exists());
+}

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,6 +12,7 @@ use serde::Serialize;
 use thallus::bake::{self, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
+use thallus::input;
 use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing, load_textured};
@@ -135,7 +135,7 @@ fn base(args: &BakeArgs) -> Result<Base, Failure> {
             Ok(Base::Ground(ground?))
         }
         Some(file) => {
-            let bytes = fs::read(file)
+            let bytes = input::bytes(Path::new(file))
                 .with_context(|| format!("{file}: reading the image of the base colour failed"))?;
             Ok(Base::Image(bytes))
         }

@@ -3,8 +3,10 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use thallus::cluster::Cluster;
 use thallus::growth::Join;
 use thallus::run::{Recipe, StopRule};
+use thallus::skin::{Shape, expected_triangles};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -16,6 +18,10 @@ use super::terminal::Voice;
 /// million elements: 378 of plain DLA on the plane, which is as sparse as lichen grows, and 394 of
 /// packed lichen on the rock; 263 and less as they grow. Vectors that grow may take more for a moment.
 const BYTES: f64 = 480.0;
+
+/// Bytes that a triangle of a skin takes at the peak, which is while it is made: docs/skin.md has the
+/// measurements.
+const SKIN_BYTES: f64 = 250.0;
 
 /// Runs of so many elements are told what they take, and such as are expected to take a minute.
 const LONG: f64 = 1e6;
@@ -39,18 +45,11 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
     let elements = expected_elements(substrate, recipe);
     let needed = needed(substrate, recipe);
     let number = count(elements as u64);
-    let available = available();
-    if let Some(available) = available.filter(|available| needed > *available) {
-        return Err(Failure::Failed(anyhow::anyhow!(
-            "about {number} elements need {} of memory, and {} are free: ask for fewer, or for a \
-             larger --radius",
-            size(needed),
-            size(available)
-        )));
-    }
+    let what = format!("about {number} elements");
+    check_free(needed, &what, "ask for fewer, or for a larger --radius")?;
     let seconds = seconds(substrate, recipe);
     if elements >= LONG || seconds >= LONG_SECONDS {
-        let free = available.map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
+        let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
         voice.note(&format!(
             "about {number} elements: up to {} of memory{free}, and roughly {} on one thread",
             size(needed),
@@ -58,6 +57,30 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
         ));
     }
     Ok(())
+}
+
+/// Refuses what needs more memory than is free, and says what to do.
+fn check_free(needed: f64, what: &str, cure: &str) -> Result<(), Failure> {
+    match available().filter(|available| needed > *available) {
+        None => Ok(()),
+        Some(available) => Err(Failure::Failed(anyhow::anyhow!(
+            "{what} need {} of memory, and {} are free: {cure}",
+            size(needed),
+            size(available)
+        ))),
+    }
+}
+
+/// Refuses a skin that does not fit.
+pub(super) fn check_skin(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    shape: &Shape,
+) -> Result<(), Failure> {
+    let triangles = expected_triangles(substrate, cluster, shape);
+    let needed = SKIN_BYTES * triangles;
+    let what = format!("about {} triangles of skin", short(triangles));
+    check_free(needed, &what, "make --resolution coarser")
 }
 
 /// Bytes that a run is expected to take at its peak, the mesh aside.

@@ -1,12 +1,12 @@
 //! Where a picture is taken from, as `--camera` says it.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
+use thallus::input;
 use thallus::picture::{Camera, Scene};
 use thallus::substrate::Substrate;
 
@@ -131,8 +131,7 @@ impl View {
 
 fn read(file: &Path) -> Result<CameraText, Failure> {
     let shown = file.display();
-    let text =
-        fs::read_to_string(file).with_context(|| format!("{shown}: reading the camera failed"))?;
+    let text = input::text(file).with_context(|| format!("{shown}: reading the camera failed"))?;
     camera_text(&text).map_err(|e| Failure::usage(format!("{shown}: {e}")))
 }
 

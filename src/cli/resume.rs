@@ -120,8 +120,14 @@ pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> F
         "element is",
         "elements are",
     );
-    let folder = folder.display();
-    Failure::Failed(anyhow::anyhow!(
-        "{error}; {elements} safe: go on with thallus grow --resume {folder}"
-    ))
+    let shown = folder.display();
+    Failure::Failed(match folder.join(LOG).exists() {
+        true => {
+            anyhow::anyhow!("{error}; {elements} safe: go on with thallus grow --resume {shown}")
+        }
+        false => anyhow::anyhow!(
+            "{error}; what was durable went with it, unless {shown} was moved: then {elements} safe, and \
+             thallus grow --resume goes on with the folder where it lies now"
+        ),
+    })
 }

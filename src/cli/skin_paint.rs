@@ -1,10 +1,10 @@
 //! The colours that `thallus skin` was asked for.
 
-use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
 use serde::Deserialize;
+use thallus::input;
 use thallus::run::Length;
 use thallus::skin::{
     Apothecia, Areoles, Colormap, ColormapError, PALETTE, Paint, Prothallus, parse_color,
@@ -85,8 +85,8 @@ fn checked_share(share: f32, flag: &str) -> Result<f32, Failure> {
 
 fn read(path: &Path, in_radii: InRadii) -> Result<Paint, Failure> {
     let shown = path.display().to_string();
-    let text = fs::read_to_string(path)
-        .with_context(|| format!("{shown}: reading the colour map failed"))?;
+    let text =
+        input::text(path).with_context(|| format!("{shown}: reading the colour map failed"))?;
     let file: ColormapFile = toml::from_str(&text).map_err(usage(&shown))?;
     let color = |(at, color): &(f32, String)| Ok((*at, parse_color(color)?));
     let stops: Result<Vec<_>, ColormapError> = file.stops.iter().map(color).collect();

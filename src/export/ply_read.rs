@@ -5,12 +5,12 @@
 //! files are read too. What would change the meaning is refused: missing rows, integers that a
 //! float cannot hold, radii that differ.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::Elements;
 use super::ply_header::{Encoding, Header, Scalar, read_header, shortened};
+use crate::input::Stream;
 
 /// Why a file could not be read as a table of elements: the file, the place in it and the cure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +32,7 @@ pub struct ReadError {
 /// When the file cannot be opened, is malformed or cut off, or is not a table of elements.
 pub fn read_elements(file: &Path) -> Result<Elements, ReadError> {
     let fail = |e: io::Error| error(file, "opening it", &e.to_string());
-    let opened = File::open(file).map_err(fail)?;
+    let opened = Stream::open(file).map_err(fail)?;
     let metadata = opened.metadata().map_err(fail)?;
     if metadata.is_dir() {
         return Err(error(

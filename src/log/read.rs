@@ -8,6 +8,7 @@ use super::LogError;
 use super::block::{Block, LARGEST_BLOCK, MARKER};
 use super::head::read_head;
 use crate::growth::Counts;
+use crate::input;
 use crate::run::{Begun, Recipe, Settings};
 
 /// A log: whose it is, and the elements of its sound blocks.
@@ -57,7 +58,7 @@ impl Log {
 
     fn sound(path: &Path) -> Result<(Self, File), LogError> {
         let read = LogError::read(path);
-        let mut file = File::open(path).map_err(&read)?;
+        let mut file = input::regular(path).map_err(&read)?;
         let length = file.metadata().map_err(&read)?.len();
         let (recipe, sound) = read_head(path, &mut file)?;
         let mut log = Self {

@@ -3,8 +3,7 @@
 //! Keys are spelled as the flags without their dashes (`curvature-radius`; `curvature_radius` is
 //! read too). Numbers are written in the shortest form that reads back to the same bits.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -14,6 +13,7 @@ use super::names::nearest_name;
 use super::parameter as info;
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use crate::input;
 
 /// Every key that a recipe may have.
 pub(super) const KEYS: &[&str] = &[
@@ -39,9 +39,6 @@ pub(super) const KEYS: &[&str] = &[
     "reach",
     "cover",
 ];
-
-/// A recipe is a page of text; what is longer than this is something else.
-const LONGEST: u64 = 1 << 20;
 
 /// A text that is no recipe.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -125,9 +122,7 @@ impl Settings {
             path: path.to_owned(),
             source,
         };
-        let mut text = String::new();
-        let file = File::open(path).map_err(fail)?;
-        file.take(LONGEST).read_to_string(&mut text).map_err(fail)?;
+        let text = input::text(path).map_err(fail)?;
         Self::from_toml(&text).map_err(|source| RecipeFileError::Text {
             path: path.to_owned(),
             source,

@@ -120,6 +120,13 @@ const MOST_TRIANGLES: f64 = 4e8;
 /// Triangles of an upper side for each element, at a resolution of one radius.
 const TRIANGLES_PER_ELEMENT: f64 = 25.0;
 
+/// Area of a triangle of the upper side, in squares of the resolution: of triangles halved at their longest
+/// sides until none is longer.
+const LEAF_AREA: f64 = 0.17;
+
+/// The resolution at which the area of a skin is estimated, in element radii.
+const ROUGH: f64 = 4.0;
+
 /// Depth of the underside beneath the substrate, in element radii: hidden in it, and less than half
 /// of any plate that two faces of lichen could share.
 const UNDERSIDE: f64 = 0.05;
@@ -224,14 +231,10 @@ fn made(
     shape.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
-    let always = |nearness: &Nearness, p, distance| match nearness.within(p, distance) {
-        true => 0,
-        false => NEVER,
-    };
     // The distance from the rim is found by one thread, and needs nothing of the tree.
     let (mut lichen, tree) = rayon::join(
         || Lichen::new(substrate, &winding, cluster),
-        || refine(substrate, &winding, cluster, shape, always),
+        || refine(substrate, &winding, cluster, shape, always_near),
     );
     let cortex = Cortex::new(&lichen, paint, shape.thickness);
     let (radius, last) = (cluster.radius(), last(cluster.len()));
@@ -267,6 +270,14 @@ fn blur(shape: &Shape, radius: f64) -> f32 {
     (0.5 * shape.resolution * radius) as f32
 }
 
+/// From the first element on where any is near, as in a lichen that does not change.
+fn always_near(nearness: &Nearness, p: DVec3, distance: f64) -> u32 {
+    match nearness.within(p, distance) {
+        true => 0,
+        false => NEVER,
+    }
+}
+
 /// The part of the substrate that may carry lichen, cut finer where it does: from as many elements
 /// on as `near` says of a place and a distance.
 fn refine(
@@ -287,6 +298,36 @@ fn refine(
     Tree::grow(base, shape.resolution * radius, |middle, length| {
         near(&nearness, middle, FARTHEST_FROM_MIDDLE * length + reach)
     })
+}
+
+/// About how many triangles the surface is cut into for a skin, on which what it takes depends: counted on
+/// a surface that is cut as coarsely as can be without losing sight of the lichen.
+pub fn expected_triangles(substrate: &Substrate, cluster: &Cluster, shape: &Shape) -> f64 {
+    if cluster.is_empty() {
+        return 0.0;
+    }
+    let rough = Shape {
+        resolution: shape.resolution.max(ROUGH),
+        ..*shape
+    };
+    let tree = refine(
+        substrate,
+        &Winding::of(substrate),
+        cluster,
+        &rough,
+        always_near,
+    );
+    let nearness = Nearness::new(cluster.elements().iter().map(|e| e.position));
+    let radius = cluster.radius();
+    let reach = overhang(shape) * radius;
+    let finest = LEAF_AREA * (shape.resolution * radius).powi(2);
+    let pieces = |face: &base::Face| match face.corners.map(|v| tree.positions[v as usize]) {
+        [a, b, c] if nearness.within((a + b + c) / 3.0, reach) => {
+            (0.5 * (b - a).cross(c - a).length() / finest).max(1.0)
+        }
+        _ => 0.0,
+    };
+    tree.leaves(|_| true).iter().map(pieces).sum()
 }
 
 /// Whether anything of the lichen is within `felt` of a triangle; true also for some that it is not.

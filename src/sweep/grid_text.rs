@@ -1,16 +1,12 @@
 //! Grids as TOML: a recipe, with `seeds` and a table `[axes]`.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use toml::de::DeTable;
 
 use super::{Axis, Grid, GridFileError, GridTextError};
+use crate::input;
 use crate::run::{RecipeTextError, Settings};
-
-/// A grid is a page of text; what is longer than this is something else.
-const LONGEST: u64 = 1 << 20;
 
 const AXES: &str = "axes";
 const SEEDS: &str = "seeds";
@@ -25,9 +21,7 @@ impl Grid {
             path: path.to_owned(),
             problem,
         };
-        let mut text = String::new();
-        let file = File::open(path).map_err(fail)?;
-        file.take(LONGEST).read_to_string(&mut text).map_err(fail)?;
+        let text = input::text(path).map_err(fail)?;
         Self::from_toml(&text).map_err(|problem| GridFileError::Text {
             path: path.to_owned(),
             problem,

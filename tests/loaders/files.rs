@@ -80,6 +80,19 @@ fn what_is_no_mesh_is_refused_with_a_cure() {
 }
 
 #[test]
+fn utf_16_is_refused_with_a_cure_whatever_its_byte_order() {
+    let units = || format!("\u{feff}{OBJ}").encode_utf16().collect::<Vec<_>>();
+    let little: Vec<u8> = units().into_iter().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = units().into_iter().flat_map(u16::to_be_bytes).collect();
+    for content in [little, big] {
+        for name in ["a.obj", "a.stl", "a"] {
+            let (_folder, path) = written(name, &content);
+            assert_says(&refusal(&path), &["UTF-16 text", "save it as UTF-8"]);
+        }
+    }
+}
+
+#[test]
 fn missing_files_and_folders_are_named() {
     let folder = tempfile::tempdir().unwrap();
     assert_says(
@@ -98,6 +111,26 @@ fn a_line_without_end_is_not_kept() {
     text.insert_str("solid s".len(), &"x".repeat(1 << 20));
     let (_folder, path) = written("a.stl", text);
     assert_eq!(load_soup(&path).unwrap().soup.triangles.len(), 1);
+}
+
+/// Read as a stream: words and line ends fall on the bounds of what is read at once.
+#[test]
+fn long_ascii_stl_is_the_same_whatever_ends_its_lines() {
+    let facet = |i: usize| {
+        format!(
+            "facet normal 0 0 1\nouter loop\nvertex {i} 0 0\nvertex {i} 1 0\nvertex {i} 0 1.{i}\nendloop\nendfacet\n"
+        )
+    };
+    let facets: String = (0..3000).map(facet).collect();
+    let text = format!("solid long\n{facets}endsolid long\n");
+    let (_folder, path) = written("a.stl", &text);
+    let expected = load_soup(&path).unwrap().soup;
+    assert_eq!(expected.triangles.len(), 3000);
+    assert_eq!(expected.positions[8999], [2999.0, 0.0, 1.2999]);
+    for end in ["\r", "\r\n", " "] {
+        let (_folder, path) = written("a.stl", text.replace('\n', end));
+        assert_eq!(load_soup(&path).unwrap().soup, expected, "{end:?}");
+    }
 }
 
 #[test]

@@ -78,6 +78,64 @@ fn ascii_in_any_case_with_many_solids_and_either_line_end() {
     }
 }
 
+/// Two solids of a facet each, as most programs write them.
+const TWO_SOLIDS: &str = "solid a vertex facet\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  \
+                          vertex 1.0e0 0 0\n  vertex 0 1 0.5\n endloop\nendfacet\nendsolid a vertex\n\
+                          solid b\nfacet normal 0 0 1\n outer loop\n  vertex 2 0 0\n  vertex 3 0 0\n  \
+                          vertex 2 1 0.5\n endloop\nendfacet\nendsolid b\n";
+
+#[test]
+fn white_space_of_any_sort_parts_the_words_of_ascii() {
+    let expected = parsed(TWO_SOLIDS, Format::Stl);
+    assert_eq!(expected.positions.len(), 6);
+    assert_eq!(expected.positions[5], [2.0, 1.0, 0.5]);
+    let one_line = TWO_SOLIDS.replace('\n', " ");
+    let unnamed = TWO_SOLIDS.replace(" a vertex facet", "");
+    let word_a_line = unnamed.replace(" a vertex", "").replace(" b", "");
+    for text in [
+        TWO_SOLIDS.replace('\n', "\r\n"),
+        TWO_SOLIDS.replace('\n', "\r"),
+        TWO_SOLIDS.replace('\n', "\n\r\n\t"),
+        one_line.clone(),
+        one_line.to_uppercase(),
+        one_line.replace(' ', "\t"),
+        word_a_line.replace(' ', "\n"),
+        word_a_line.replace(' ', "\r"),
+    ] {
+        assert_eq!(parsed(&text, Format::Stl), expected, "{text:?}");
+    }
+}
+
+#[test]
+fn lines_that_are_not_stl_are_passed_over_whatever_ends_them() {
+    let strange = TWO_SOLIDS.replace("endfacet\n", "endfacet\n# a vertex here\ncolor 1 0 facet\n");
+    for text in [strange.clone(), strange.replace('\n', "\r")] {
+        let soup = parsed(text, Format::Stl);
+        assert_eq!(soup.positions, parsed(TWO_SOLIDS, Format::Stl).positions);
+        assert!(
+            soup.notes
+                .iter()
+                .any(|n| n == "4 lines that are not STL ignored"),
+            "{:?}",
+            soup.notes
+        );
+    }
+}
+
+#[test]
+fn ascii_errors_name_line_and_facet_whatever_ends_a_line() {
+    let wrong = TWO_SOLIDS.replace("vertex 3 0 0", "vertex 3 x 0");
+    for (text, place) in [
+        (wrong.clone(), "line 14 (facet 1)"),
+        (wrong.replace('\n', "\r"), "line 14 (facet 1)"),
+        (wrong.replace('\n', "\r\n"), "line 14 (facet 1)"),
+        (wrong.replace('\n', " "), "line 1 (facet 1)"),
+    ] {
+        let message = refused(text, Format::Stl);
+        assert_says(&message, &[place, "three numbers, not 'x'", "export"]);
+    }
+}
+
 #[test]
 fn errors_name_the_place_and_the_cure() {
     let whole = binary(b"", &FACETS);

@@ -46,6 +46,12 @@ pub(super) fn decide(bytes: &[u8], named: Option<Format>) -> Parsed<Format> {
     if let Some(format) = by_content(bytes) {
         return Ok(format);
     }
+    if is_utf16(bytes) {
+        return unknown(
+            "this is UTF-16 text",
+            "save it as UTF-8 or ASCII, in an editor or with `iconv -f UTF-16 -t UTF-8`",
+        );
+    }
     if bytes.starts_with(b"version https://git-lfs") {
         return unknown(
             "a git-LFS pointer, the mesh was not fetched",
@@ -80,6 +86,14 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
         .unwrap_or(bytes)
         .trim_ascii_start();
     (text.starts_with(b"{") && contains(text, b"\"asset\"")).then_some(Format::Gltf)
+}
+
+/// Whether it begins with the byte order mark of UTF-16 and a plain character.
+fn is_utf16(bytes: &[u8]) -> bool {
+    match bytes {
+        [0xFF, 0xFE, plain, 0, ..] | [0xFE, 0xFF, 0, plain, ..] => plain.is_ascii() && *plain > 0,
+        _ => false,
+    }
 }
 
 /// A note where the name and the content disagree.

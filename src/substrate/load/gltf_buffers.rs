@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::{LoadFault, Parsed};
 use super::gltf_schema::{Buffer, BufferView, Compressed, Root};
-use super::{Format, meshopt, open_regular};
+use super::{Format, meshopt};
+use crate::input;
 
 /// What to do about a file whose structure is wrong.
 pub(super) const EXPORT_AGAIN: &str = "export the file again";
@@ -192,7 +193,7 @@ impl<'a> Buffers<'a> {
             return decode_data_uri(uri).ok_or_else(|| "its data URI is not valid base64".into());
         }
         let path = self.local_path(uri)?;
-        let read = open_regular(&path).and_then(|mut file| {
+        let read = input::regular(&path).and_then(|mut file| {
             let mut bytes = Vec::new();
             file.read_to_end(&mut bytes).map(|_| bytes)
         });
@@ -221,7 +222,7 @@ impl<'a> Buffers<'a> {
 
 /// Reads what a buffer may use of a file: no more than it says.
 fn read_up_to(path: &Path, length: usize) -> std::io::Result<Vec<u8>> {
-    let file: File = open_regular(path)?;
+    let file: File = input::regular(path)?;
     let held = file.metadata()?.len().min(length as u64);
     let mut bytes = Vec::with_capacity(usize::try_from(held).unwrap_or(0));
     file.take(length as u64).read_to_end(&mut bytes)?;

@@ -19,12 +19,13 @@ mod ply_header;
 mod polygon;
 mod stl;
 mod text;
+mod words;
 
 use std::fmt;
-use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
+use crate::input;
 use crate::substrate::{Soup, Texturing};
 
 use error::Parsed;
@@ -121,12 +122,15 @@ fn parse(
 }
 
 fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
-    let unreadable = |source| LoadFault::Unreadable {
+    let unreadable = |source: io::Error| LoadFault::Unreadable {
         what: "the file".into(),
+        cure: match source.kind() {
+            io::ErrorKind::InvalidInput => "check the path",
+            _ => "check the path and the permissions",
+        },
         source,
-        cure: "check the path and the permissions",
     };
-    let mut file = open_regular(path).map_err(unreadable)?;
+    let mut file = input::regular(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
     let mut head = Vec::with_capacity(HEAD);
     file.by_ref()
@@ -161,17 +165,6 @@ fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
         hash: hasher.finalize().to_hex().to_string(),
         format,
     })
-}
-
-/// Opens a file that has an end: no folder, pipe or device.
-fn open_regular(path: &Path) -> io::Result<File> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "not a regular file",
-        ));
-    }
-    File::open(path)
 }
 
 /// Hashes what is read through it.

@@ -3,8 +3,10 @@
 //! We read it ourselves and not with `stl_io`, which takes every file that begins with `solid` for
 //! ASCII, wants it in lower case and in one solid, and takes four times as long (5.9 µs an ASCII
 //! triangle, 0.67 µs a binary one). Facet normals and attribute bytes are passed over. ASCII is read as a stream, because
-//! the text is three times as large as the triangles in it.
+//! the text is three times as large as the triangles in it, and word by word: old files end their lines with CR, and
+//! some have one line only.
 
+use std::fmt;
 use std::io::BufRead;
 
 use crate::substrate::Soup;
@@ -12,13 +14,12 @@ use crate::substrate::Soup;
 use super::Format::Stl;
 use super::error::{LoadFault, Parsed};
 use super::text::{finite, number, quoted};
+use super::words::Words;
 use super::{exclusive_index, no_triangles};
 
 const HEADER: usize = 80;
 const FACETS_AT: usize = HEADER + 4;
 const FACET: usize = 50;
-/// Longest line of ASCII STL that is kept: a solid's name may be anything.
-const LONGEST_LINE: usize = 64 * 1024;
 
 /// How the facets are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,129 +142,169 @@ fn unshared(positions: Vec<[f64; 3]>, notes: Vec<String>) -> Soup {
 }
 
 /// Reads ASCII STL, any number of solids, in any case and with any white space.
-pub(super) fn parse_ascii(mut input: impl BufRead) -> Parsed<Soup> {
-    let mut facets = AsciiFacets::default();
-    let mut line = Vec::new();
-    while next_line(&mut input, &mut line)? {
-        facets.line += 1;
-        facets.statement(&line)?;
+pub(super) fn parse_ascii(input: impl BufRead) -> Parsed<Soup> {
+    let mut facets = AsciiFacets::new(Words::new(input));
+    while facets.words.advance()? {
+        facets.word()?;
     }
     facets.finish()
 }
 
-/// Reads one line, at most [`LONGEST_LINE`] bytes of it; false at the end.
-fn next_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> Parsed<bool> {
-    line.clear();
-    let mut any = false;
-    loop {
-        let chunk = input.fill_buf().map_err(|source| LoadFault::Unreadable {
-            what: "the file".into(),
-            source,
-            cure: "copy it to a local disk and try again",
-        })?;
-        if chunk.is_empty() {
-            return Ok(any);
-        }
-        any = true;
-        let end = chunk.iter().position(|&b| b == b'\n');
-        let taken = end.unwrap_or(chunk.len());
-        let room = LONGEST_LINE - line.len().min(LONGEST_LINE);
-        line.extend_from_slice(&chunk[..taken.min(room)]);
-        input.consume(taken + usize::from(end.is_some()));
-        if end.is_some() {
-            return Ok(true);
-        }
+/// What ASCII STL is made of, besides names and numbers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Keyword {
+    Solid,
+    EndSolid,
+    End,
+    Facet,
+    Normal,
+    Loop,
+    Vertex,
+    Close,
+}
+
+impl Keyword {
+    fn of(word: &[u8]) -> Option<Self> {
+        const KEYWORDS: [(&[u8], Keyword); 10] = [
+            (b"vertex", Keyword::Vertex),
+            (b"facet", Keyword::Facet),
+            (b"normal", Keyword::Normal),
+            (b"outer", Keyword::Loop),
+            (b"loop", Keyword::Loop),
+            (b"endloop", Keyword::Close),
+            (b"endfacet", Keyword::Close),
+            (b"solid", Keyword::Solid),
+            (b"endsolid", Keyword::EndSolid),
+            (b"end", Keyword::End),
+        ];
+        let word = word.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(word);
+        let mut known = KEYWORDS.iter();
+        let found = known.find(|(name, _)| word.eq_ignore_ascii_case(name));
+        found.map(|(_, keyword)| *keyword)
     }
 }
 
-#[derive(Default)]
-struct AsciiFacets {
-    line: usize,
-    solids: usize,
+/// Where a statement is, after its first word.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rest {
+    /// It goes on to the next keyword.
+    Ours,
+    /// It is a name or is not STL: it may have any word, and goes on to the end of the line, or to
+    /// `facet normal` where everything stands on one line.
+    Anything,
+    /// The same, after `facet`.
+    AnythingThenFacet,
+}
+
+struct AsciiFacets<R> {
+    words: Words<R>,
+    rest: Rest,
+    begun: usize,
+    ended: usize,
     skipped: usize,
     /// Corners of the loop that is open.
     open: usize,
+    /// Where the last corner was.
+    last: Place,
     positions: Vec<[f64; 3]>,
 }
 
-impl AsciiFacets {
-    fn statement(&mut self, line: &[u8]) -> Parsed<()> {
-        let mut words = line
-            .split(u8::is_ascii_whitespace)
-            .filter(|word| !word.is_empty());
-        let Some(first) = words.next() else {
-            return Ok(());
-        };
-        if first.eq_ignore_ascii_case(b"vertex") {
-            return self.vertex(words);
+impl<R: BufRead> AsciiFacets<R> {
+    fn new(words: Words<R>) -> Self {
+        Self {
+            words,
+            rest: Rest::Ours,
+            begun: 0,
+            ended: 0,
+            skipped: 0,
+            open: 0,
+            last: Place { line: 1, facet: 0 },
+            positions: Vec::new(),
         }
-        if first.eq_ignore_ascii_case(b"endloop") || first.eq_ignore_ascii_case(b"endfacet") {
-            return self.close();
+    }
+
+    fn word(&mut self) -> Parsed<()> {
+        let keyword = Keyword::of(self.words.word());
+        if self.words.begins_line() {
+            let unknown = keyword.is_none() && number(self.words.word()).is_none();
+            self.skipped += usize::from(unknown);
+            self.rest = if unknown { Rest::Anything } else { Rest::Ours };
         }
-        if first
-            .strip_prefix(b"\xEF\xBB\xBF")
-            .unwrap_or(first)
-            .eq_ignore_ascii_case(b"solid")
-        {
-            self.solids += 1;
-            return Ok(());
+        match (self.rest, keyword) {
+            (Rest::Ours, Some(keyword)) => return self.statement(keyword),
+            (Rest::Ours, None) => {}
+            (Rest::AnythingThenFacet, Some(Keyword::Normal)) => self.rest = Rest::Ours,
+            (_, Some(Keyword::Facet)) => self.rest = Rest::AnythingThenFacet,
+            _ => self.rest = Rest::Anything,
         }
-        let known: [&[u8]; 4] = [b"facet", b"outer", b"endsolid", b"end"];
-        if known.iter().any(|word| first.eq_ignore_ascii_case(word)) {
-            return Ok(());
-        }
-        self.skipped += 1;
         Ok(())
     }
 
-    fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a [u8]>) -> Parsed<()> {
+    fn statement(&mut self, keyword: Keyword) -> Parsed<()> {
+        match keyword {
+            Keyword::Vertex => return self.vertex(),
+            Keyword::Close => return self.close(),
+            Keyword::Facet | Keyword::Normal | Keyword::Loop => return Ok(()),
+            Keyword::Solid => self.begun += 1,
+            Keyword::EndSolid => self.ended += 1,
+            Keyword::End => {}
+        }
+        self.rest = Rest::Anything;
+        Ok(())
+    }
+
+    fn vertex(&mut self) -> Parsed<()> {
+        let place = self.place();
+        self.last = place;
         let mut position = [0.0; 3];
         for coordinate in &mut position {
-            let word = words.next().unwrap_or_default();
+            self.words.advance()?;
+            let word = self.words.word();
             *coordinate = number(word).ok_or_else(|| {
-                self.fault(format!(
-                    "a vertex needs three numbers, not {}",
-                    quoted(word)
-                ))
+                let problem = format!("a vertex needs three numbers, not {}", quoted(word));
+                fault(place, problem)
             })?;
         }
-        let line = self.line;
         self.positions
-            .push(finite(position, Stl, || format!("line {line}"))?);
+            .push(finite(position, Stl, || place.to_string())?);
         self.open += 1;
         if self.open > 3 {
-            return Err(self.fault("a facet has more than three vertices".into()));
+            return Err(fault(place, "a facet has more than three vertices".into()));
         }
         exclusive_index(self.positions.len(), Stl)
     }
 
     fn close(&mut self) -> Parsed<()> {
+        let place = self.place();
         match std::mem::take(&mut self.open) {
             0 | 3 => Ok(()),
-            n => Err(self.fault(format!("a facet ends after {n} vertices, not three"))),
+            n => Err(fault(
+                place,
+                format!("a facet ends after {n} vertices, not three"),
+            )),
         }
     }
 
-    fn fault(&self, problem: String) -> LoadFault {
-        let place = format!("line {}", self.line);
-        LoadFault::malformed(
-            Stl,
-            place,
-            problem,
-            "correct the line or export the file again",
-        )
+    fn place(&self) -> Place {
+        Place {
+            line: self.words.line(),
+            facet: (self.positions.len() - self.open) / 3,
+        }
     }
 
     fn finish(mut self) -> Parsed<Soup> {
         if self.open != 0 {
-            return Err(self.fault("the file ends within a facet".into()));
+            let problem = "the file ends within a facet".into();
+            return Err(fault(self.last, problem));
         }
         if self.positions.is_empty() {
             return Err(no_triangles(0, &[]));
         }
         let mut notes = Vec::new();
-        if self.solids > 1 {
-            notes.push(format!("{} solids read as one mesh", self.solids));
+        // On one line the name after `endsolid` hides the next `solid`.
+        let solids = self.begun.max(self.ended);
+        if solids > 1 {
+            notes.push(format!("{solids} solids read as one mesh"));
         }
         if self.skipped > 0 {
             notes.push(format!("{} lines that are not STL ignored", self.skipped));
@@ -271,4 +312,23 @@ impl AsciiFacets {
         self.positions.shrink_to_fit();
         Ok(unshared(self.positions, notes))
     }
+}
+
+/// A place in ASCII STL. All of it may stand on one line.
+#[derive(Clone, Copy)]
+struct Place {
+    line: usize,
+    /// From 0.
+    facet: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "line {} (facet {})", self.line, self.facet)
+    }
+}
+
+fn fault(place: Place, problem: String) -> LoadFault {
+    let cure = "correct the facet or export the file again";
+    LoadFault::malformed(Stl, place.to_string(), problem, cure)
 }

@@ -1,0 +1,135 @@
+//! Files that are read. Opening a named pipe waits for somebody to write into it, which may be for ever:
+//! what needs a file on a disk refuses pipes, and what takes any text refuses those that nobody writes into.
+
+use std::fs::{self, File, FileType};
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+/// Bytes of the longest text: recipes, grids, cameras, colour maps and curves are a page or two.
+const LONGEST_TEXT: u64 = 16 << 20;
+
+/// Between two looks into a pipe that is empty.
+const PAUSE: Duration = Duration::from_millis(2);
+
+/// Opens a file that has an end and can be read twice: no folder, pipe or device.
+///
+/// # Errors
+/// When it is something else, or the system refuses.
+pub fn regular(path: &Path) -> io::Result<File> {
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_file() {
+        return File::open(path);
+    }
+    let problem = match (kind.is_dir(), is_pipe(kind)) {
+        (true, _) => "this is a folder, not a regular file: name the file in it",
+        (_, true) => {
+            "this is a pipe, not a regular file: save what comes through it to a file, and name that"
+        }
+        _ => "this is a device, not a regular file: name a file on a disk",
+    };
+    Err(io::Error::new(ErrorKind::InvalidInput, problem))
+}
+
+/// All of a text, which may come through a pipe.
+///
+/// # Errors
+/// When the system refuses, the text is not UTF-8 or no page, or nobody writes into the pipe.
+pub fn text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let mut limited = Stream::open(path)?.take(LONGEST_TEXT);
+    limited.read_to_string(&mut text)?;
+    match limited.limit() {
+        0 => Err(io::Error::new(
+            ErrorKind::InvalidData,
+            "it is longer than 16 MiB: this is another file",
+        )),
+        _ => Ok(text),
+    }
+}
+
+/// All of a file, which may come through a pipe.
+///
+/// # Errors
+/// When the system refuses, or nobody writes into the pipe.
+pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    Stream::open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// A file, or a pipe that somebody writes into.
+#[derive(Debug)]
+pub struct Stream {
+    file: File,
+    is_pipe: bool,
+    any: bool,
+}
+
+impl Stream {
+    /// Opens it, and does not wait for a writer.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let file = open_at_once(path)?;
+        let is_pipe = is_pipe(file.metadata()?.file_type());
+        Ok(Self {
+            file,
+            is_pipe,
+            any: false,
+        })
+    }
+
+    /// What the system knows about it.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn metadata(&self) -> io::Result<fs::Metadata> {
+        self.file.metadata()
+    }
+}
+
+impl Read for Stream {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.file.read(buffer) {
+                Err(wait) if wait.kind() == ErrorKind::WouldBlock => thread::sleep(PAUSE),
+                Ok(0) if self.is_pipe && !self.any => return Err(nobody_writes()),
+                read => {
+                    self.any |= read.as_ref().is_ok_and(|&n| n > 0);
+                    return read;
+                }
+            }
+        }
+    }
+}
+
+fn nobody_writes() -> io::Error {
+    let problem =
+        "this is a pipe that nothing writes into: start what writes first, or name a regular file";
+    io::Error::new(ErrorKind::UnexpectedEof, problem)
+}
+
+#[cfg(unix)]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let mut options = File::options();
+    options.read(true).custom_flags(libc::O_NONBLOCK).open(path)
+}
+
+#[cfg(not(unix))]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    File::open(path)
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&kind)
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: FileType) -> bool {
+    false
+}
