@@ -1,8 +1,8 @@
 //! The density profile: how much of the ground about its seed a lichen covers.
 //!
-//! The density of DLA about its seed is as old as DLA (T. A. Witten and L. M. Sander, 1981). On a curved
-//! surface a ring has neither the area of a flat one nor, through space, a place of its own: so both its
-//! radius and its ground are those along the surface.
+//! It is what the curve of mass–radius (T. A. Witten and L. M. Sander, 1981, 1983) gains with the
+//! distance, over what the ground gains. On a curved surface a ring has neither the area of a flat one
+//! nor, through space, a place of its own: so its radius and its ground are those along the surface.
 
 use std::f64::consts::PI;
 
