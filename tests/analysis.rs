@@ -413,10 +413,7 @@ fn a_disc_is_round_wide_and_even() {
     assert_near(width.mean, 2.0 * radius, 5.0);
     assert_eq!(width.count, disc.len());
     assert_near(found.density, PI / 12f64.sqrt(), 0.05);
-    let profile = &found.front.profile[4..31];
-    profile
-        .iter()
-        .for_each(|ring| assert_near(ring[1], PI / 12f64.sqrt(), 0.15));
+    assert!(found.front.profile.is_empty(), "a profile of no ground");
     assert_near(found.front.growth.fit.unwrap().slope, 0.5, 0.01);
     // The last tenth fills the ring from √0.9 of the radius outwards evenly.
     let power = |k: i32| (1.0 - 0.9f64.sqrt().powi(k)) / f64::from(k) * radius.powi(k);

@@ -60,6 +60,11 @@ fn json_has_every_scalar_and_what_it_was_read_from() {
         let value = dimension["dimension"].as_f64().unwrap();
         assert!((1.0..2.4).contains(&value), "{dimension}");
     }
+    let profile = found["front"]["profile"].as_array().unwrap();
+    assert_eq!(profile.len(), 32);
+    for share in profile.iter().map(|ring| ring[1].as_f64().unwrap()) {
+        assert!(share > 0.0 && share < 1.0, "{share} of a ring");
+    }
     let radius = found["radius"].as_f64().unwrap();
     let report = desk.report("out");
     assert!(
@@ -103,6 +108,7 @@ fn without_its_mesh_a_lichen_is_measured_through_space() {
     let alone: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(alone["dimensions"].as_array().unwrap().len(), 6);
     assert!(alone["scalars"]["surface_dimension_sandbox"].is_null());
+    assert_eq!(alone["front"]["profile"], serde_json::json!([]));
     let quiet = analyze(&desk, "alone.ply --json --quiet");
     assert!(quiet.stderr.is_empty() && quiet.stdout == output.stdout);
     let with = json(&desk, "alone.ply --mesh rock.obj");

@@ -1,15 +1,15 @@
 //! How a lichen grows, and how even its front is.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use serde::Serialize;
 
 use super::dimension::{Scales, prefixes};
 use super::fit::{Fit, Scaling};
+use super::mass::Metric;
+use super::profile::profile;
 use crate::morphometry::Sample;
 
-/// The growing front, and what is behind it. Distances are through space.
+/// The growing front, and what is behind it. Distances are through space, but for the profile.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Front {
     /// R_e of the first n elements: the distance from their centroid to the farthest of them. The
@@ -24,8 +24,10 @@ pub struct Front {
     pub radius: Option<f64>,
     /// The standard deviation of those distances: how wide the active zone is.
     pub width: Option<f64>,
-    /// Share of the ground that elements cover, in rings about the centroid, as if it were flat:
-    /// middle of the ring, share.
+    /// Share of the surface that elements cover in each of 32 rings of equal width about the seed, the
+    /// last of which ends at the farthest element: distance of the ring's middle from the seed along
+    /// the surface, in units of the mesh, and area of elements over area of the mesh there. Empty
+    /// without a metric that knows the ground (see [`Metric::ring_areas`]), and of a single element.
     pub profile: Vec<[f64; 2]>,
 }
 
@@ -60,11 +62,8 @@ impl Pace {
     }
 }
 
-/// Rings of the density profile.
-const RINGS: usize = 32;
-
 impl Front {
-    pub(super) fn new(sample: &Sample<'_>) -> Self {
+    pub(super) fn new(sample: &Sample<'_>, surface: Option<&dyn Metric>) -> Self {
         let distances = Distances::of(sample.positions);
         let active = distances.active_zone();
         let growth = growth(sample);
@@ -73,7 +72,7 @@ impl Front {
             growth,
             radius: active.map(|[mean, _]| mean),
             width: active.map(|[_, deviation]| deviation),
-            profile: distances.profile(sample.radius),
+            profile: surface.map_or_else(Vec::new, |metric| profile(sample.radius, metric)),
         }
     }
 
@@ -111,26 +110,6 @@ impl Distances {
         let mean = last.iter().sum::<f64>() / n;
         let squares: f64 = last.iter().map(|d| (d - mean) * (d - mean)).sum();
         (self.0.len() >= FEWEST).then(|| [mean, (squares / n).sqrt()])
-    }
-
-    fn profile(&self, radius: f64) -> Vec<[f64; 2]> {
-        let ring = self.greatest() / RINGS as f64;
-        if ring <= 0.0 {
-            return Vec::new();
-        }
-        let mut counts = [0u64; RINGS];
-        for d in &self.0 {
-            counts[((d / ring) as usize).min(RINGS - 1)] += 1;
-        }
-        let share = |(k, n): (usize, u64)| {
-            let [inner, outer] = [k, k + 1].map(|k| k as f64 * ring);
-            let ground = PI * (outer * outer - inner * inner);
-            [
-                0.5 * (inner + outer),
-                n as f64 * PI * radius * radius / ground,
-            ]
-        };
-        counts.into_iter().enumerate().map(share).collect()
     }
 }
 

@@ -19,6 +19,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use super::ground;
 use super::mass::Metric;
 use crate::substrate::{HalfEdge, Substrate, SurfacePoint};
 
@@ -201,6 +202,11 @@ impl Metric for SurfaceMetric<'_> {
         search.found[from] = 0.0;
         let found = search.found.into_iter();
         found.map(|d| units.length_to_file(d)).collect()
+    }
+
+    fn ring_areas(&self, from: usize, width: f64, rings: usize) -> Option<Vec<f64>> {
+        let centre = self.places[from];
+        Some(ground::ring_areas(self.substrate, centre, width, rings))
     }
 }
 

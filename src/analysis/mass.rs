@@ -7,6 +7,12 @@ use rayon::prelude::*;
 pub trait Metric: Sync {
     /// The distance from an element to every element. Those beyond `limit` may be told as infinite.
     fn distances(&self, from: usize, limit: f64) -> Vec<f64>;
+
+    /// Area of the ground in each of so many rings of this width about an element, the first a disc, in
+    /// the square of the unit of distances. None where no ground is known.
+    fn ring_areas(&self, _from: usize, _width: f64, _rings: usize) -> Option<Vec<f64>> {
+        None
+    }
 }
 
 /// Straight through space.

@@ -16,9 +16,11 @@ mod dimension;
 mod fit;
 mod front;
 mod geodesic;
+mod ground;
 mod mass;
 mod outline;
 mod plot;
+mod profile;
 mod ranked;
 mod scalar;
 mod width;
@@ -187,7 +189,7 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
         branch_width: Distribution::of(known),
         lobe_width: Distribution::of(lobe_widths.into_iter().flatten().collect()),
         branching: Branching::new(sample, &near, &widths),
-        front: Front::new(sample),
+        front: Front::new(sample, surface),
         dimensions,
     }
 }

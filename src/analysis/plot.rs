@@ -306,16 +306,20 @@ where
     let [far, high] = points
         .iter()
         .fold([analysis.radius, 0.1], |[x, y], p| [p.0.max(x), p.1.max(y)]);
+    let title = match points.is_empty() {
+        true => "Density profile: not measured",
+        false => "Density profile",
+    };
     let profile = Curve {
         label: "covered share".to_owned(),
         color: PLAIN,
-        dashed: false,
+        dashed: true,
         points,
         fit: Vec::new(),
     };
     let of_profile = falling(
-        "Density profile",
-        "distance from the centroid, mesh units",
+        title,
+        "distance from the seed along the surface, mesh units",
         "share covered",
     );
     draw(

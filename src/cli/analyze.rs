@@ -65,7 +65,7 @@ fn ground(
         (None, Ok(mesh)) => mesh,
         (None, Err(unknown)) => {
             voice.warn(&format!(
-                "{unknown}: distances along the surface are not measured; give the mesh with --mesh"
+                "{unknown}: distances along the surface and the density profile are not measured; give the mesh with --mesh"
             ));
             return Ok(None);
         }

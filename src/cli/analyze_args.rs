@@ -24,7 +24,7 @@ pub(crate) struct AnalyzeArgs {
     /// Elements to average over through space, at most
     #[arg(long, value_name = "N", default_value_t = Centres::default().space as u32, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     pub(crate) centres: u32,
-    /// Elements to average over along the surface, at most, which takes longer; 0 for no distances
+    /// Elements to average over along the surface, at most, which takes longer; 0 for no dimensions
     /// along it
     #[arg(long, value_name = "N", default_value_t = Centres::default().surface as u32, allow_negative_numbers = true)]
     pub(crate) surface_centres: u32,
