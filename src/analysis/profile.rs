@@ -51,7 +51,10 @@ fn disc_within(distance: f64, radius: f64, edge: f64) -> f64 {
     if d <= (r - e).abs() {
         return PI * r.min(e) * r.min(e);
     }
-    let sector = |a: f64, b: f64| a * a * libm::acos((d * d + a * a - b * b) / (2.0 * d * a));
+    let sector = |a: f64, b: f64| {
+        let cosine = (d * d + a * a - b * b) / (2.0 * d * a);
+        a * a * libm::acos(cosine.clamp(-1.0, 1.0))
+    };
     let kite = (r + e - d) * (d + r - e) * (d - r + e) * (d + r + e);
     sector(r, e) + sector(e, r) - 0.5 * kite.max(0.0).sqrt()
 }
