@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How to run, apart from what to grow.
 #[derive(Clone, Debug)]
 pub struct Execution {
-    /// Threads that walk; the result is the same for any number. One by default: two are 1.6 times as
+    /// Threads that walk; the result is the same for any number. One by default: two are 1.5 times as
     /// fast, and many lichens are grown faster side by side (`docs/performance.md`).
     pub threads: usize,
     /// Set it to stop after the current element.
