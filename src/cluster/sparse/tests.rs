@@ -72,6 +72,37 @@ fn bounds_and_contacts_agree_with_brute_force() {
 }
 
 #[test]
+fn crowds_hide_no_older_centre() {
+    let mut stream = Stream::new(2, Purpose::Walker, 0);
+    let place = |stream: &mut Stream, radii: f64| {
+        let aside = stream.in_unit_disc() * radii;
+        aside.extend(stream.uniform()) * RADIUS
+    };
+    for _ in 0..40 {
+        let (mut index, mut notes, mut elements) = (empty(), Notes::default(), Vec::new());
+        let crowd = place(&mut stream, 4.0);
+        for birth in 0..46 {
+            let position = match birth {
+                0..6 => place(&mut stream, 5.0),
+                _ => crowd + place(&mut stream, 0.5),
+            };
+            elements.push(element(position));
+            index.insert(&elements);
+        }
+        // The second time all blocks are there.
+        for _ in 0..2 {
+            index.begin(&mut notes, false);
+            for _ in 0..200 {
+                let p = place(&mut stream, 6.0);
+                let touching = index.look(&elements, p, &mut notes).touching;
+                assert_eq!(touching, nearest(&elements, p) < 2.0 * RADIUS);
+            }
+            index.adopt(&elements, &mut notes);
+        }
+    }
+}
+
+#[test]
 fn blocks_made_late_are_those_made_early() {
     let mut stream = Stream::new(2, Purpose::Walker, 0);
     let births = (0..1500).map(|_| element(random_point(&mut stream, 0.1)));
