@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use shapes::{Prism, stream};
+use shapes::{Prism, outwards, packing, stream};
 use thallus::analysis::{
     Analysis, Centres, Dimension, Method, SCALARS, Scaling, SurfaceMetric, Through, analyze,
     dimensions,
@@ -93,20 +93,6 @@ fn assert_dimension(places: &[DVec2], expected: f64, within: f64, lattice: f64) 
             "{method:?}: {d} ± {error}, not {expected}"
         );
     }
-}
-
-/// Places from the middle outwards.
-fn outwards(mut places: Vec<DVec2>) -> Vec<DVec2> {
-    places.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    places
-}
-
-fn packing(rows: i32) -> impl Iterator<Item = DVec2> {
-    let place = move |row: i32, column: i32| {
-        let x = f64::from(2 * column + (row & 1));
-        DVec2::new(x, f64::from(row) * 3f64.sqrt())
-    };
-    (-rows..=rows).flat_map(move |row| (-rows..=rows).map(move |column| place(row, column)))
 }
 
 /// Copies of a shape of unit spacing about these corners, scaled up by `factor` at each of so many

@@ -8,7 +8,7 @@ mod shapes;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use shapes::Prism;
+use shapes::{Prism, outwards, packing};
 use thallus::analysis::{Centres, Metric, SurfaceMetric, analyze};
 use thallus::morphometry::{Sample, smooth_normals};
 use thallus::substrate::Substrate;
@@ -18,20 +18,6 @@ fn assert_near(found: f64, expected: f64, within: f64) {
         (found - expected).abs() <= within,
         "{found}, not {expected}"
     );
-}
-
-/// Places from the middle outwards.
-fn outwards(mut places: Vec<DVec2>) -> Vec<DVec2> {
-    places.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    places
-}
-
-fn packing(rows: i32) -> impl Iterator<Item = DVec2> {
-    let place = move |row: i32, column: i32| {
-        let x = f64::from(2 * column + (row & 1));
-        DVec2::new(x, f64::from(row) * 3f64.sqrt())
-    };
-    (-rows..=rows).flat_map(move |row| (-rows..=rows).map(move |column| place(row, column)))
 }
 
 /// The profile of elements at these positions of a mesh, and the radius that all rings reach to.

@@ -243,3 +243,18 @@ pub(crate) fn in_chart(substrate: &Substrate, triangle: u32, v: DVec3) -> DVec2 
 pub(crate) fn direction(stream: &mut Stream) -> DVec2 {
     stream.in_unit_disc().normalize()
 }
+
+/// Places from the middle outwards.
+pub(crate) fn outwards(mut places: Vec<DVec2>) -> Vec<DVec2> {
+    places.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    places
+}
+
+/// A hexagonal packing of discs of radius 1, so many rows to either side of the middle.
+pub(crate) fn packing(rows: i32) -> impl Iterator<Item = DVec2> {
+    let place = move |row: i32, column: i32| {
+        let x = f64::from(2 * column + (row & 1));
+        DVec2::new(x, f64::from(row) * 3f64.sqrt())
+    };
+    (-rows..=rows).flat_map(move |row| (-rows..=rows).map(move |column| place(row, column)))
+}
