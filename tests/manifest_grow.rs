@@ -1,7 +1,7 @@
 //! Lichen grows on every shared mesh that loads, with the radius that is chosen for it.
 //!
-//! The table of what an element takes on each, with the worst over the median:
-//! `cargo test --release --test manifest_grow -- --ignored --nocapture`.
+//! What an element takes on each, and the worst over the median, is printed:
+//! `cargo test --release --test manifest_grow -- --nocapture`.
 #![allow(clippy::print_stdout)] // measurements, for whoever asks to see them
 
 mod common;
@@ -82,12 +82,6 @@ fn grow_on_all(elements: u64) -> Option<Vec<Grown>> {
 
 #[test]
 fn lichen_grows_on_every_shared_mesh() {
-    grow_on_all(500);
-}
-
-#[test]
-#[ignore = "a measurement, of some minutes"]
-fn what_an_element_takes_on_each() {
     let Some(mut grown) = grow_on_all(20_000) else {
         return;
     };

@@ -294,22 +294,31 @@ fn a_forced_run_leaves_nothing_of_the_run_before() {
     desk.assert_same("out", "whole");
 }
 
+/// What a run says when its folder is taken away.
+#[cfg(unix)]
+fn said_without_folder(desk: &Desk, take: impl FnOnce()) -> String {
+    let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_elements(&desk.path("out"));
+    take();
+    let output = child.wait_with_output().unwrap();
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    said
+}
+
 #[cfg(unix)]
 #[test]
 fn a_folder_that_is_taken_away_ends_the_run_and_goes_on_elsewhere() {
     let desk = Desk::new();
-    let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
-    let child = command.stderr(Stdio::piped()).spawn().unwrap();
-    wait_for_elements(&desk.path("out"));
-    fs::rename(desk.path("out"), desk.path("moved")).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let said = said_without_folder(&desk, || {
+        fs::rename(desk.path("out"), desk.path("moved")).unwrap();
+    });
     assert!(
         said.contains("run.log") && said.contains("removed"),
         "{said}"
     );
-    assert_eq!(said.lines().count(), 1, "{said}");
     let more = desk.log("moved").begun.elements.len() + 100;
     desk.done(&format!("--resume moved --elements {more} --quiet"));
     desk.done(&format!("{ENDLESS} -o whole --quiet").replace("5000000", &more.to_string()));
@@ -320,20 +329,15 @@ fn a_folder_that_is_taken_away_ends_the_run_and_goes_on_elsewhere() {
 #[test]
 fn a_folder_that_is_deleted_is_not_promised_to_go_on() {
     let desk = Desk::new();
-    let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
-    let child = command.stderr(Stdio::piped()).spawn().unwrap();
-    wait_for_elements(&desk.path("out"));
-    // Away at once, as nothing may be made in it while it is being deleted.
-    fs::rename(desk.path("out"), desk.path("moved")).unwrap();
-    fs::remove_dir_all(desk.path("moved")).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let said = said(&output);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let said = said_without_folder(&desk, || {
+        // Away at once, as nothing may be made in it while it is being deleted.
+        fs::rename(desk.path("out"), desk.path("moved")).unwrap();
+        fs::remove_dir_all(desk.path("moved")).unwrap();
+    });
     assert!(
         said.contains("went with it, unless out was moved") && !said.contains("--resume out"),
         "{said}"
     );
-    assert_eq!(said.lines().count(), 1, "{said}");
 }
 
 #[cfg(unix)]
