@@ -85,9 +85,11 @@ impl Coarser {
     }
 
     /// Lowers the distances of a level about a cell of the next finer one that holds a centre now.
+    #[inline(never)] // Births go through more code than the cache for it holds.
     pub(super) fn lower(&mut self, tree: &Tree, level: usize, obstacle: Block) {
+        let gaps = Gaps::to_cell(obstacle);
         tree.visit(level, seen_from(coarsen(obstacle, 2)), |near, number| {
-            lower_by_cell(&mut self.distances[number as usize], near, obstacle);
+            gaps.lower(&mut self.distances[number as usize], near);
         });
     }
 }
@@ -185,9 +187,15 @@ type Row = [u8; 4];
 #[inline(always)]
 fn lower_by(distances: &mut Distances, [x, y, z]: [Row; 3]) {
     let across = layer([x; 4]).saturating_add(each_four_times(y));
+    lower_layers(distances, across, layers(z));
+}
+
+/// The same with those across already added up for each cell of a layer.
+#[inline(always)]
+fn lower_layers(distances: &mut Distances, across: u8x16, up: [u8x16; 4]) {
     let layers = distances.0.as_chunks_mut().0.iter_mut();
-    for (layer, up) in layers.zip(z) {
-        let gaps = across.saturating_add(u8x16::splat(up));
+    for (layer, up) in layers.zip(up) {
+        let gaps = across.saturating_add(up);
         *layer = u8x16::new(*layer).min(gaps).to_array();
     }
 }
@@ -206,6 +214,20 @@ fn each_four_times(row: Row) -> u8x16 {
     let rows = layer([row; 4]);
     let twice = u8x16::unpack_low(rows, rows);
     u8x16::unpack_low(twice, twice)
+}
+
+/// Each of four bytes in a register of its own.
+#[inline(always)]
+fn layers(row: Row) -> [u8x16; 4] {
+    let four_times = each_four_times(row);
+    let low = u8x16::unpack_low(four_times, four_times);
+    let high = u8x16::unpack_high(four_times, four_times);
+    [
+        u8x16::unpack_low(low, low),
+        u8x16::unpack_high(low, low),
+        u8x16::unpack_low(high, high),
+        u8x16::unpack_high(high, high),
+    ]
 }
 
 /// Lowers the squared distances of a block by those to a cell of the next finer grid.
@@ -254,14 +276,6 @@ static TO_CELLS: [[Row; MOST_BLOCKS]; 16] = {
     rows
 };
 
-/// Squared distances along each axis from the cells of the finest grid's blocks to a centre.
-pub(super) struct Gaps {
-    low: Block,
-    rows: [[Row; MOST_BLOCKS]; 3],
-    /// The least of each four.
-    least: [[u8; MOST_BLOCKS]; 3],
-}
-
 /// Taken off squared distances in half cells, for what single precision may have added.
 const ROUNDED: f32 = 1e-4;
 
@@ -290,22 +304,63 @@ pub(super) fn lower_by_centre(distances: &mut Distances, block: Block, p: DVec3)
     lower_by(distances, rows);
 }
 
+/// Squared distances along each axis to one obstacle, from all blocks that see it, and ready to lower
+/// those.
+pub(super) struct Gaps {
+    /// The lowest of the blocks.
+    low: Block,
+    /// No more than the least of each block's.
+    least: [[u8; MOST_BLOCKS]; 3],
+    x: [u8x16; MOST_BLOCKS],
+    y: [u8x16; MOST_BLOCKS],
+    /// A layer of cells each.
+    z: [[u8x16; 4]; MOST_BLOCKS],
+}
+
 impl Gaps {
-    /// For the blocks from one on.
-    pub(super) fn to_centre(low: Block, p: DVec3) -> Self {
+    /// To a centre, on the finest grid.
+    pub(super) fn to_centre(p: DVec3, cell: Block) -> Self {
+        let [low, _] = seen_from(cell);
         let rows = [0, 1, 2].map(|axis| rows_to_centre(low[axis], p[axis]));
-        let least = rows.map(|rows| rows.map(|[a, b, c, d]| a.min(b).min(c.min(d))));
-        Self { low, rows, least }
+        Self::new(low, coarsen(cell, 2), rows)
     }
 
-    /// Lowers the squared distances of one of the blocks, where it has cells that see the centre.
-    #[inline(always)]
-    pub(super) fn lower(&self, distances: &mut Distances, block: Block) {
-        let at = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
-        let [x, y, z] = [0, 1, 2].map(|axis| self.least[axis][at[axis]]);
-        if x.saturating_add(y).saturating_add(z) < FAR {
-            lower_by(distances, [0, 1, 2].map(|axis| self.rows[axis][at[axis]]));
+    /// To a cell of the next finer grid.
+    fn to_cell(obstacle: Block) -> Self {
+        let [low, _] = seen_from(coarsen(obstacle, 2));
+        let row = |axis: usize, i: usize| row_to_cell(low[axis] + i as u32, obstacle[axis]);
+        let rows = |axis: usize| std::array::from_fn(|i| row(axis, i));
+        Self::new(low, coarsen(obstacle, 4), [0, 1, 2].map(rows))
+    }
+
+    /// From the blocks from one on to an obstacle in another.
+    #[inline(never)]
+    fn new(low: Block, own: Block, [x, y, z]: [[Row; MOST_BLOCKS]; 3]) -> Self {
+        // One end of a row is nearest to what lies beyond.
+        let mut least = [x, y, z].map(|rows| rows.map(|[first, _, _, last]| first.min(last)));
+        for (axis, least) in least.iter_mut().enumerate() {
+            least[(own[axis] - low[axis]) as usize] = 0;
         }
+        Self {
+            low,
+            least,
+            x: x.map(|row| layer([row; 4])),
+            y: y.map(each_four_times),
+            z: z.map(layers),
+        }
+    }
+
+    /// Lowers the squared distances of one of the blocks, where it may have cells that see the obstacle.
+    /// No more than the least there is.
+    #[inline(always)]
+    pub(super) fn lower(&self, distances: &mut Distances, block: Block) -> u8 {
+        let [x, y, z] = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
+        let least = self.least[0][x].saturating_add(self.least[1][y]);
+        let least = least.saturating_add(self.least[2][z]);
+        if least < FAR {
+            lower_layers(distances, self.x[x].saturating_add(self.y[y]), self.z[z]);
+        }
+        least
     }
 }
 
@@ -340,22 +395,35 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
+    /// Blocks that an obstacle in a cell is looked for from, some of them.
+    fn some_seen_from(cell: Block, stream: &mut Stream) -> [Block; 8] {
+        let [low, high] = seen_from(cell);
+        let between = |axis: usize, chance: f64| {
+            low[axis] + (chance * f64::from(high[axis] - low[axis] + 1)) as u32
+        };
+        std::array::from_fn(|_| [0, 1, 2].map(|axis| between(axis, stream.uniform())))
+    }
+
     #[test]
     fn a_block_alone_is_lowered_as_one_of_many() {
         let mut stream = Stream::new(7, Purpose::Walker, 0);
-        for _ in 0..40_000 {
-            let p = 1000.0 * DVec3::from([0; 3].map(|_| stream.uniform()));
-            let [low, high] = seen_from(p.to_array().map(|x| x.round() as u32));
-            let gaps = Gaps::to_centre(low, p);
-            // Along the diagonal every row comes once.
-            for i in 0..MOST_BLOCKS as u32 {
-                let block = low.map(|c| c + i);
-                if (0..3).any(|axis| block[axis] > high[axis]) {
-                    continue;
-                }
-                let rows = [0, 1, 2].map(|axis| rows_to_centre(block[axis], p[axis])[0]);
-                let among = [0, 1, 2].map(|axis| gaps.rows[axis][i as usize]);
-                assert_eq!(rows, among, "{p:?}, block {block:?}");
+        for _ in 0..5_000 {
+            let p = 1000.0 * DVec3::from([0; 3].map(|_| stream.uniform() * stream.uniform()));
+            let cell = p.to_array().map(|x| x.round() as u32);
+            let gaps = Gaps::to_centre(p, cell);
+            for block in some_seen_from(cell, &mut stream) {
+                let mut lowered = [Distances::default(); 2];
+                lower_by_centre(&mut lowered[0], block, p);
+                let least = gaps.lower(&mut lowered[1], block);
+                assert!(lowered[0] == lowered[1], "{p:?}, block {block:?}");
+                assert!(lowered[0].0.iter().all(|d| *d >= least), "{p:?}");
+            }
+            let gaps = Gaps::to_cell(cell);
+            for block in some_seen_from(coarsen(cell, 2), &mut stream) {
+                let mut lowered = [Distances::default(); 2];
+                lower_by_cell(&mut lowered[0], block, cell);
+                gaps.lower(&mut lowered[1], block);
+                assert!(lowered[0] == lowered[1], "cell {cell:?}, block {block:?}");
             }
         }
     }

@@ -7,7 +7,7 @@ use super::CONTACT;
 use super::block::{Block, coarsen};
 use super::field::{Distances, Gaps, Holders, address, lower_by_centre, seen_by, seen_from};
 use super::make_room;
-use super::touching::{Entry, Lines, List, Touch};
+use super::touching::{Entry, Lines, List, Place, Touch};
 use super::tree::Tree;
 
 /// Cells in a block, along an axis.
@@ -56,10 +56,13 @@ impl Finest {
 
     /// Adds a centre to the blocks that are there.
     pub(super) fn insert(&mut self, tree: &Tree, p: DVec3, id: u32) {
-        let seen = seen_from(cell_of(p));
-        let gaps = Gaps::to_centre(seen[0], p);
-        tree.visit(0, seen, |near, number| {
-            gaps.lower(&mut self.distances[number as usize], near);
+        let cell = cell_of(p);
+        let gaps = Gaps::to_centre(p, cell);
+        tree.visit(0, seen_from(cell), |near, number| {
+            let least = gaps.lower(&mut self.distances[number as usize], near);
+            if least > MAY_TOUCH {
+                return;
+            }
             let offset = p - corner_of(near);
             if gaps_sq(offset) <= TOUCHING {
                 let entry = Entry::new(offset, id);
@@ -130,22 +133,17 @@ impl Finest {
         })
     }
 
-    /// Whether a place in a block touches a centre.
+    /// Whether a place touches a centre, by its block.
     #[inline]
-    pub(super) fn touch(&self, number: u32, block: Block, p: DVec3) -> Touch {
+    pub(super) fn touch(&self, number: u32, p: DVec3) -> Touch {
         let list = self.touching[number as usize];
-        self.lines.touch(list, p - corner_of(block))
+        self.lines.touch(list, Place::new(p))
     }
 
-    /// The ids of those that may touch a place in a block.
-    pub(super) fn touching(
-        &self,
-        number: u32,
-        block: Block,
-        p: DVec3,
-    ) -> impl Iterator<Item = u32> {
+    /// The ids of those that may touch a place, by its block.
+    pub(super) fn touching(&self, number: u32, p: DVec3) -> impl Iterator<Item = u32> {
         let list = self.touching[number as usize];
-        self.lines.touching(list, p - corner_of(block))
+        self.lines.touching(list, Place::new(p))
     }
 
     /// Visits all centres nearer than the ball's reach, and perhaps some others.

@@ -174,6 +174,7 @@ impl CellLists {
         self.chunks.push(&mut cell.list, p - cell.corner, id);
     }
 
+    #[cold]
     fn add_cell(&mut self, block: Block) {
         let new = self.cells.len() as u32;
         let mut beside = Vec::new();

@@ -17,7 +17,7 @@ use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
 use super::{Element, make_room};
-use block::{Block, coarsen};
+use block::{Block, coarsen, within};
 use field::{
     Coarser, Distances, FAR, Roots, WINDOW, address, lower_by_cell, lower_by_centre, middle,
 };
@@ -157,9 +157,13 @@ impl ElementIndex for SparseIndex {
         let id = self.count as u32;
         let p = self.scaled(last.position);
         let cell = cell_of(p);
-        self.make(0, address(cell).0, &self.scale.of(elements));
+        let mut path = self.tree.path_to(cell);
+        if path.number(0).is_none() {
+            self.make(0, address(cell).0, &self.scale.of(elements));
+            path = self.tree.path_to(cell);
+        }
         self.finest.insert(&self.tree, p, id);
-        self.occupy(cell, id);
+        self.occupy(&path, cell, id);
         self.count += 1;
         if let Some(wide) = &mut self.wide {
             wide.insert(p, id);
@@ -243,19 +247,18 @@ impl ElementIndex for SparseIndex {
         if notes.level == 0 {
             let cell = cell_of(p);
             if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
-                let (block, within) = address(cell);
-                let distance_sq = self.finest.distances[number as usize].0[within];
+                let distance_sq = self.finest.distances[number as usize].0[within(cell)];
                 if distance_sq != FAR {
                     let bound = self.near_bound(p, distance_sq);
                     if notes.remembers {
                         if bound < NEAR {
                             notes.near.push(position);
                         } else {
-                            notes.keep(Some(Read::new(0, number, within, distance_sq)));
+                            notes.keep(Some(Read::new(0, number, within(cell), distance_sq)));
                         }
                     }
                     // Asked of all places here, for how near it is is not to be foreseen.
-                    let touching = match self.finest.touch(number, block, p) {
+                    let touching = match self.finest.touch(number, p) {
                         Touch::No => false,
                         Touch::Yes => true,
                         Touch::Unsure => self.touches(elements, position),
@@ -293,7 +296,7 @@ impl ElementIndex for SparseIndex {
         let (block, _) = address(cell_of(p));
         let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
-            (Some(number), _) => self.finest.touching(number, block, p).any(passes),
+            (Some(number), _) => self.finest.touching(number, p).any(passes),
             (_, Some(wide)) if wide.holds(reach) => wide.any(p, reach, &mut passes),
             _ => {
                 let mut found = false;
@@ -482,11 +485,11 @@ impl SparseIndex {
     }
 
     /// Marks a cell of the finest level as occupied, and on coarser levels what holds it, until that was.
-    fn occupy(&mut self, mut cell: Block, id: u32) {
+    fn occupy(&mut self, path: &Path, mut cell: Block, id: u32) {
         self.changed_by[0] = id;
         for level in 0..self.tree.top() {
             let (block, within) = address(cell);
-            let Some(number) = self.tree.get(level, block) else {
+            let Some(number) = path.number(level) else {
                 return;
             };
             let occupied = match level {

@@ -8,7 +8,7 @@ use glam::DVec3;
 use wide::{i16x8, u8x16};
 
 use super::CONTACT;
-use super::finest::{BLOCK, rounded};
+use super::finest::{BLOCK, cell_of, rounded};
 use super::make_room;
 
 /// A block and what can touch it span this much along an axis, in radii.
@@ -19,6 +19,12 @@ const BEGIN: f64 = -0.5 - CONTACT;
 
 /// Steps of a byte along an axis.
 const STEP: f64 = SPAN / 256.0;
+
+/// Steps that a block is wide.
+const STEPS: u32 = (BLOCK / STEP) as u32;
+
+/// The first step, from the middle of the block's lowest cell.
+const FIRST: u32 = (BEGIN / STEP) as i32 as u32;
 
 /// A centre and a point are each off by up to half a step an axis: √3 times as much in all.
 const ERROR: f64 = 1.7321 * STEP;
@@ -45,10 +51,10 @@ pub(super) struct Entry {
 impl Entry {
     /// A centre that can touch something in the block, or nearly.
     pub(super) fn new(offset: DVec3, id: u32) -> Self {
+        let steps = (offset - BEGIN) * (1.0 / STEP);
         Self {
-            place: ((offset - BEGIN) * (1.0 / STEP))
-                .to_array()
-                .map(|x| x as u8),
+            // The nearest; at the far end the last, which nothing in the block touches for sure.
+            place: (steps + 0.5).to_array().map(|x| x as u8),
             id,
         }
     }
@@ -122,10 +128,9 @@ impl Lines {
         std::iter::successors(filled(list), move |line| filled(line.next))
     }
 
-    /// Whether a point in the block touches something.
+    /// Whether a place in the block touches something.
     #[inline]
-    pub(super) fn touch(&self, list: List, offset: DVec3) -> Touch {
-        let at = Place::new(offset);
+    pub(super) fn touch(&self, list: List, at: Place) -> Touch {
         // Most lists have one line or two: how many is not to be foreseen.
         let first = self.line(list);
         let second = self.line(first.next);
@@ -145,9 +150,8 @@ impl Lines {
         }
     }
 
-    /// The ids of those that may touch a point in the block.
-    pub(super) fn touching(&self, list: List, offset: DVec3) -> impl Iterator<Item = u32> {
-        let at = Place::new(offset);
+    /// The ids of those that may touch a place in the block.
+    pub(super) fn touching(&self, list: List, at: Place) -> impl Iterator<Item = u32> {
         let may_touch = move |line: &Line| line.distances_sq(at).simd_lt(POSSIBLE);
         self.chosen(list, may_touch).map(|(line, i)| line.id(i))
     }
@@ -187,9 +191,9 @@ impl Lines {
     }
 }
 
-/// The middle of the bytes' steps.
+/// Where the bytes' steps begin.
 fn place_of([x, y, z]: [u8; 3]) -> DVec3 {
-    DVec3::new(x.into(), y.into(), z.into()) * STEP + (BEGIN + 0.5 * STEP)
+    DVec3::new(x.into(), y.into(), z.into()) * STEP + BEGIN
 }
 
 /// The bytes of each axis, widened.
@@ -202,9 +206,9 @@ fn axes([xy, z]: [u8x16; 2]) -> [i16x8; 3] {
     ]
 }
 
-/// A point in a block: the step along each axis that it is in, for eight centres at once.
+/// A point in a block: the nearest step along each axis, for eight centres at once.
 #[derive(Clone, Copy)]
-struct Place {
+pub(super) struct Place {
     xy: u8x16,
     z: u8x16,
 }
@@ -212,14 +216,23 @@ struct Place {
 /// The lowest byte of a number.
 #[inline(always)]
 fn eight_times(step: u32) -> [u8; LANES] {
-    (u64::from(step as u8) * 0x0101_0101_0101_0101).to_ne_bytes()
+    let four_times = u64::from(step as u8) * 0x0101_0101;
+    (four_times | four_times << 32).to_ne_bytes()
 }
 
 impl Place {
+    /// For a point in the cell of the finest grid about it.
     #[inline(always)]
-    fn new(offset: DVec3) -> Self {
-        let middles = offset * (1.0 / STEP) - (BEGIN / STEP + 0.5);
-        let [x, y, z] = rounded(middles).map(eight_times);
+    pub(super) fn new(p: DVec3) -> Self {
+        let steps = rounded(p * (1.0 / STEP));
+        let blocks = cell_of(p).map(|c| c >> 2);
+        // From the grids' origin, but for what does not fit into a byte anyway.
+        let step = |axis: usize| {
+            steps[axis]
+                .wrapping_sub(blocks[axis] * STEPS)
+                .wrapping_sub(FIRST)
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| eight_times(step(axis)));
         let register =
             |halves: [[u8; LANES]; 2]| u8x16::new(halves.as_flattened().as_chunks().0[0]);
         Self {

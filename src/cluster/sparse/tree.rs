@@ -43,6 +43,13 @@ pub(super) struct Path {
     numbers: [u32; MOST_LEVELS],
 }
 
+impl Path {
+    /// The number of the block of a level on it, where it goes so far.
+    pub(super) fn number(&self, level: usize) -> Option<u32> {
+        (level >= self.end).then(|| self.numbers[level])
+    }
+}
+
 impl Tree {
     /// With room for cells of the finest level from 0 to below this, along each axis.
     pub(super) fn new(cells: f64) -> Self {
@@ -69,6 +76,14 @@ impl Tree {
     pub(super) fn expect(&mut self, blocks: usize) {
         make_room(&mut self.finer, blocks);
         make_room(&mut self.taken, blocks);
+    }
+
+    /// The path to the finest level's block about a cell, or as far as there are blocks.
+    pub(super) fn path_to(&self, cell: Block) -> Path {
+        let mut path = Path::default();
+        self.begin(&mut path);
+        self.follow(&mut path, 0, cell);
+        path
     }
 
     /// A path that is nowhere yet.
@@ -165,22 +180,41 @@ impl Tree {
             return visit([0; 3], 0);
         }
         let end = (1 << (2 * (self.top - level))) - 1;
-        let high = high.map(|c| c.min(end));
+        let range = [low, high.map(|c| c.min(end))];
+        self.visit_above(level + 1, range.map(|c| coarsen(c, 2)), |above, number| {
+            let left = among[number as usize] & bits_between(above, range);
+            self.each(number, above, left, &mut visit);
+        });
+    }
+
+    /// Visits a level's blocks from one corner to another, by those of the next coarser level, each of
+    /// which is looked for.
+    #[inline(always)]
+    fn visit_above(&self, level: usize, range: [Block; 2], mut visit: impl FnMut(Block, u32)) {
+        if level == self.top {
+            return visit([0; 3], 0);
+        }
         let mut path = Path::default();
         self.begin(&mut path);
-        between([coarsen(low, 2), coarsen(high, 2)], |above| {
+        between(range.map(|c| coarsen(c, 2)), |above| {
             let cell = above.map(|c| c << (2 * level + 4));
             let Some(number) = self.follow(&mut path, level + 1, cell) else {
                 return;
             };
-            let numbers = &self.finer[number as usize].0;
-            let mut left = among[number as usize] & bits_between(above, low, high);
-            while left != 0 {
-                let bit = left.trailing_zeros();
-                visit(cell_at(above, bit), numbers[bit as usize]);
-                left &= left - 1;
-            }
+            let left = self.taken[number as usize] & bits_between(above, range);
+            self.each(number, above, left, &mut visit);
         });
+    }
+
+    /// Visits the blocks in another whose bits are set.
+    #[inline(always)]
+    fn each(&self, number: u32, block: Block, mut left: u64, mut visit: impl FnMut(Block, u32)) {
+        let numbers = &self.finer[number as usize].0;
+        while left != 0 {
+            let bit = left.trailing_zeros();
+            visit(cell_at(block, bit), numbers[bit as usize]);
+            left &= left - 1;
+        }
     }
 }
 
