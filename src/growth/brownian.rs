@@ -42,16 +42,19 @@ struct Near {
 }
 
 impl<I: ElementIndex> Walk<'_, I> {
-    /// The next step, and where from: where an element is touched, that is from beside the contact.
-    pub(super) fn brownian_step(&mut self, now: &Way) -> (Stand, DVec2) {
+    /// The next step. Where an element is touched, that is from beside the contact, and the walker goes
+    /// there first.
+    pub(super) fn brownian_step(&mut self, now: &mut Way) -> DVec2 {
         let radius = self.around.parameters.radius;
         if now.thrown_back {
-            return (now.here, now.random.within(radius, radius));
+            return now.random.within(radius, radius);
         }
         if now.level > 0 || now.bound >= radius {
-            return (now.here, now.random.of_length(now.bound));
+            return now.random.of_length(now.bound);
         }
-        self.near_step(&now.here, &now.random)
+        let step;
+        (now.here, step) = self.near_step(&now.here, &now.random);
+        step
     }
 
     #[inline(never)]

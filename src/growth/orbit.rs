@@ -154,28 +154,27 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         end: f64,
     ) -> Option<(f64, SurfacePoint)> {
         let mut meetings: Vec<(f64, u32, DVec2)> = Vec::with_capacity(USUALLY_NEAR);
-        for &(id, q) in &self.others {
-            let Some((centre, radius)) = circle_in(&here.plane, q, self.reach) else {
-                continue;
-            };
-            let points = here.meetings(centre, radius);
-            meetings.extend(points.map(|p| (here.turn_to(p), id, p)));
-        }
-        meetings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let elements = self.around.cluster.elements();
-        let angles = meetings
-            .into_iter()
-            .map(|(_, id, p)| (here.angle_to(p), id));
-        let mut before_end = angles.take_while(|&(angle, _)| angle <= end);
-        before_end.find_map(|(angle, id)| {
+        meetings.extend(self.others.iter().filter_map(|&(id, q)| {
+            let (centre, radius) = circle_in(&here.plane, q, self.reach)?;
+            let p = here.meeting(centre, radius)?;
+            Some((here.turn_to(p), id, p))
+        }));
+        // The first mostly is the one: to put all in order would be to do so for nothing.
+        while let Some(first) = first_of(&meetings) {
+            let (_, id, p) = meetings.swap_remove(first);
+            let angle = here.angle_to(p);
+            if angle > end {
+                return None;
+            }
             let p = here.at_angle(angle);
-            let there = &elements[id as usize];
+            let there = &self.around.cluster.elements()[id as usize];
+            let there = (there.at.triangle, there.position);
             let place = (here.triangle, here.plane.lift(p));
-            let same = self
-                .around
-                .same_sheet(scratch, place, (there.at.triangle, there.position));
-            same.then(|| (angle, here.plane.surface_point(p)))
-        })
+            if self.around.same_sheet(scratch, place, there) {
+                return Some((angle, here.plane.surface_point(p)));
+            }
+        }
+        None
     }
 
     /// Goes on in the triangle beyond an exit; none at a boundary edge.
@@ -207,6 +206,15 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             sense,
         })
     }
+}
+
+/// Which of some meetings comes first; of several in one place, the oldest element's.
+fn first_of(meetings: &[(f64, u32, DVec2)]) -> Option<usize> {
+    let before = |a: usize, b: usize| {
+        let ((turn, id, _), (other_turn, other, _)) = (meetings[a], meetings[b]);
+        turn < other_turn || (turn == other_turn && id < other)
+    };
+    (0..meetings.len()).reduce(|first, i| if before(i, first) { i } else { first })
 }
 
 /// The circle that a sphere cuts from a plane.
@@ -281,18 +289,21 @@ impl Here {
         first
     }
 
-    /// Where the curve comes into another circle.
-    fn meetings(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = DVec2> {
+    /// Where the curve comes into another circle, if it does.
+    ///
+    /// It goes to the left of the way to the other centre at one of the two places where the circles cross,
+    /// and to the right at the other; its direction there times the radius of the other circle is
+    /// ± the product of both distances and the sense.
+    fn meeting(&self, centre: DVec2, radius: f64) -> Option<DVec2> {
         let between = centre - self.centre;
         let distance_sq = between.length_squared();
         let along =
             (self.radius * self.radius - radius * radius + distance_sq) / (2.0 * distance_sq);
         let across_sq = self.radius * self.radius / distance_sq - along * along;
-        let across = across_sq.max(0.0).sqrt();
-        let points = [across, -across].map(|h| self.centre + between * along + between.perp() * h);
-        let meets = across_sq >= 0.0 && distance_sq > 0.0;
-        let comes_in = move |p: &DVec2| meets && self.velocity(*p).dot(*p - centre) < 0.0;
-        points.into_iter().filter(comes_in)
+        (across_sq > 0.0).then(|| {
+            let aside = between.perp() * (-self.sense * across_sq.sqrt());
+            self.centre + between * along + aside
+        })
     }
 
     /// Whether the curve passes a point in space, on its circle, within an angle.

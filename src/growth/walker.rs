@@ -150,16 +150,16 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
             // next one is drawn while the processor waits for what the index says of this one.
-            let (from, step) = match brownian {
-                true => self.brownian_step(&now),
-                false => (now.here, now.random.within(now.bound, parameters.radius)),
+            let step = match brownian {
+                true => self.brownian_step(&mut now),
+                false => now.random.within(now.bound, parameters.radius),
             };
             now.random = RandomStep::draw(&mut now.stream);
             let surface = match self.far {
                 Some(far) => far.surface(now.level, substrate),
                 None => substrate,
             };
-            let moved = from.step(surface, step, absorb);
+            let moved = now.here.step(surface, step, absorb);
             self.track.counts.steps += 1;
             self.track.counts.crossings += u64::from(moved.crossings);
             if moved.end == End::Boundary {
@@ -175,26 +175,32 @@ impl<I: ElementIndex> Walk<'_, I> {
                 match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
-                        (now.here, now.cramped, now.thrown_back) = (from, 0, true);
+                        (now.cramped, now.thrown_back) = (0, true);
                         continue;
                     }
                     Meeting::Sticks(probability) => {
-                        return Some(self.join(&from, step, probability));
+                        return Some(self.join(&now.here, step, probability));
                     }
                 }
             }
-            (now.here, now.thrown_back) = (moved.to, false);
-            now.bound = self.step_bound(&now.here, &look, &mut now.cramped);
-            let Some(far) = self.far else { continue };
-            now.bound -= far.deviation(now.level, now.here.triangle);
-            if now.bound < far.least(now.level) {
-                if !self.land(far, &mut now) {
-                    now.here = from;
-                    now.bound = far.least(now.level);
-                }
-            } else if now.bound > far.most(now.level) {
-                self.lift(far, &mut now);
+            now.thrown_back = false;
+            now.bound = self.step_bound(&moved.to, &look, &mut now.cramped);
+            match self.far {
+                None => now.here = moved.to,
+                Some(far) => self.arrive(far, &mut now, moved.to),
             }
+        }
+    }
+
+    /// Goes to a place, which may be on a copy of the surface, and to the copy that the bound is for.
+    fn arrive(&mut self, far: &Far, now: &mut Way, there: Stand) {
+        let from = std::mem::replace(&mut now.here, there);
+        now.bound -= far.deviation(now.level, there.triangle);
+        if now.bound > far.most(now.level) {
+            self.lift(far, now);
+        } else if now.bound < far.least(now.level) && !self.land(far, now) {
+            now.here = from;
+            now.bound = far.least(now.level);
         }
     }
 
@@ -333,7 +339,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         if steps == Steps::Small {
             return radius;
         }
-        let bound = (look.clear - self.around.contact_distance()).max(radius);
+        let bound = look.clear - self.around.contact_distance();
+        let bound = if bound > radius { bound } else { radius };
         *cramped = if bound > radius { 0 } else { *cramped + 1 };
         if *cramped < PATIENCE {
             return bound;

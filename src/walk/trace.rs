@@ -115,6 +115,7 @@ pub fn trace_visiting<V: Visitor>(
 
 /// As [`trace_visiting`], for a step that is not zero and leaves the triangle, but for round-off: from
 /// the origin of a frame in which the triangle's corners are given, its chart's, shifted.
+#[inline(always)]
 pub(super) fn trace_out<V: Visitor>(
     substrate: &Substrate,
     triangle: u32,
@@ -194,8 +195,8 @@ fn areas([a, b, c]: &[DVec2; 3], p: DVec2) -> [f64; 3] {
 fn is_near([a, b, c]: &[DVec2; 3], end: f64, areas: [f64; 3]) -> bool {
     /// Of a place in the plane, beside the path's length; far above what builds up.
     const ROUND_OFF: f64 = 1e-11;
-    let least = areas[0].min(areas[1]).min(areas[2]);
-    let most = areas[0].max(areas[1]).max(areas[2]);
+    let least = smaller(smaller(areas[0], areas[1]), areas[2]);
+    let most = -smaller(smaller(-areas[0], -areas[1]), -areas[2]);
     if least * most >= 0.0 {
         return true;
     }
@@ -205,10 +206,16 @@ fn is_near([a, b, c]: &[DVec2; 3], end: f64, areas: [f64; 3]) -> bool {
     out * out <= error_sq
 }
 
+/// The smaller of two numbers, in one instruction: nobody asks for what comes of none.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// The surface point with these areas.
 fn weigh(triangle: u32, areas: [f64; 3]) -> SurfacePoint {
     let sum: f64 = areas.iter().sum();
-    SurfacePoint::from_weights(triangle, areas.map(|w| w * sum.signum()))
+    SurfacePoint::from_weights(triangle, areas.map(|w| w * 1f64.copysign(sum)))
 }
 
 /// An edge that the path is about to cross: `left` and `right` of it as the path looks.
