@@ -342,19 +342,17 @@ fn a_folder_that_is_deleted_is_not_promised_to_go_on() {
 
 #[cfg(unix)]
 #[test]
-fn a_pipe_in_place_of_the_log_is_refused() {
+fn a_pipe_in_place_of_log_or_recipe_is_refused() {
     let desk = Desk::new();
-    desk.done("rock.obj --elements 50 -o out --quiet");
-    fs::remove_file(desk.path("out/run.log")).unwrap();
-    let made = Command::new("mkfifo")
-        .arg(desk.path("out/run.log"))
-        .status();
-    assert!(made.unwrap().success());
-    desk.fails(
-        "--resume out --elements 60",
-        1,
-        &["run.log", "this is a pipe"],
-    );
+    for file in ["run.log", "recipe.toml"] {
+        desk.done("rock.obj --elements 50 -o out --quiet --force");
+        let path = desk.path(&format!("out/{file}"));
+        fs::remove_file(&path).unwrap();
+        let made = Command::new("mkfifo").arg(path).status();
+        assert!(made.unwrap().success());
+        let words = [&format!("out/{file}"), "this is a pipe"];
+        desk.fails("--resume out --elements 60", 1, &words);
+    }
 }
 
 /// Root may write everywhere, so there the run is another user's.

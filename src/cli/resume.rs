@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
+use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, head};
 use thallus::run::Recipe;
 
@@ -31,15 +32,23 @@ impl GrowArgs {
     }
 }
 
-/// Refuses a folder that holds no run.
+/// Refuses a folder that holds no run, or whose recipe is no file.
 pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
-    match folder.join(RECIPE).is_file() {
-        true => Ok(()),
+    let recipe = folder.join(RECIPE);
+    match recipe.exists() {
+        true => check_recipe(&recipe),
         false => Err(Failure::Failed(anyhow::anyhow!(
             "{} holds no run to go on with: there is no {RECIPE} in it",
             folder.display()
         ))),
     }
+}
+
+/// Refuses a recipe that is no file: the run would put one in its place.
+fn check_recipe(recipe: &Path) -> Result<(), Failure> {
+    input::regular(recipe)
+        .with_context(|| format!("{}: reading the recipe failed", recipe.display()))?;
+    Ok(())
 }
 
 /// What the run has come to, and whose log is sound; nothing for a run from the start.
