@@ -12,7 +12,7 @@ use thallus::run::Recipe;
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::number::{count, plural};
-use super::output::{ELEMENTS, FILES, RECIPE};
+use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE};
 use super::terminal::Voice;
 
 impl GrowArgs {
@@ -115,6 +115,13 @@ pub(crate) fn begin(output: &mut OutputDir, recipe: &Recipe) -> Result<Log, Fail
     place_recipe(output, recipe)?;
     output.place(LOG, |out| out.write_all(&head(recipe)))?;
     Ok(Log::read(&output.path().join(LOG))?)
+}
+
+/// Replaces the recipe of the run that is gone on with. Its picture goes: it would be taken for one of the
+/// larger lichen if this run ended before it takes its own, which it does last.
+pub(crate) fn take_over(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
+    place_recipe(output, recipe)?;
+    Ok(output.remove(PREVIEW)?)
 }
 
 pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
