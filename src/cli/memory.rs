@@ -33,6 +33,14 @@ const PICTURE_BYTES: f64 = 150.0;
 const FELT_BYTES: f64 = 3.5;
 const TIMED_BYTES: f64 = 2000.0;
 
+/// Bytes that a texel of maps takes at the peak, and what it takes besides where there is lichen: docs/bake.md
+/// has the measurements.
+const TEXEL_BYTES: f64 = 30.0;
+const LICHEN_BYTES: f64 = 80.0;
+
+/// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
+const FELT_BEYOND: f64 = 2.0;
+
 /// Runs of so many elements are told what they take, and such as are expected to take a minute.
 const LONG: f64 = 1e6;
 const LONG_SECONDS: f64 = 60.0;
@@ -129,6 +137,24 @@ fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {
     check_free(needed, &what, "make --resolution coarser")
 }
 
+/// Refuses maps of so many texels in a row that do not fit. They make no skin: its resolution does not matter.
+pub(super) fn check_maps(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    texels: u32,
+) -> Result<(), Failure> {
+    let area: f64 = substrate.components().iter().map(|c| c.area).sum();
+    let covered = cluster.covered_area() / area;
+    check_maps_within(available(), texels, covered)
+}
+
+fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(), Failure> {
+    let each = TEXEL_BYTES + LICHEN_BYTES * (FELT_BEYOND * covered).min(1.0);
+    let needed = each * f64::from(texels).powi(2);
+    let what = format!("maps of {texels} x {texels} texels");
+    check_within(free, needed, &what, "make --size smaller")
+}
+
 /// Bytes that a run is expected to take at its peak, the mesh aside.
 pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
@@ -218,6 +244,23 @@ mod tests {
             ..Settings::default()
         };
         contacts(&settings.resolve(&substrate, "").unwrap())
+    }
+
+    #[test]
+    fn maps_that_do_not_fit_are_refused_with_the_number() {
+        for (free, texels, covered) in [
+            (None, 8192, 1.0),
+            (Some(10e9), 8192, 1.0),
+            (Some(3e9), 8192, 0.05),
+            (Some(3e9), 4096, 1.0),
+        ] {
+            assert!(check_maps_within(free, texels, covered).is_ok());
+        }
+        let refused = check_maps_within(Some(4e9), 8192, 0.7).unwrap_err();
+        assert_eq!(
+            refused.reason(),
+            "maps of 8192 x 8192 texels need 7.382 GB of memory, and 4 GB are free: make --size smaller"
+        );
     }
 
     #[test]
