@@ -88,36 +88,61 @@ fn confetti(n: usize) -> String {
     (0..n).map(triangle).collect()
 }
 
+/// The plane, with a speck far off that makes `auto` large: 1/2000 of the distance.
+fn with_speck(distance: f64) -> String {
+    format!("{PLANE}v 0 {distance} 0\nv 1 {distance} 0\nv 0 {distance} 1\nf 5 6 7\n")
+}
+
+fn answer(said: &str) -> serde_json::Value {
+    serde_json::from_str(said).unwrap()
+}
+
 #[test]
 fn a_surface_without_room_is_unfit() {
     let desk = Desk::new();
-    desk.put("loose.obj", confetti(20));
-    desk.put(
-        "speck.obj",
-        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
+    desk.put("speck.obj", with_speck(20_000.0));
+    desk.fails(
+        "check speck.obj",
+        1,
+        &["unfit", "speck.obj", "give --radius"],
     );
-    for (mesh, cure) in [
-        ("loose.obj", "merge vertices"),
-        ("speck.obj", "give --radius"),
+    let ran = desk.run("check speck.obj --json");
+    assert_eq!(ran.code, 1);
+    let answer = answer(&ran.out);
+    assert_eq!(answer["fit"], false);
+    assert!(answer["auto_radius"].as_f64().unwrap() > 0.0, "{answer}");
+    let warning = answer["warnings"][0].as_str().unwrap();
+    assert!(warning.contains("give --radius"), "{warning}");
+}
+
+/// Loose triangles, and a plane that is full with some fifty elements, with a few, and with less than one.
+#[test]
+fn check_and_grow_agree_on_what_is_fit() {
+    let desk = Desk::new();
+    for (mesh, warned, code) in [
+        (confetti(20), "merge vertices", 0),
+        (with_speck(1_400.0), "room for about 51 elements", 0),
+        (with_speck(8_000.0), "room for about 1 element", 0),
+        (with_speck(12_000.0), "room for about 0 elements", 1),
     ] {
-        desk.fails(&format!("check {mesh}"), 1, &["unfit", mesh, cure]);
-        let ran = desk.run(&format!("check {mesh} --json"));
-        assert_eq!(ran.code, 1);
-        let answer: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
-        assert_eq!(answer["fit"], false);
-        assert!(answer["auto_radius"].as_f64().unwrap() > 0.0, "{answer}");
-        let warning = answer["warnings"][0].as_str().unwrap();
-        assert!(warning.contains(cure), "{warning}");
+        desk.put("mesh.obj", mesh);
+        let checked = desk.run("check mesh.obj --json");
+        let answer = answer(&checked.out);
+        assert!(answer["warnings"].to_string().contains(warned), "{answer}");
+        assert_eq!(
+            (checked.code, answer["fit"] == true),
+            (code, code == 0),
+            "{warned}"
+        );
+        let grown = desk.run("grow mesh.obj -o out --force --elements 200");
+        assert_eq!(grown.code, code, "{}", grown.err);
     }
 }
 
 #[test]
 fn the_radius_that_check_proposes_is_one_to_grow_with() {
     let desk = Desk::new();
-    desk.put(
-        "speck.obj",
-        format!("{PLANE}v 0 20000 0\nv 1 20000 0\nv 0 20000 1\nf 5 6 7\n"),
-    );
+    desk.put("speck.obj", with_speck(20_000.0));
     let said = desk.run("check speck.obj").err;
     let proposed = said.split("--radius ").nth(1).unwrap();
     let radius = proposed.split(',').next().unwrap();
@@ -127,10 +152,7 @@ fn the_radius_that_check_proposes_is_one_to_grow_with() {
 #[test]
 fn no_radius_is_proposed_that_would_be_refused() {
     let desk = Desk::new();
-    desk.put(
-        "far.obj",
-        format!("{PLANE}v 0 1e9 0\nv 1 1e9 0\nv 0 1e9 1\nf 5 6 7\n"),
-    );
+    desk.put("far.obj", with_speck(1e9));
     let said = desk.run("check far.obj").err;
     assert!(
         said.contains("remove what lies far") && !said.contains("--radius"),

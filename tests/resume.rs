@@ -7,7 +7,7 @@ mod desk;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, names, said};
@@ -121,14 +121,11 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
     desk.assert_same("out", "whole");
 }
 
-/// A picture of this size takes a minute. `report.json` comes after it, so it is being taken when the log has
-/// all elements.
+/// A run to 500 elements, stopped by a signal while its picture is taken. One of this size takes a minute, and
+/// `report.json` comes after it: so it is being taken when the log has all elements.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_picture_is_left_out() {
-    let desk = Desk::new();
-    let run = "rock.obj --elements 500 --quiet";
-    let mut large = desk.call("grow --preview 8192", &format!("{run} -o out"));
+fn stopped_at_the_picture(desk: &Desk, words: &str, signal: &str) -> Output {
+    let mut large = desk.call("grow --preview 8192", words);
     let child = large.stderr(Stdio::piped()).spawn().unwrap();
     wait_for_elements(&desk.path("out"));
     while desk.log("out").begun.elements.len() < 500 {
@@ -136,14 +133,38 @@ fn an_interrupted_picture_is_left_out() {
     }
     std::thread::sleep(Duration::from_millis(500));
     let id = child.id().to_string();
-    let kill = Command::new("kill").args(["-INT", &id]).status();
+    let kill = Command::new("kill").args([signal, &id]).status();
     assert!(kill.unwrap().success());
-    let output = child.wait_with_output().unwrap();
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_picture_is_left_out() {
+    let desk = Desk::new();
+    let run = "rock.obj --elements 500 --quiet";
+    let output = stopped_at_the_picture(&desk, &format!("{run} -o out"), "-INT");
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
     let files = ["elements.ply", "recipe.toml", "report.json", "run.log"];
     assert_eq!(names(&desk.path("out")), files);
     desk.done(&format!("{run} -o whole"));
     assert!(desk.read("out/elements.ply") == desk.read("whole/elements.ply"));
+}
+
+/// Whether it was interrupted or killed without warning.
+#[cfg(unix)]
+#[test]
+fn no_picture_of_a_smaller_lichen_stays() {
+    let desk = Desk::new();
+    for signal in ["-INT", "-KILL"] {
+        desk.done("rock.obj --elements 200 --quiet -o out --force");
+        assert!(desk.path("out/preview.png").exists());
+        stopped_at_the_picture(&desk, "--resume out --elements 500 --quiet", signal);
+        assert!(!desk.path("out/preview.png").exists(), "{signal}");
+    }
+    desk.done("--resume out --quiet");
+    desk.done("rock.obj --elements 500 --quiet -o whole");
+    desk.assert_same("out", "whole");
 }
 
 #[test]
@@ -342,19 +363,17 @@ fn a_folder_that_is_deleted_is_not_promised_to_go_on() {
 
 #[cfg(unix)]
 #[test]
-fn a_pipe_in_place_of_the_log_is_refused() {
+fn a_pipe_in_place_of_log_or_recipe_is_refused() {
     let desk = Desk::new();
-    desk.done("rock.obj --elements 50 -o out --quiet");
-    fs::remove_file(desk.path("out/run.log")).unwrap();
-    let made = Command::new("mkfifo")
-        .arg(desk.path("out/run.log"))
-        .status();
-    assert!(made.unwrap().success());
-    desk.fails(
-        "--resume out --elements 60",
-        1,
-        &["run.log", "this is a pipe"],
-    );
+    for file in ["run.log", "recipe.toml"] {
+        desk.done("rock.obj --elements 50 -o out --quiet --force");
+        let path = desk.path(&format!("out/{file}"));
+        fs::remove_file(&path).unwrap();
+        let made = Command::new("mkfifo").arg(path).status();
+        assert!(made.unwrap().success());
+        let words = [&format!("out/{file}"), "this is a pipe"];
+        desk.fails("--resume out --elements 60", 1, &words);
+    }
 }
 
 /// Root may write everywhere, so there the run is another user's.

@@ -9,7 +9,8 @@ use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::export::TriMesh;
 use thallus::run::{Execution, grow};
 use thallus::skin::{
-    PALETTE, Paint, Shape, SkinError, decimate, expected_triangles, faults, skin, skin_in_parts,
+    PALETTE, Paint, Shape, SkinError, decimate, expected_near, expected_triangles, faults, skin,
+    skin_in_parts,
 };
 use thallus::substrate::Substrate;
 
@@ -564,4 +565,15 @@ fn the_number_of_triangles_is_foreseen() {
         let ratio = expected_triangles(&surface, &cluster, &shape) / made.triangles.len() as f64;
         assert!((0.5..2.0).contains(&ratio), "{shape:?}: {ratio}");
     }
+}
+
+/// Of two side by side and one far off, as many as are within the reach; the memory of frames goes by it.
+#[test]
+fn the_elements_near_a_vertex_are_foreseen() {
+    let surface = plane(4.0);
+    let places = [[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [1.0, 0.0, 0.0]].map(DVec3::from);
+    let cluster = placed(&surface, 0.01, &places);
+    let near = expected_near(&cluster, &Shape::default());
+    assert!((near - 5.0 / 3.0).abs() < 1e-12, "{near}");
+    assert_eq!(expected_near(&Cluster::new(0.01), &Shape::default()), 0.0);
 }

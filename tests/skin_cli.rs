@@ -359,17 +359,24 @@ fn what_is_wrong_is_said_in_one_line() {
     assert_ne!(desk.read("a.ply"), b"mine");
 }
 
-/// Tens of thousands of elements far apart, each felt far: more than machines have.
+/// Tens of thousands of elements far apart, each felt far: more than machines have. By every command that makes
+/// skins.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_skin_that_does_not_fit_into_memory_is_refused_with_the_number() {
     let desk = Desk::new();
     desk.done("rock.obj --radius 0.02% --gain 0 --bias 1 --elements 150000 -o out --quiet");
-    refused(
-        &desk,
-        "out -o a.glb --resolution 0.1r --thickness 20r --falloff 8r",
-        1,
-        &["triangles of skin", "GB of memory", "free", "--resolution"],
-    );
-    assert!(!desk.path("a.glb").exists());
+    for (command, file) in [
+        ("skin", "a.glb"),
+        ("render", "a.png"),
+        ("animate", "b.glb"),
+        ("animate", "frames"),
+        ("animate --draw skin", "a.gif"),
+    ] {
+        let words = format!("out -o {file} --resolution 0.1r --thickness 20r --falloff 8r");
+        let output = desk.call(command, &words).output().unwrap();
+        let said = ["triangles of skin", "GB of memory", "free", "--resolution"];
+        assert_refused_in_a_line(&output, 1, &said);
+        assert!(!desk.path(file).exists(), "{command}");
+    }
 }

@@ -13,7 +13,7 @@ use thallus::export::{
 };
 use thallus::morphometry::measure;
 use thallus::picture::age_color;
-use thallus::skin::{SkinError, SkinFrames};
+use thallus::skin::{Shape, SkinError, SkinFrames};
 use thallus::substrate::Substrate;
 
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
@@ -24,6 +24,7 @@ use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::interrupt::Stop;
+use super::memory::{self, Frames};
 use super::number::{duration, plural};
 use super::skin::{InUnits, start_threads};
 use super::skin_paint::paint;
@@ -83,6 +84,12 @@ impl Growth {
             cluster,
         })
     }
+
+    /// Refuses frames of no shape, and such as do not fit.
+    pub(super) fn check_memory(&self, shape: &Shape, frames: Frames) -> Result<(), Failure> {
+        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        memory::check_frames(&self.substrate, &self.cluster, shape, frames)
+    }
 }
 
 fn timing(args: &TimeArgs, cluster: &Cluster) -> Result<Timing, Failure> {
@@ -135,6 +142,7 @@ fn skins(
     let in_radii = |length| units.in_radii(length);
     let shape = super::skin::shape(&args.shape, &in_radii);
     let paint = paint(&args.color, &in_radii)?;
+    lichen.check_memory(&shape, Frames::Meshes)?;
     let up = Some(UpAxis::of(&lichen.substrate));
     let frames = SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
     let frames = frames.map_err(|e| Failure::Usage(e.into()))?;

@@ -18,6 +18,7 @@ use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
 use super::interrupt::Stop;
+use super::memory::Frames;
 use super::preview::{bare, by_age, local_vertices};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
@@ -42,6 +43,7 @@ pub(super) fn pictures(
             let in_radii = |length| units.in_radii(length);
             let shape = shape(&args.shape, &in_radii);
             let paint = paint(&args.color, &in_radii)?;
+            lichen.check_memory(&shape, Frames::Pictures)?;
             let skins =
                 SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
             let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();

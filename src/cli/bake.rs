@@ -22,6 +22,7 @@ use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
+use super::memory;
 use super::number::{count, duration, plural};
 use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
@@ -45,6 +46,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     let (shape, paint) = lichen.look(args)?;
     let base = base(args)?;
     let placement = placement(args, &lichen.substrate)?;
+    memory::check_maps(&lichen.substrate, &lichen.cluster, settings.size)?;
     let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
     let mut seconds = Seconds {
         load: started.elapsed().as_secs_f64(),

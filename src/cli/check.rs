@@ -18,18 +18,18 @@ pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     }
 }
 
-/// A file that holds a surface, which may still be unfit.
+/// A file that holds a surface, on which there may still be no room.
 fn surface(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
     let radius = substrate.auto_radius();
     let warnings = warnings::warnings(substrate, radius);
-    let unfit = warnings::unfit(substrate, radius);
+    let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
         true => Answer::surface(substrate.report(), radius, &warnings, unfit.is_none()).say()?,
         false => terminal::say_text(&text(&args.mesh, substrate, &warnings, unfit.is_none()))?,
     }
     match unfit {
         None => Ok(()),
-        Some(reason) => Err(failure(&format!("{}: {reason}", args.mesh.display()))),
+        Some(reason) => Err(failure(&reason)),
     }
 }
 

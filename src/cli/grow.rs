@@ -98,7 +98,7 @@ impl Job<'_> {
     }
 
     /// The run with what it has of an earlier one, and its log. The recipe of the earlier one is
-    /// replaced when it is sure that this one goes on with it.
+    /// replaced, and its picture goes, when it is sure that this one goes on with it.
     fn begin(
         &self,
         output: &mut OutputDir,
@@ -110,7 +110,7 @@ impl Job<'_> {
         };
         let (log, begun) = LogWriter::open(earlier)?;
         let run = Run::new(self.substrate, self.recipe, begun)?;
-        resume::place_recipe(output, self.recipe)?;
+        resume::take_over(output, self.recipe)?;
         Ok((run, log))
     }
 

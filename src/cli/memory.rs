@@ -6,7 +6,7 @@ use std::fs;
 use thallus::cluster::Cluster;
 use thallus::growth::Join;
 use thallus::run::{Recipe, StopRule};
-use thallus::skin::{Shape, expected_triangles};
+use thallus::skin::{Shape, expected_near, expected_triangles};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -19,9 +19,27 @@ use super::terminal::Voice;
 /// packed lichen on the rock; 263 and less as they grow. Vectors that grow may take more for a moment.
 const BYTES: f64 = 480.0;
 
-/// Bytes that a triangle of a skin takes at the peak, which is while it is made: docs/skin.md has the
-/// measurements.
+/// Bytes that a triangle of a skin takes at the peak, which is while it is made, or while a picture of it is
+/// taken: docs/skin.md has the measurements.
 const SKIN_BYTES: f64 = 250.0;
+
+/// The same of frames, of which one is written while the next is made, and besides of those that become
+/// pictures: docs/animation.md has the measurements.
+const FRAME_BYTES: f64 = 250.0;
+const PICTURE_BYTES: f64 = 150.0;
+
+/// Bytes for each element that is felt at a triangle, which frames keep, and for what they know of each
+/// element's time.
+const FELT_BYTES: f64 = 3.5;
+const TIMED_BYTES: f64 = 2000.0;
+
+/// Bytes that a texel of maps takes at the peak, and what it takes besides where there is lichen: docs/bake.md
+/// has the measurements.
+const TEXEL_BYTES: f64 = 30.0;
+const LICHEN_BYTES: f64 = 80.0;
+
+/// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
+const FELT_BEYOND: f64 = 2.0;
 
 /// Runs of so many elements are told what they take, and such as are expected to take a minute.
 const LONG: f64 = 1e6;
@@ -61,26 +79,80 @@ pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Res
 
 /// Refuses what needs more memory than is free, and says what to do.
 fn check_free(needed: f64, what: &str, cure: &str) -> Result<(), Failure> {
-    match available().filter(|available| needed > *available) {
+    check_within(available(), needed, what, cure)
+}
+
+/// The same where so much is free, if that is known.
+fn check_within(free: Option<f64>, needed: f64, what: &str, cure: &str) -> Result<(), Failure> {
+    match free.filter(|free| needed > *free) {
         None => Ok(()),
-        Some(available) => Err(Failure::Failed(anyhow::anyhow!(
+        Some(free) => Err(Failure::Failed(anyhow::anyhow!(
             "{what} need {} of memory, and {} are free: {cure}",
             size(needed),
-            size(available)
+            size(free)
         ))),
     }
 }
 
-/// Refuses a skin that does not fit.
-pub(super) fn check_skin(
+/// Refuses skins, all of which are there at a time, that do not fit.
+pub(super) fn check_skins<'a>(
+    substrate: &Substrate,
+    clusters: impl IntoIterator<Item = &'a Cluster>,
+    shape: &Shape,
+) -> Result<(), Failure> {
+    let triangles = |cluster| expected_triangles(substrate, cluster, shape);
+    let triangles = clusters.into_iter().map(triangles).sum();
+    check_triangles(triangles, SKIN_BYTES * triangles)
+}
+
+/// What becomes of the frames of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Frames {
+    Meshes,
+    Pictures,
+}
+
+/// Refuses frames that do not fit: they share what one takes, and keep what is felt where.
+pub(super) fn check_frames(
     substrate: &Substrate,
     cluster: &Cluster,
     shape: &Shape,
+    frames: Frames,
 ) -> Result<(), Failure> {
+    let picture = match frames {
+        Frames::Meshes => 0.0,
+        Frames::Pictures => PICTURE_BYTES,
+    };
+    let felt = FELT_BYTES * expected_near(cluster, shape);
     let triangles = expected_triangles(substrate, cluster, shape);
-    let needed = SKIN_BYTES * triangles;
+    let timed = TIMED_BYTES * cluster.len() as f64;
+    check_triangles(
+        triangles,
+        (FRAME_BYTES + picture + felt) * triangles + timed,
+    )
+}
+
+fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {
     let what = format!("about {} triangles of skin", short(triangles));
     check_free(needed, &what, "make --resolution coarser")
+}
+
+/// Refuses maps of so many texels in a row that do not fit. They make no skin: its resolution does not matter.
+pub(super) fn check_maps(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    texels: u32,
+) -> Result<(), Failure> {
+    let area: f64 = substrate.components().iter().map(|c| c.area).sum();
+    let covered = cluster.covered_area() / area;
+    check_maps_within(available(), texels, covered)
+}
+
+fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(), Failure> {
+    let each = TEXEL_BYTES + LICHEN_BYTES * (FELT_BEYOND * covered).min(1.0);
+    let needed = each * f64::from(texels).powi(2);
+    let what = format!("maps of {texels} x {texels} texels");
+    check_within(free, needed, &what, "make --size smaller")
 }
 
 /// Bytes that a run is expected to take at its peak, the mesh aside.
@@ -172,6 +244,23 @@ mod tests {
             ..Settings::default()
         };
         contacts(&settings.resolve(&substrate, "").unwrap())
+    }
+
+    #[test]
+    fn maps_that_do_not_fit_are_refused_with_the_number() {
+        for (free, texels, covered) in [
+            (None, 8192, 1.0),
+            (Some(10e9), 8192, 1.0),
+            (Some(3e9), 8192, 0.05),
+            (Some(3e9), 4096, 1.0),
+        ] {
+            assert!(check_maps_within(free, texels, covered).is_ok());
+        }
+        let refused = check_maps_within(Some(4e9), 8192, 0.7).unwrap_err();
+        assert_eq!(
+            refused.reason(),
+            "maps of 8192 x 8192 texels need 7.382 GB of memory, and 4 GB are free: make --size smaller"
+        );
     }
 
     #[test]

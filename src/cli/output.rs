@@ -14,7 +14,7 @@ use super::preview::preview;
 pub(crate) const ELEMENTS: &str = "elements.ply";
 pub(crate) const RECIPE: &str = "recipe.toml";
 pub(crate) const REPORT: &str = "report.json";
-const PREVIEW: &str = "preview.png";
+pub(crate) const PREVIEW: &str = "preview.png";
 
 /// Every file of a run, in the order in which they are written.
 pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, PREVIEW, LOG, REPORT];

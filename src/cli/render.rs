@@ -19,6 +19,7 @@ use thallus::substrate::Substrate;
 
 use super::failure::Failure;
 use super::grown::Grown;
+use super::memory;
 use super::number::{count, duration};
 use super::preview::{bare, granules, local_vertices};
 use super::render_args::{RenderArgs, What};
@@ -36,6 +37,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
     let mut clock = Clock::new();
     let lichens = Lichens::read(args)?;
+    lichens.check_memory(args.what)?;
     let mut seconds = Seconds::default();
     clock.lap(&mut seconds.load);
     let dressed = spin(voice, "dressing the lichen", || lichens.dress(args))?;
@@ -185,6 +187,15 @@ impl Lichens {
             cluster,
             paint: paint(&color, &in_radii)?,
         })
+    }
+
+    /// Refuses skins that do not fit.
+    fn check_memory(&self, what: What) -> Result<(), Failure> {
+        let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
+        match what {
+            What::Points => Ok(()),
+            What::Skin => memory::check_skins(&self.substrate, clusters, &self.shape),
+        }
     }
 
     fn dress(&self, args: &RenderArgs) -> Result<Dressed, Failure> {

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
+use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, head};
 use thallus::run::Recipe;
 
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::number::{count, plural};
-use super::output::{ELEMENTS, FILES, RECIPE};
+use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE};
 use super::terminal::Voice;
 
 impl GrowArgs {
@@ -31,15 +32,23 @@ impl GrowArgs {
     }
 }
 
-/// Refuses a folder that holds no run.
+/// Refuses a folder that holds no run, or whose recipe is no file.
 pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
-    match folder.join(RECIPE).is_file() {
-        true => Ok(()),
+    let recipe = folder.join(RECIPE);
+    match recipe.exists() {
+        true => check_recipe(&recipe),
         false => Err(Failure::Failed(anyhow::anyhow!(
             "{} holds no run to go on with: there is no {RECIPE} in it",
             folder.display()
         ))),
     }
+}
+
+/// Refuses a recipe that is no file: the run would put one in its place.
+fn check_recipe(recipe: &Path) -> Result<(), Failure> {
+    input::regular(recipe)
+        .with_context(|| format!("{}: reading the recipe failed", recipe.display()))?;
+    Ok(())
 }
 
 /// What the run has come to, and whose log is sound; nothing for a run from the start.
@@ -106,6 +115,13 @@ pub(crate) fn begin(output: &mut OutputDir, recipe: &Recipe) -> Result<Log, Fail
     place_recipe(output, recipe)?;
     output.place(LOG, |out| out.write_all(&head(recipe)))?;
     Ok(Log::read(&output.path().join(LOG))?)
+}
+
+/// Replaces the recipe of the run that is gone on with. Its picture goes: it would be taken for one of the
+/// larger lichen if this run ended before it takes its own, which it does last.
+pub(crate) fn take_over(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
+    place_recipe(output, recipe)?;
+    Ok(output.remove(PREVIEW)?)
 }
 
 pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use thallus::run::Settings;
 use thallus::substrate::{Substrate, SubstrateReport};
 
 use super::number::{count, percent, place, plural, short};
@@ -11,7 +12,8 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
     let report = substrate.report();
     let diagonal = substrate.units().diagonal();
     let found = [
-        unfit(substrate, radius),
+        cramped(substrate, radius),
+        loose(report),
         pieces(report),
         open_edges(report),
         non_manifold_edges(report),
@@ -23,7 +25,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
     found.into_iter().flatten().collect()
 }
 
-/// Elements for which the largest piece must have room: fewer make no lichen.
+/// Elements for which the largest piece should have room: fewer make little of a lichen.
 const FEWEST: f64 = 100.0;
 
 /// Elements that a radius is proposed for: the size of a run that says none.
@@ -39,9 +41,12 @@ const PACKED: f64 = 0.8;
 const LOOSE_PIECES: usize = 10;
 const LOOSE_TRIANGLES: usize = 4;
 
-/// Why lichen cannot grow on a mesh that has a surface, and what to do.
-pub(crate) fn unfit(substrate: &Substrate, radius: f64) -> Option<String> {
-    loose(substrate.report()).or_else(|| cramped(substrate, radius))
+/// Why `thallus grow` refuses a mesh that has a surface, if nothing but the mesh is said, and what to do.
+pub(crate) fn unfit(substrate: &Substrate, file: &str) -> Option<String> {
+    let refused = Settings::default().resolve(substrate, file).err()?;
+    let cramped =
+        cramped(substrate, substrate.auto_radius()).map(|reason| format!("{file}: {reason}"));
+    Some(cramped.unwrap_or_else(|| refused.to_string()))
 }
 
 fn loose(report: &SubstrateReport) -> Option<String> {

@@ -16,9 +16,26 @@ use super::grid::Grid;
 use super::lichen::Granule;
 use super::refine::Tree;
 use super::sheet::Sheet;
+use crate::cluster::{Cluster, Element};
 
 /// An element by its place in the list, and its falloff at a vertex: 0 where it is not felt.
 type Touch = (u32, f32);
+
+/// Elements whose neighbours are counted, for a mean.
+const COUNTED: usize = 100;
+
+/// About how many elements are within `reach`, local units, of a place with lichen.
+pub(super) fn mean_near(cluster: &Cluster, reach: f64) -> f64 {
+    let elements = cluster.elements();
+    let apart = elements.len().div_ceil(COUNTED).max(1);
+    let is_near = |p: DVec3, q: DVec3| (q - p).length_squared() <= reach * reach;
+    let near = |e: &Element| {
+        let near = elements.iter().filter(|o| is_near(e.position, o.position));
+        near.count()
+    };
+    let counted: Vec<usize> = elements.par_iter().step_by(apart).map(near).collect();
+    counted.iter().sum::<usize>() as f64 / counted.len().max(1) as f64
+}
 
 /// The elements near each vertex.
 pub(super) struct Felt {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::base::{Face, Winding};
 use super::cortex::{Cortex, Dress};
-use super::felt::Felt;
+use super::felt::{Felt, mean_near};
 use super::field::{Field, NOTHING, RING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::history::{History, RimDistances};
@@ -29,6 +29,17 @@ use crate::substrate::Substrate;
 
 /// Lichens whose distances from the rim are found at the same time, at most.
 const KEYS_AT_ONCE: usize = 8;
+
+/// As far as an element is felt, and what is between the ends of a side; local units.
+fn reach(shape: &Shape, radius: f64) -> f64 {
+    (cutoff(shape) + 0.5 * shape.resolution) * radius
+}
+
+/// About how many elements are kept for each vertex of [`SkinFrames`], on which what they take depends,
+/// besides the [triangles](super::expected_triangles).
+pub fn expected_near(cluster: &Cluster, shape: &Shape) -> f64 {
+    mean_near(cluster, reach(shape, cluster.radius()))
+}
 
 /// Makes the skins of a list of moments, in order; the same on any number of threads.
 ///
@@ -95,9 +106,7 @@ impl<'a> SkinFrames<'a> {
         let radius = cluster.radius();
         let grid = lichen.sort(cutoff(shape) * radius);
         let field = Field::new(substrate, &lichen, &grid, shape);
-        // As far as an element is felt, and what is between the ends of a side.
-        let reach = (cutoff(shape) + 0.5 * shape.resolution) * radius;
-        let felt = Felt::new(&field, &winding, &tree, reach);
+        let felt = Felt::new(&field, &winding, &tree, reach(shape, radius));
         let nothing = |&home: &u32| Sample::nothing(winding.normal(substrate, home).as_vec3());
         let samples = tree.homes.par_iter().map(nothing).collect();
         Ok(Self {

@@ -39,7 +39,7 @@ use rayon::prelude::*;
 
 pub use cortex::{Apothecia, Areoles, Cortex, Detail};
 pub use decimate::decimate;
-pub use frames::SkinFrames;
+pub use frames::{SkinFrames, expected_near};
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
 pub use palette::{NamedColormap, PALETTE};
