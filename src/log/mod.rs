@@ -9,6 +9,7 @@ mod block;
 mod error;
 mod head;
 mod read;
+mod rhythm;
 mod whole;
 mod write;
 
