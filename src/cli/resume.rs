@@ -9,6 +9,7 @@ use thallus::log::{LOG, Log, LogError, LogWriter, head};
 use thallus::run::Recipe;
 
 use super::args::GrowArgs;
+use super::ended;
 use super::failure::Failure;
 use super::number::{count, plural};
 use super::output::{ELEMENTS, FILES, RECIPE};
@@ -58,12 +59,16 @@ pub(crate) fn earlier(
         voice.note(&format!("{missing} is not there: the run begins anew"));
         return Ok(None);
     }
-    let log = match Log::read(&path) {
-        Err(LogError::Damaged { .. }) if args.keep_sound => keep_sound(&path)?,
-        log => log?,
+    let log = match args.keep_sound {
+        true => Log::read_sound(&path)?,
+        false => Log::read(&path)?,
     };
     log.check(recipe)?;
-    tell(&log, voice);
+    match args.keep_sound {
+        true => set_aside(folder, &log, recipe)?,
+        false => ended::refuse_lost(folder, &log)?,
+    }
+    tell(&log, args.keep_sound, voice);
     Ok(Some(log))
 }
 
@@ -79,19 +84,32 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Puts the damaged log aside before what follows the sound part is cut off.
-fn keep_sound(path: &Path) -> Result<Log, Failure> {
-    let aside = path.with_file_name(format!("{LOG}.damaged"));
-    fs::copy(path, &aside).with_context(|| format!("{}: writing failed", aside.display()))?;
-    Ok(Log::read_sound(path)?)
+/// Puts a damaged log aside before what follows the sound part is cut off. What a killed run leaves is not
+/// worth keeping.
+fn set_aside(folder: &Path, log: &Log, recipe: &Recipe) -> Result<(), Failure> {
+    let damaged = matches!(Log::read(&log.path), Err(LogError::Damaged { .. }));
+    if !damaged && ended::lost(folder, log) == 0 {
+        return Ok(());
+    }
+    ended::refuse_fewer(folder, recipe.stop)?;
+    let aside = log.path.with_file_name(format!("{LOG}.damaged"));
+    if log.torn > 0 {
+        fs::copy(&log.path, &aside)
+            .with_context(|| format!("{}: writing failed", aside.display()))?;
+    }
+    Ok(())
 }
 
-fn tell(log: &Log, voice: Voice) {
+fn tell(log: &Log, kept: bool, voice: Voice) {
     let path = log.path.display();
+    let usual = match kept {
+        true => "",
+        false => ", as a killed run leaves them",
+    };
     if log.torn > 0 {
         let torn = plural(log.torn as usize, "byte", "bytes");
         voice.warn(&format!(
-            "{path}: the last {torn} are not sound, as a killed run leaves them; they are dropped, \
+            "{path}: the last {torn} are not sound{usual}; they are dropped, \
              and what was in them grows again as it was"
         ));
     }
