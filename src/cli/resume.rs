@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
-use thallus::log::{LOG, Log, LogError, LogWriter, head};
+use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::Recipe;
 
 use super::args::GrowArgs;
@@ -131,21 +131,19 @@ pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<()
     Ok(output.place(RECIPE, |out| out.write_all(text.as_bytes()))?)
 }
 
-/// What could not be written, and what is safe all the same.
+/// What could not be written, and what is safe all the same: what the log has, whatever was done to it.
 pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
-    let elements = plural(
-        log.durable_elements() as usize,
-        "element is",
-        "elements are",
-    );
+    let safe = |elements: u64| plural(elements as usize, "element is", "elements are");
     let shown = folder.display();
-    Failure::Failed(match folder.join(LOG).exists() {
-        true => {
-            anyhow::anyhow!("{error}; {elements} safe: go on with thallus grow --resume {shown}")
+    Failure::Failed(match count_elements(&folder.join(LOG)) {
+        Ok(elements) => {
+            let safe = safe(elements.min(log.durable_elements()));
+            anyhow::anyhow!("{error}; {safe} safe: go on with thallus grow --resume {shown}")
         }
-        false => anyhow::anyhow!(
-            "{error}; what was durable went with it, unless {shown} was moved: then {elements} safe, and \
-             thallus grow --resume goes on with the folder where it lies now"
+        Err(_) => anyhow::anyhow!(
+            "{error}; what was durable went with it, unless {shown} was moved: then {} safe, and \
+             thallus grow --resume goes on with the folder where it lies now",
+            safe(log.durable_elements())
         ),
     })
 }

@@ -135,11 +135,12 @@ impl LogWriter {
     /// Writes what waits and makes it durable.
     fn flush(&mut self) -> Result<(), OutputError> {
         self.close_block();
+        self.check_place().map_err(failure(&self.path))?;
         let started = Instant::now();
-        let written = self.check_place().and_then(|()| {
-            self.file.write_all(&self.blocks)?;
-            self.file.sync_data()
-        });
+        let written = self
+            .file
+            .write_all(&self.blocks)
+            .and_then(|()| self.file.sync_data());
         if let Err(e) = written {
             // So that the tail is not torn for the next run; it would cope.
             let _ = self.file.set_len(self.durable);
@@ -152,13 +153,18 @@ impl LogWriter {
         Ok(())
     }
 
-    /// A file that was removed can be written, and is lost when it is closed.
+    /// A file that was removed can be written, and is lost when it is closed. One that another program writes
+    /// is no log any more; where no locks are, that may be another run.
     fn check_place(&self) -> io::Result<()> {
-        match is_still_at(&self.path, &self.file) {
+        if !is_still_at(&self.path, &self.file) {
+            let moved =
+                "the file or its folder was moved, replaced or removed while the run went on";
+            return Err(io::Error::new(io::ErrorKind::NotFound, moved));
+        }
+        match self.file.metadata()?.len() == self.durable {
             true => Ok(()),
-            false => Err(io::Error::new(
-                io::ErrorKind::NotFound,
-                "the file or its folder was moved, replaced or removed while the run went on",
+            false => Err(io::Error::other(
+                "something else wrote into the file while the run went on",
             )),
         }
     }
