@@ -6,11 +6,11 @@ mod desk;
 
 use std::fs;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN};
 use thallus::growth::Counts;
-use thallus::log::{Log, LogError, LogWriter, head};
+use thallus::log::{LARGEST_BLOCK, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::{Begun, Execution, Observer, Progress, Recipe, Run, Settings, StopRule};
 use thallus::substrate::Substrate;
 
@@ -264,13 +264,8 @@ fn a_log_of_another_run_is_refused_by_what_differs() {
     assert_eq!(desk.read("out/run.log"), log, "nothing was touched");
 }
 
-/// What a birth costs the log, flushes included; the least of five. Prints, and asserts nothing.
-#[test]
-#[ignore = "prints the cost that docs/log.md quotes, by hand; cannot fail"]
-fn cost_of_logging() {
-    const BIRTHS: usize = 1_000_000;
-    let desk = Desk::new();
-    desk.done(&format!("{RUN} -o out --quiet"));
+/// How long this many births take to be logged, and the log. No element is grown for it.
+fn logged(desk: &Desk, births: usize) -> (Duration, Vec<u8>) {
     let elements = desk.log("out").begun.elements;
     let progress = Progress {
         elements: 0,
@@ -278,18 +273,46 @@ fn cost_of_logging() {
         covered: 0.0,
         counts: Counts::default(),
     };
-    let once = || {
-        let path = desk.path("cost.log");
-        let log = desk.read("out/run.log");
-        let start = log.windows(MARKER.len()).position(|w| w == MARKER).unwrap();
-        fs::write(&path, &log[..start]).unwrap();
-        let (mut writer, _) = LogWriter::open(Log::read(&path).unwrap()).unwrap();
-        let started = Instant::now();
-        for element in elements.iter().cycle().take(BIRTHS) {
-            assert!(writer.born(element, &progress).is_continue());
-        }
-        started.elapsed()
-    };
-    let least = (0..5).map(|_| once()).min().unwrap();
+    let path = desk.path("births.log");
+    let log = desk.read("out/run.log");
+    let start = log.windows(MARKER.len()).position(|w| w == MARKER).unwrap();
+    fs::write(&path, &log[..start]).unwrap();
+    let (mut writer, _) = LogWriter::open(Log::read(&path).unwrap()).unwrap();
+    let started = Instant::now();
+    for element in elements.iter().cycle().take(births) {
+        assert!(writer.born(element, &progress).is_continue());
+    }
+    let took = started.elapsed();
+    writer.finish().unwrap();
+    assert_eq!(count_elements(&path).unwrap(), births as u64);
+    (took, fs::read(&path).unwrap())
+}
+
+/// Each flush ends a block, and so does every 65,536th element. A young run is flushed when it is a third older,
+/// from a microsecond on; an older one every two seconds or 65,536 elements.
+#[test]
+fn many_births_are_flushed_seldom() {
+    const BIRTHS: usize = 1_000_000;
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out --quiet"));
+    let (took, log) = logged(&desk, BIRTHS);
+    let blocks = log.windows(MARKER.len()).filter(|w| *w == MARKER).count();
+    let seconds = took.as_secs_f64();
+    let young = (seconds / 1e-6).ln() / (4.0f64 / 3.0).ln();
+    let most = young + 0.5 * seconds + 2.0 * (BIRTHS / LARGEST_BLOCK) as f64 + 2.0;
+    assert!(
+        blocks >= BIRTHS / LARGEST_BLOCK && blocks as f64 <= most,
+        "{blocks} blocks in {seconds} s, at most {most}"
+    );
+}
+
+/// What a birth costs the log, flushes included; the least of five. Prints, and asserts nothing.
+#[test]
+#[ignore = "prints the cost that docs/log.md quotes, by hand; cannot fail"]
+fn cost_of_logging() {
+    const BIRTHS: usize = 1_000_000;
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out --quiet"));
+    let least = (0..5).map(|_| logged(&desk, BIRTHS).0).min().unwrap();
     eprintln!("{} ns an element", least.as_nanos() / BIRTHS as u128);
 }

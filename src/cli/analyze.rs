@@ -28,6 +28,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let mut grown = Grown::read(&args.from)?;
+    grown.tell_of_more(voice);
     let ground = ground(args, &mut grown, voice)?;
     let doing = plural(grown.elements.len(), "element", "elements");
     let spinner = spinner(voice, &format!("measuring {doing}"));

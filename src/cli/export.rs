@@ -14,7 +14,7 @@ use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::number::plural;
-use super::terminal;
+use super::terminal::{self, Voice};
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let wrong = |e: SceneFormatError| Failure::Usage(e.into());
@@ -25,6 +25,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
         metres: format.metres,
     };
     let mut grown = Grown::read(&args.from)?;
+    grown.tell_of_more(Voice { quiet: false });
     grown.spare(&args.output, args.mesh.as_deref())?;
     let up = smooth(&mut grown, args.mesh.as_deref())?;
     let placement = args.axes.placement(&convention, up)?;

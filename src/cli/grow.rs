@@ -15,7 +15,7 @@ use super::number::{count, duration, percent, short};
 use super::output::{FILES, Finished};
 use super::progress::{Display, Goal};
 use super::terminal::{self, Voice};
-use super::{check, interrupt, memory, resume, warnings};
+use super::{check, ended, interrupt, memory, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -76,6 +76,7 @@ impl Job<'_> {
         if let Err(error) = log.finish() {
             return Err(resume::cut_short(error, &folder, &log));
         }
+        ended::spare_finished(&folder, &growth)?;
         let finished = Finished {
             substrate: self.substrate,
             recipe: self.recipe,

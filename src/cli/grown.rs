@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, UpAxis, read_elements};
-use thallus::log::LOG;
+use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings};
 use thallus::substrate::{Substrate, SubstrateError};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
+use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
+use super::terminal::Voice;
 use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
@@ -102,6 +104,25 @@ impl Grown {
             recipe: recipe.transpose()?,
             recipe_file,
         })
+    }
+
+    /// Says so where the run has come further than these elements: it was being extended when it was killed, or
+    /// it still is.
+    pub(crate) fn tell_of_more(&self, voice: Voice) {
+        let log = self.table.with_file_name(LOG);
+        let more = count_elements(&log).unwrap_or(0);
+        if self.recipe.is_none() || more <= self.elements.len() as u64 {
+            return;
+        }
+        let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
+        voice.warn(&format!(
+            "{} has the {} elements of the run before it was extended; {LOG} has {}: unless it is still growing, thallus \
+             grow --resume {} goes on with it",
+            self.table.display(),
+            count(self.elements.len() as u64),
+            count(more),
+            folder.unwrap_or(Path::new(".")).display()
+        ));
     }
 
     /// Refuses to write a file over what was read, or what the run needs to go on, whoever asks for it.

@@ -14,6 +14,7 @@ mod axes;
 mod bake;
 mod bake_args;
 mod check;
+mod ended;
 mod export;
 mod failure;
 mod grow;

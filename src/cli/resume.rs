@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
 use thallus::input;
-use thallus::log::{LOG, Log, LogError, LogWriter, head};
+use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::Recipe;
 
 use super::args::GrowArgs;
+use super::ended;
 use super::failure::Failure;
 use super::number::{count, plural};
 use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE};
@@ -67,12 +68,16 @@ pub(crate) fn earlier(
         voice.note(&format!("{missing} is not there: the run begins anew"));
         return Ok(None);
     }
-    let log = match Log::read(&path) {
-        Err(LogError::Damaged { .. }) if args.keep_sound => keep_sound(&path)?,
-        log => log?,
+    let log = match args.keep_sound {
+        true => Log::read_sound(&path)?,
+        false => Log::read(&path)?,
     };
     log.check(recipe)?;
-    tell(&log, voice);
+    ended::refuse_fewer(folder, &log, recipe.stop)?;
+    if args.keep_sound {
+        set_aside(&log)?;
+    }
+    tell(&log, ended::lost(folder, &log), voice);
     Ok(Some(log))
 }
 
@@ -88,20 +93,36 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Puts the damaged log aside before what follows the sound part is cut off.
-fn keep_sound(path: &Path) -> Result<Log, Failure> {
-    let aside = path.with_file_name(format!("{LOG}.damaged"));
-    fs::copy(path, &aside).with_context(|| format!("{}: writing failed", aside.display()))?;
-    Ok(Log::read_sound(path)?)
+/// Puts a damaged log aside before what follows the sound part is cut off. What a killed run leaves is not
+/// worth keeping.
+fn set_aside(log: &Log) -> Result<(), Failure> {
+    if matches!(Log::read(&log.path), Err(LogError::Damaged { .. })) {
+        let aside = log.path.with_file_name(format!("{LOG}.damaged"));
+        fs::copy(&log.path, &aside)
+            .with_context(|| format!("{}: writing failed", aside.display()))?;
+    }
+    Ok(())
 }
 
-fn tell(log: &Log, voice: Voice) {
+fn tell(log: &Log, lost: u64, voice: Voice) {
     let path = log.path.display();
     if log.torn > 0 {
         let torn = plural(log.torn as usize, "byte", "bytes");
+        let usual = if lost == 0 {
+            ", as a killed run leaves them"
+        } else {
+            ""
+        };
         voice.warn(&format!(
-            "{path}: the last {torn} are not sound, as a killed run leaves them; they are dropped, \
+            "{path}: the last {torn} are not sound{usual}; they are dropped, \
              and what was in them grows again as it was"
+        ));
+    }
+    if lost > 0 {
+        voice.warn(&format!(
+            "{path}: the run had ended, and {} of its elements are gone from the log: until they have grown again \
+             {ELEMENTS} stays, which has them",
+            count(lost)
         ));
     }
     let elements = count(log.begun.elements.len() as u64);
@@ -129,21 +150,19 @@ pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<()
     Ok(output.place(RECIPE, |out| out.write_all(text.as_bytes()))?)
 }
 
-/// What could not be written, and what is safe all the same.
+/// What could not be written, and what is safe all the same: what the log has, whatever was done to it.
 pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
-    let elements = plural(
-        log.durable_elements() as usize,
-        "element is",
-        "elements are",
-    );
+    let safe = |elements: u64| plural(elements as usize, "element is", "elements are");
     let shown = folder.display();
-    Failure::Failed(match folder.join(LOG).exists() {
-        true => {
-            anyhow::anyhow!("{error}; {elements} safe: go on with thallus grow --resume {shown}")
+    Failure::Failed(match count_elements(&folder.join(LOG)) {
+        Ok(elements) => {
+            let safe = safe(elements.min(log.durable_elements()));
+            anyhow::anyhow!("{error}; {safe} safe: go on with thallus grow --resume {shown}")
         }
-        false => anyhow::anyhow!(
-            "{error}; what was durable went with it, unless {shown} was moved: then {elements} safe, and \
-             thallus grow --resume goes on with the folder where it lies now"
+        Err(_) => anyhow::anyhow!(
+            "{error}; what was durable went with it, unless {shown} was moved: then {} safe, and \
+             thallus grow --resume goes on with the folder where it lies now",
+            safe(log.durable_elements())
         ),
     })
 }

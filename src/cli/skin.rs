@@ -31,6 +31,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
     let started = Instant::now();
     let grown = Grown::read(&args.from)?;
+    grown.tell_of_more(voice);
     let mesh = args.mesh.as_deref();
     files.iter().try_for_each(|file| grown.spare(file, mesh))?;
     let (substrate, cluster) = grown.on_mesh(mesh)?;

@@ -119,6 +119,34 @@ impl Block {
     }
 }
 
+/// What the head of a block says, whether or not the rest is sound.
+pub(super) struct Outline {
+    pub(super) first: u64,
+    pub(super) number: u64,
+    /// Its length in bytes.
+    pub(super) length: u64,
+}
+
+impl Outline {
+    /// Reads the head of the block that begins `at` this byte, if one does.
+    pub(super) fn read(file: &mut (impl Read + Seek), at: u64) -> io::Result<Option<Self>> {
+        file.seek(SeekFrom::Start(at))?;
+        let mut head = [0; HEAD];
+        let whole = fill(file, &mut head)?;
+        Ok(whole.then(|| Self::parse(&head)).flatten())
+    }
+
+    fn parse(head: &[u8; HEAD]) -> Option<Self> {
+        let number = u32::from_le_bytes(array(&head[8..12])) as usize;
+        let sensible = head[..8] == MARKER && (1..=LARGEST_BLOCK).contains(&number);
+        sensible.then(|| Self {
+            first: u64::from_le_bytes(array(&head[12..20])),
+            number: number as u64,
+            length: (HEAD + number * ELEMENT + CHECKSUM) as u64,
+        })
+    }
+}
+
 /// Fills a buffer, or says that the file ends before.
 fn fill(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<bool> {
     match file.read_exact(buffer) {

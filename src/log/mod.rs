@@ -9,13 +9,14 @@ mod block;
 mod error;
 mod head;
 mod read;
+mod rhythm;
 mod whole;
 mod write;
 
 pub use block::LARGEST_BLOCK;
 pub use error::LogError;
 pub use head::head;
-pub use read::Log;
+pub use read::{Log, count_elements};
 pub use whole::write_whole;
 pub use write::LogWriter;
 

@@ -5,7 +5,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::LogError;
-use super::block::{Block, LARGEST_BLOCK, MARKER};
+use super::block::{Block, LARGEST_BLOCK, MARKER, Outline};
 use super::head::read_head;
 use crate::growth::Counts;
 use crate::input;
@@ -119,6 +119,26 @@ impl Log {
             }),
         }
     }
+}
+
+/// How many elements a log has, by the heads of its blocks alone: at once, and no proof that they are sound.
+///
+/// # Errors
+/// When it cannot be read, or is none of this version.
+pub fn count_elements(path: &Path) -> Result<u64, LogError> {
+    let read = LogError::read(path);
+    let mut file = input::regular(path).map_err(&read)?;
+    let length = file.metadata().map_err(&read)?.len();
+    let (_, mut at) = read_head(path, &mut file)?;
+    let mut elements = 0;
+    while let Some(block) = Outline::read(&mut file, at).map_err(&read)? {
+        at += block.length;
+        if block.first != elements || at > length {
+            break;
+        }
+        elements += block.number;
+    }
+    Ok(elements)
 }
 
 /// Whether the unsound bytes from `at` on had been durable once: a whole block among them was

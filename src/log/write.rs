@@ -4,9 +4,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::block::{Draft, LARGEST_BLOCK};
+use super::rhythm::{Rhythm, Waiting};
 use super::{Log, write_whole};
 use crate::cluster::{Cluster, Element};
 use crate::export::{OutputError, is_still_at};
@@ -35,27 +36,12 @@ pub struct LogWriter {
     next: u64,
     counts: Counts,
     marks: Vec<Counts>,
-    opened: Instant,
-    flushed: Instant,
-    /// What the last flush took.
-    cost: Duration,
+    rhythm: Rhythm,
     failed: Option<OutputError>,
 }
 
-/// The longest time between flushes, where they are quick.
-const EVERY: Duration = Duration::from_secs(2);
-
-/// A run of this many times that age waits no longer for its next flush.
-const YOUTH: u32 = 4;
-
-/// Time between flushes, in times of what the last one took.
-const PATIENCE: u32 = 100;
-
 /// Elements between two looks at the clock, which costs as much as writing one.
 const LOOK: u64 = 8;
-
-/// Bytes that wait for a slow disk at most.
-const MOST_WAITING: usize = 1 << 27;
 
 impl LogWriter {
     /// Opens a log to go on after its last sound block, and gives what there is. What comes after
@@ -67,7 +53,6 @@ impl LogWriter {
         let started = Instant::now();
         let file = reopen(&log.path, log.sound).map_err(failure(&log.path))?;
         let next = log.begun.elements.len() as u64;
-        let now = Instant::now();
         let writer = Self {
             path: log.path,
             file,
@@ -78,9 +63,7 @@ impl LogWriter {
             next,
             counts: log.begun.counts.clone(),
             marks: log.marks,
-            opened: now,
-            flushed: now,
-            cost: now - started,
+            rhythm: Rhythm::new(started, Instant::now()),
             failed: None,
         };
         Ok((writer, log.begun))
@@ -142,22 +125,22 @@ impl LogWriter {
     }
 
     fn is_due(&self) -> bool {
-        let now = Instant::now();
-        let since = now - self.flushed;
-        let old = since >= EVERY.min((now - self.opened) / YOUTH);
-        let many = self.next - self.durable_elements >= LARGEST_BLOCK as u64;
-        let worth = since >= PATIENCE * self.cost || self.blocks.len() >= MOST_WAITING;
-        (old || many) && worth
+        let waiting = Waiting {
+            elements: self.next - self.durable_elements,
+            bytes: self.blocks.len(),
+        };
+        self.rhythm.is_due(Instant::now(), waiting)
     }
 
     /// Writes what waits and makes it durable.
     fn flush(&mut self) -> Result<(), OutputError> {
         self.close_block();
+        self.check_place().map_err(failure(&self.path))?;
         let started = Instant::now();
-        let written = self.check_place().and_then(|()| {
-            self.file.write_all(&self.blocks)?;
-            self.file.sync_data()
-        });
+        let written = self
+            .file
+            .write_all(&self.blocks)
+            .and_then(|()| self.file.sync_data());
         if let Err(e) = written {
             // So that the tail is not torn for the next run; it would cope.
             let _ = self.file.set_len(self.durable);
@@ -166,18 +149,22 @@ impl LogWriter {
         self.durable += self.blocks.len() as u64;
         self.durable_elements = self.next;
         self.blocks.clear();
-        self.flushed = Instant::now();
-        self.cost = self.flushed - started;
+        self.rhythm.flushed(started, Instant::now());
         Ok(())
     }
 
-    /// A file that was removed can be written, and is lost when it is closed.
+    /// A file that was removed can be written, and is lost when it is closed. One that another program writes
+    /// is no log any more; where no locks are, that may be another run.
     fn check_place(&self) -> io::Result<()> {
-        match is_still_at(&self.path, &self.file) {
+        if !is_still_at(&self.path, &self.file) {
+            let moved =
+                "the file or its folder was moved, replaced or removed while the run went on";
+            return Err(io::Error::new(io::ErrorKind::NotFound, moved));
+        }
+        match self.file.metadata()?.len() == self.durable {
             true => Ok(()),
-            false => Err(io::Error::new(
-                io::ErrorKind::NotFound,
-                "the file or its folder was moved, replaced or removed while the run went on",
+            false => Err(io::Error::other(
+                "something else wrote into the file while the run went on",
             )),
         }
     }

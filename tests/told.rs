@@ -1,0 +1,189 @@
+//! What a run says of itself: the memory it will take before it starts, and how it went in `report.json`.
+
+#[path = "common/desk.rs"]
+mod desk;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use desk::{Desk, RUN, said};
+use serde_json::Value;
+use thallus::log::count_elements;
+
+/// More than anybody waits for: by its elements, and by its refusals.
+const LONG: [&str; 2] = [
+    "rock.obj --radius 0.02% --elements 2000000",
+    "rock.obj --radius 0.02% --elements 100000 --bias -1 --min-stick 0.001",
+];
+
+/// What a run says before it starts to grow.
+fn first_line(mut child: Child) -> String {
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let line = lines.next().unwrap().unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    line
+}
+
+/// All that a run says until some of its elements are durable.
+fn said_while_growing(desk: &Desk, mut child: Child) -> String {
+    let log = desk.path("out/run.log");
+    while !count_elements(&log).is_ok_and(|elements| elements > 1) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let mut said = String::new();
+    let mut stderr = child.stderr.take().unwrap();
+    stderr.read_to_string(&mut said).unwrap();
+    said
+}
+
+#[test]
+fn a_long_run_is_told_its_memory_and_time_before_it_starts() {
+    let desk = Desk::new();
+    let start = |words: &str| desk.command(words).stderr(Stdio::piped()).spawn().unwrap();
+    for (i, (run, elements)) in LONG.iter().zip(["2,000,000", "100,000"]).enumerate() {
+        let told = first_line(start(&format!("{run} -o told-{i}")));
+        assert!(
+            told.starts_with(&format!("note: about {elements} elements: up to ")),
+            "{told}"
+        );
+        for part in [" of memory (", " are free), and roughly ", " on one thread"] {
+            assert!(told.contains(part), "{told}");
+        }
+        let quiet = start(&format!("{run} --quiet -o out --force"));
+        assert_eq!(said_while_growing(&desk, quiet), "");
+    }
+    let short = desk.done(&format!("{RUN} -o short"));
+    assert!(!short.contains("memory"), "{short}");
+}
+
+/// Peak of memory in bytes that a child takes until it ends, looked at all the while.
+#[cfg(target_os = "linux")]
+fn peak(child: &mut Child) -> f64 {
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak: f64 = 0.0;
+    while child.try_wait().unwrap().is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find(|line| line.starts_with("VmHWM:"));
+        let number = line.and_then(|line| line.split_whitespace().nth(1)?.parse().ok());
+        peak = peak.max(1024.0 * number.unwrap_or(0.0));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    peak
+}
+
+/// Bytes, from `up to 480 MB of memory`.
+fn told_bytes(told: &str) -> f64 {
+    let number = told.split_once("up to ").unwrap().1;
+    let mut words = number.split_whitespace();
+    let value: f64 = words.next().unwrap().parse().unwrap();
+    match words.next() {
+        Some("MB") => 1e6 * value,
+        Some("GB") => 1e9 * value,
+        other => panic!("{other:?} in {told}"),
+    }
+}
+
+/// Plain DLA is as sparse as lichen grows, which takes the largest index.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_memory_that_is_told_is_what_the_run_takes() {
+    let desk = Desk::new();
+    let plane = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
+    fs::copy(plane, desk.path("plane.obj")).unwrap();
+    let run = "plane.obj --radius 0.01% --preset dla --elements 1000000 -o out";
+    let mut child = desk.command(run).stderr(Stdio::piped()).spawn().unwrap();
+    let stderr = child.stderr.take().unwrap();
+    let listener = std::thread::spawn(|| std::io::read_to_string(stderr).unwrap());
+    let taken = peak(&mut child);
+    let said = listener.join().unwrap();
+    assert!(child.wait().unwrap().success(), "{said}");
+    let told = told_bytes(
+        said.lines()
+            .find(|line| line.contains("of memory"))
+            .unwrap(),
+    );
+    assert!(
+        taken <= told && told <= 2.0 * taken,
+        "told {told:.3e} bytes, took {taken:.3e}"
+    );
+}
+
+fn report(desk: &Desk, folder: &str) -> Value {
+    serde_json::from_slice(&desk.read(&format!("{folder}/report.json"))).unwrap()
+}
+
+#[test]
+fn the_report_says_how_threads_shared_the_work() {
+    let desk = Desk::new();
+    for threads in [2, 4] {
+        let mut command = desk.call("grow --preview 32", &format!("{RUN} --quiet -o {threads}"));
+        let output = command.args(["--threads", &threads.to_string()]).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let report = report(&desk, &threads.to_string());
+        assert_eq!(report["threads"], threads);
+        let parallel = &report["parallel"];
+        let number = |name: &str| parallel[name].as_u64().unwrap();
+        let walkers = report["counts"]["walkers"].as_u64().unwrap();
+        assert!(number("walks") > walkers / 2, "{report}");
+        assert!(
+            (1..=number("walks")).contains(&number("conflicts")),
+            "{report}"
+        );
+        let seconds = parallel["seconds"].as_f64().unwrap();
+        let grow = report["seconds"]["grow"].as_f64().unwrap();
+        assert!(0.0 < seconds && seconds < grow, "{report}");
+        let share = report["serial_share"].as_f64().unwrap();
+        assert!((share - (1.0 - seconds / grow)).abs() < 1e-9, "{report}");
+        assert!(0.0 < share && share < 1.0, "{report}");
+    }
+}
+
+#[test]
+fn on_one_thread_nothing_is_shared() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} --quiet -o out"));
+    let report = report(&desk, "out");
+    assert_eq!(report["threads"], 1);
+    let nothing = serde_json::json!({"walks": 0, "conflicts": 0, "seconds": 0.0});
+    assert_eq!(report["parallel"], nothing);
+    assert_eq!(report["serial_share"], 1.0);
+}
+
+/// Names of all that a JSON says, those within others as `outer.inner`.
+fn fields(json: &Value, within: &str, found: &mut BTreeSet<String>) {
+    let Value::Object(map) = json else {
+        found.insert(within.to_owned());
+        return;
+    };
+    for (name, value) in map {
+        let dot = if within.is_empty() { "" } else { "." };
+        fields(value, &format!("{within}{dot}{name}"), found);
+    }
+}
+
+/// Names in the table of the page.
+fn documented() -> BTreeSet<String> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/report.md");
+    let page = fs::read_to_string(page).unwrap();
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
+    rows.map(|row| row.split_once('`').unwrap().0.to_owned())
+        .collect()
+}
+
+#[test]
+fn every_field_of_the_report_is_documented_and_no_other() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} --quiet -o out"));
+    let mut found = BTreeSet::new();
+    fields(&report(&desk, "out"), "", &mut found);
+    assert_eq!(found, documented());
+}
