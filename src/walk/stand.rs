@@ -32,6 +32,7 @@ pub struct Moved {
 
 impl Stand {
     /// At a point of the surface.
+    #[inline(always)]
     pub fn new(substrate: &Substrate, point: &SurfacePoint) -> Self {
         let [a, b, c] = substrate.charts()[point.triangle as usize].corners();
         let [w0, w1, w2] = point.weights();

@@ -232,6 +232,7 @@ struct Front {
 
 impl Front {
     /// The edge through which the path leaves a counter-clockwise triangle about its start.
+    #[inline(always)]
     fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3]) -> Self {
         let side = corners.map(|c| c.y);
         let is_left = |k: usize| usize::from(side[k] > 0.0) << k;

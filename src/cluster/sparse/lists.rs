@@ -196,9 +196,9 @@ impl CellLists {
         let mut one = |number: u32| {
             let cell = &self.cells[number as usize];
             let offset = p - cell.corner;
-            if (offset - offset.clamp(DVec3::ZERO, DVec3::splat(self.size))).length_squared()
-                < limit
-            {
+            let half = DVec3::splat(0.5 * self.size);
+            let gaps = ((offset - half).abs() - half).max(DVec3::ZERO);
+            if gaps.length_squared() < limit {
                 visit(cell.list, offset);
             }
         };
