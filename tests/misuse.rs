@@ -243,6 +243,8 @@ fn a_run_that_was_killed_while_it_was_extended_is_told_of() {
             say("export", "-o a.csv"),
             say("skin", "-o a.ply --resolution 2r --force"),
             say("analyze", ""),
+            say("render", "-o a.png --size 32x24 --samples 1 --force"),
+            say("animate", "-o a.glb --frames 2 --resolution 2r --force"),
         ]
     };
     assert!(!all().concat().contains("extended"));

@@ -70,6 +70,7 @@ pub(super) struct Growth {
 impl Growth {
     fn read(args: &AnimateArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
+        grown.tell_of_more(args.run.voice());
         grown.spare(&args.output, args.mesh.as_deref())?;
         let mesh = match &args.mesh {
             Some(mesh) => mesh.clone(),

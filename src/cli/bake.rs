@@ -83,6 +83,7 @@ struct Lichen {
 impl Lichen {
     fn read(args: &BakeArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
+        grown.tell_of_more(args.run.voice());
         grown.spare(&args.output.join(GLB), args.mesh.as_deref())?;
         let mesh = match &args.mesh {
             Some(mesh) => mesh.clone(),

@@ -139,6 +139,7 @@ impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
 impl Lichens {
     fn read(args: &RenderArgs) -> Result<Self, Failure> {
         let first = Grown::read(&args.from)?;
+        first.tell_of_more(args.run.voice());
         let (substrate, cluster) = first.on_mesh(args.mesh.as_deref())?;
         let diagonal = substrate.units().diagonal();
         let radius = first.elements.radius;
