@@ -298,21 +298,11 @@ fn many_births_are_flushed_seldom() {
     let (took, log) = logged(&desk, BIRTHS);
     let blocks = log.windows(MARKER.len()).filter(|w| *w == MARKER).count();
     let seconds = took.as_secs_f64();
+    println!("{} ns an element", took.as_nanos() / BIRTHS as u128);
     let young = (seconds / 1e-6).ln() / (4.0f64 / 3.0).ln();
     let most = young + 0.5 * seconds + 2.0 * (BIRTHS / LARGEST_BLOCK) as f64 + 2.0;
     assert!(
         blocks >= BIRTHS / LARGEST_BLOCK && blocks as f64 <= most,
         "{blocks} blocks in {seconds} s, at most {most}"
     );
-}
-
-/// What a birth costs the log, flushes included; the least of five. Prints, and asserts nothing.
-#[test]
-#[ignore = "prints the cost that docs/log.md quotes, by hand; cannot fail"]
-fn cost_of_logging() {
-    const BIRTHS: usize = 1_000_000;
-    let desk = Desk::new();
-    desk.done(&format!("{RUN} -o out --quiet"));
-    let least = (0..5).map(|_| logged(&desk, BIRTHS).0).min().unwrap();
-    eprintln!("{} ns an element", least.as_nanos() / BIRTHS as u128);
 }

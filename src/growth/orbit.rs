@@ -291,9 +291,8 @@ impl Here {
 
     /// Where the curve comes into another circle, if it does.
     ///
-    /// It goes to the left of the way to the other centre at one of the two places where the circles cross,
-    /// and to the right at the other; its direction there times the radius of the other circle is
-    /// ± the product of both distances and the sense.
+    /// Of the two places p where the circles cross, that is the one where its direction v goes inwards: v·(p − centre)
+    /// is sense · across · distance² on the left of the way to the other centre, and minus that on the right.
     fn meeting(&self, centre: DVec2, radius: f64) -> Option<DVec2> {
         let between = centre - self.centre;
         let distance_sq = between.length_squared();
@@ -330,6 +329,25 @@ mod tests {
             point: stream.in_unit_disc().normalize(),
             sense: if stream.uniform() < 0.5 { 1.0 } else { -1.0 },
         }
+    }
+
+    #[test]
+    fn meetings_are_where_the_curve_comes_in() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let mut stream = Stream::new(10, Purpose::Walker, 0);
+        let mut met = 0;
+        for _ in 0..4000 {
+            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+            let (centre, radius) = (3.0 * stream.in_unit_disc(), 0.2 + stream.uniform());
+            let cross = (1.0 - radius).abs() < centre.length() && centre.length() < 1.0 + radius;
+            let meeting = here.meeting(centre, radius);
+            assert_eq!(meeting.is_some(), cross, "{centre:?}, {radius}");
+            let Some(p) = meeting else { continue };
+            assert!((p.length() - 1.0).abs() < 1e-9 && (p.distance(centre) - radius).abs() < 1e-9);
+            assert!(here.velocity(p).dot(p - centre) < 0.0, "{p:?}");
+            met += 1;
+        }
+        assert!(met > 1000, "{met}");
     }
 
     #[test]
