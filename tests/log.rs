@@ -298,7 +298,7 @@ fn many_births_are_flushed_seldom() {
     let (took, log) = logged(&desk, BIRTHS);
     let blocks = log.windows(MARKER.len()).filter(|w| *w == MARKER).count();
     let seconds = took.as_secs_f64();
-    println!("{} ns an element", took.as_nanos() / BIRTHS as u128);
+    eprintln!("{} ns an element", took.as_nanos() / BIRTHS as u128);
     let young = (seconds / 1e-6).ln() / (4.0f64 / 3.0).ln();
     let most = young + 0.5 * seconds + 2.0 * (BIRTHS / LARGEST_BLOCK) as f64 + 2.0;
     assert!(
