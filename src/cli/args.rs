@@ -175,8 +175,9 @@ pub(crate) struct GrowArgs {
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
-    /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer
-    #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = RUN)]
+    /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer, one of 640 as long as
+    /// 20,000 elements; 0 takes none
+    #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = preview_width, help_heading = RUN)]
     pub(crate) preview: u32,
     /// Replace what an earlier run wrote to the folder, which is gone as soon as growth starts
     #[arg(long, help_heading = RUN)]
@@ -275,6 +276,12 @@ pub(crate) struct WalkArgs {
 
 fn triangle(text: &str) -> Result<SeedPlace, SeedTextError> {
     SeedPlace::from_triangle_text(text)
+}
+
+fn preview_width(text: &str) -> Result<u32, &'static str> {
+    let width = text.parse().ok();
+    let width = width.filter(|width| *width == 0 || (16..=16384).contains(width));
+    width.ok_or("give a width from 16 to 16384, or 0 for no picture")
 }
 
 fn join() -> impl TypedValueParser<Value = Join> {

@@ -84,7 +84,7 @@ impl Job<'_> {
             log: &log,
             execution: self.execution,
             seconds,
-            preview: Some(self.args.preview),
+            preview: (self.args.preview > 0).then_some(self.args.preview),
         };
         let report = finished.report();
         if let Err(error) = finished.write(output) {
@@ -354,7 +354,9 @@ fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result
         return Err(Failure::Interrupted);
     }
     if !voice.quiet {
-        terminal::say(&format!("{summary}\n  {}", FILES.join(", ")))?;
+        let there = FILES.iter().filter(|file| folder.join(file).exists());
+        let there: Vec<&str> = there.copied().collect();
+        terminal::say(&format!("{summary}\n  {}", there.join(", ")))?;
     }
     Ok(())
 }

@@ -54,7 +54,7 @@ const TILE: usize = 64;
 
 /// Samples of every pixel, before it is decided where more are needed: the least, and the share
 /// of the most.
-const PILOT: u32 = 2;
+const PILOT: u32 = 1;
 const PILOT_SHARE: u32 = 8;
 
 /// Pixels to each side that are looked at for that.
@@ -68,6 +68,9 @@ const WITHIN_PIXEL: u32 = 0;
 const BATCH: u32 = 4;
 const ERROR: f32 = 0.1;
 const USUAL: f32 = 24.0;
+
+/// Where light and shade are even all about, only the grain of things is left to be sampled.
+const LEAST_EVEN: u32 = 2;
 
 /// The sheet has no grain to hide an error behind, and is soon done.
 const LEAST_ON_SHEET: u32 = 12;
@@ -194,9 +197,19 @@ impl Frame<'_> {
         if is_bare || square.seen.is_only(Seen::NOTHING) {
             return square.pixel(dither);
         }
+        let is_even = square.seen.is_only(Seen::THING) && square.seen.is_even();
         let mut sums = sums.clone();
-        while sums.taken < self.samples && !sums.is_enough(self.error) {
-            let next = (sums.taken / BATCH + 1) * BATCH;
+        while sums.taken < self.samples {
+            let is_enough = if is_even {
+                sums.taken >= LEAST_EVEN && square.is_enough(sums.taken, self.error)
+            } else {
+                sums.is_enough_alone(self.error)
+            };
+            if is_enough {
+                break;
+            }
+            let batch = if is_even { LEAST_EVEN } else { BATCH };
+            let next = (sums.taken / batch + 1) * batch;
             self.sample(at, next.min(self.samples), square.seen, &mut sums);
         }
         sums.pixel(dither)
@@ -284,18 +297,21 @@ impl Sums {
         self.light_sq += light * light;
     }
 
-    fn is_enough(&self, error: f32) -> bool {
+    fn is_enough_alone(&self, error: f32) -> bool {
         let least = if self.seen.has(Seen::SHEET) {
             LEAST_ON_SHEET
         } else {
             BATCH
         };
-        if self.taken < least || !self.taken.is_multiple_of(BATCH) {
-            return false;
-        }
+        let may_be = self.taken >= least && self.taken.is_multiple_of(BATCH);
+        may_be && self.is_enough(self.taken, error)
+    }
+
+    /// Whether the mean of so many samples that scatter as these do is known well enough.
+    fn is_enough(&self, taken: u32, error: f32) -> bool {
         let n = self.taken as f32;
         let scatter = (self.light_sq - self.light * self.light / n).max_element() / (n - 1.0);
-        (scatter.max(0.0) / n).sqrt() <= error * self.light.max_element() / n
+        (scatter.max(0.0) / taken as f32).sqrt() <= error * self.light.max_element() / n
     }
 
     fn pixel(&self, dither: f32) -> Pixel {
