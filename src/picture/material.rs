@@ -1,10 +1,13 @@
 //! What things are made of: stone with crystals and a rough face, furrowed bark, and the fine relief of
 //! lichen. All of it is noise in space, so no mesh needs texture coordinates.
 
+use std::sync::LazyLock;
+
 use glam::{Mat3A, Vec3A};
+use wide::{f32x4, i32x4, u32x4};
 
 use super::color;
-use super::sample::{hash, unit};
+use super::sample::{hash, hash_four, unit};
 
 /// What a substrate is drawn as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,15 +142,27 @@ fn tilted(normal: Vec3A, gradient: Vec3A, height: f32) -> Vec3A {
     (normal - along * height).normalize_or(normal)
 }
 
+/// Octaves at most.
+const MOST_OCTAVES: usize = 4;
+
+/// How each octave lies to the mesh, and the way back.
+type Turns = [(Mat3A, Mat3A); MOST_OCTAVES];
+
 /// Noise of several frequencies by their weights, about 0, and its gradient.
 fn octaves(p: Vec3A, of: &[(f32, f32)]) -> (f32, Vec3A) {
+    static TURNS: LazyLock<Turns> = LazyLock::new(|| {
+        let mut turn = Mat3A::IDENTITY;
+        std::array::from_fn(|_| {
+            turn = TURN * turn;
+            (turn, turn.transpose())
+        })
+    });
+    debug_assert!(of.len() <= MOST_OCTAVES);
     let (mut sum, mut gradient) = (0.0, Vec3A::ZERO);
-    let mut turn = Mat3A::IDENTITY;
-    for &(frequency, weight) in of {
-        turn = TURN * turn;
-        let (value, slope) = noise(turn * p * frequency);
+    for (&(frequency, weight), (turn, back)) in of.iter().zip(&*TURNS) {
+        let (value, slope) = noise(*turn * p * frequency);
         sum += weight * value;
-        gradient += turn.transpose() * slope * (weight * frequency);
+        gradient += *back * slope * (weight * frequency);
     }
     (sum, gradient)
 }
@@ -158,23 +173,41 @@ fn noise(p: Vec3A) -> (f32, Vec3A) {
     let f = p - cell;
     let u = f * f * (Vec3A::splat(3.0) - 2.0 * f);
     let du = 6.0 * f * (Vec3A::ONE - f);
-    let [x, y, z] = lattice(cell);
-    let row = |j: u32, k: u32| {
-        let base = hash(y.wrapping_add(j) ^ hash(z.wrapping_add(k)));
-        let [a, b] = [0, 1].map(|i| unit(hash(base ^ x.wrapping_add(i))));
-        (a + u.x * (b - a), b - a)
-    };
-    let sheet = |k: u32| {
-        let ((a, da), (b, db)) = (row(0, k), row(1, k));
+    let [before, after] = hashes(cell).map(|h| shares(h >> 8, 1.0 / (1 << 24) as f32));
+    let along = after - before;
+    let (rows, along) = ((before + u.x * along).to_array(), along.to_array());
+    let sheet = |k: usize| {
+        let [a, b, da, db] = [rows[k], rows[k + 1], along[k], along[k + 1]];
         (a + u.y * (b - a), da + u.y * (db - da), b - a)
     };
-    let ((a, ax, ay), (b, bx, by)) = (sheet(0), sheet(1));
+    let ((a, ax, ay), (b, bx, by)) = (sheet(0), sheet(2));
     let gradient = Vec3A::new(ax + u.z * (bx - ax), ay + u.z * (by - ay), b - a);
     (a + u.z * (b - a) - 0.5, gradient * du)
 }
 
+/// A hash of each corner of a cell of the lattice: of those before it along x, and of those after;
+/// in each four y goes first.
+fn hashes(cell: Vec3A) -> [u32x4; 2] {
+    /// Odd numbers that have little in common, those of xxHash.
+    const X: u32 = 0x9E37_79B1;
+    const Y: u32 = 0x85EB_CA77;
+    const Z: u32 = 0xC2B2_AE3D;
+    const ASIDE: [u32; 4] = [0, Y, Z, Y.wrapping_add(Z)];
+    let [x, y, z] = lattice(cell);
+    let first = x.wrapping_mul(X).wrapping_add(y.wrapping_mul(Y));
+    let before = u32x4::splat(first.wrapping_add(z.wrapping_mul(Z))) + u32x4::new(ASIDE);
+    [before, before + u32x4::splat(X)].map(hash_four)
+}
+
+/// Numbers below 2³¹, each times this.
+fn shares(numbers: u32x4, of: f32) -> f32x4 {
+    f32x4::from_i32x4(i32x4::new(numbers.to_array().map(|n| n as i32))) * f32x4::splat(of)
+}
+
 fn lattice(cell: Vec3A) -> [u32; 3] {
-    cell.to_array().map(|c| c as i32 as u32)
+    let [x, y, z] = cell.to_array();
+    let [x, y, z, _] = f32x4::new([x, y, z, 0.0]).fast_trunc_int().to_array();
+    [x, y, z].map(|c| c as u32)
 }
 
 /// The colour of the crystal at a place: cells about one point in each cube of the lattice
@@ -182,24 +215,21 @@ fn lattice(cell: Vec3A) -> [u32; 3] {
 /// a few cells short: crystals have straight sides anyway.
 fn crystal(p: Vec3A) -> Vec3A {
     let first = (p - 0.5).floor();
-    let [x, y, z] = lattice(first);
-    let (mut nearest, mut kind) = (f32::INFINITY, 0);
-    for k in 0..2 {
-        let of_z = hash(z.wrapping_add(k));
-        for j in 0..2 {
-            let of_y = hash(y.wrapping_add(j) ^ of_z);
-            for i in 0..2 {
-                let h = hash(x.wrapping_add(i) ^ of_y);
-                let share = |byte: u32| (h >> (8 * byte) & 255) as f32 / 255.0;
-                let cube = Vec3A::new(i as f32, j as f32, k as f32);
-                let at = first + cube + Vec3A::new(share(0), share(1), share(2));
-                let d = at.distance_squared(p);
-                if d < nearest {
-                    (nearest, kind) = (d, h);
-                }
-            }
-        }
-    }
+    let (aside, hashes) = (first - p, hashes(first));
+    let within = |byte: u32, h: u32x4| shares(h >> (8 * byte) & u32x4::splat(255), 1.0 / 255.0);
+    let distance_sq = |i: usize| {
+        let x = within(0, hashes[i]) + (aside.x + i as f32);
+        let y = within(1, hashes[i]) + f32x4::new([0.0, 1.0, 0.0, 1.0]) + aside.y;
+        let z = within(2, hashes[i]) + f32x4::new([0.0, 0.0, 1.0, 1.0]) + aside.z;
+        (x * x + y * y + z * z).to_array()
+    };
+    let distances_sq = [distance_sq(0), distance_sq(1)];
+    let all = distances_sq
+        .iter()
+        .flatten()
+        .zip(hashes.iter().flat_map(|h| h.to_array()));
+    let nearer = |a: (f32, u32), b: (f32, u32)| if b.0 < a.0 { b } else { a };
+    let (_, kind) = all.fold((f32::INFINITY, 0), |a, (d, h)| nearer(a, (*d, h)));
     match unit(hash(kind)) {
         k if k < 0.06 => DARK * (0.8 + 8.0 * k),
         k if k < 0.24 => PALE * (0.7 + 1.7 * (k - 0.06)),

@@ -1,11 +1,20 @@
 //! Sample points: low-discrepancy sequences, shifted by a hash of the pixel.
 
 use glam::{Vec2, Vec3A};
+use wide::u32x4;
 
 /// A well mixed 32-bit hash (Wellons' lowbias32).
 pub(super) fn hash(x: u32) -> u32 {
     let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     let x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+/// The same of four numbers.
+#[inline(always)]
+pub(super) fn hash_four(x: u32x4) -> u32x4 {
+    let x = (x ^ (x >> 16)) * u32x4::splat(0x7feb_352d);
+    let x = (x ^ (x >> 15)) * u32x4::splat(0x846c_a68b);
     x ^ (x >> 16)
 }
 
@@ -54,7 +63,8 @@ impl Sampler {
 /// A point of the unit disc, evenly spread (Shirley & Chiu 1997, by polar angle).
 fn on_disc(u: Vec2) -> Vec2 {
     let angle = core::f32::consts::TAU * u.y;
-    Vec2::new(libm::cosf(angle), libm::sinf(angle)) * u.x.sqrt()
+    let (sin, cos) = libm::sincosf(angle);
+    Vec2::new(cos, sin) * u.x.sqrt()
 }
 
 /// A direction about `n`, with density by the cosine.

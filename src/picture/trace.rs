@@ -184,10 +184,12 @@ impl<'a> World<'a> {
 
     /// Whether anything is in the way of a ray.
     pub(super) fn is_blocked(&self, from: &Starts, direction: Vec3A) -> bool {
-        let ray = Ray::new(from.lichen, direction);
-        self.is_behind(from.stone, direction)
-            || self.skins.iter().any(|(mesh, _)| mesh.blocks(&ray))
-            || self.granules.blocks(&ray)
+        let ray = Ray::new(from.stone, direction);
+        if self.stone.blocks(&ray) {
+            return true;
+        }
+        let ray = ray.starting_at(from.lichen);
+        self.skins.iter().any(|(mesh, _)| mesh.blocks(&ray)) || self.granules.blocks(&ray)
     }
 
     /// Whether the substrate is in the way of a ray.

@@ -106,6 +106,12 @@ impl Ray {
         }
     }
 
+    /// The same from another origin.
+    pub(super) fn starting_at(mut self, origin: Vec3A) -> Self {
+        self.origin = Lanes::splat(origin);
+        self
+    }
+
     /// Which boxes it meets, and where it enters each.
     #[inline]
     fn enter(&self, node: &Node) -> (BVec4A, Vec4) {
@@ -243,9 +249,13 @@ impl Node {
     }
 
     /// Has what is in the boxes that are met wait, the nearest to come first.
-    #[inline]
+    #[inline(always)]
     fn queue(&self, met: BVec4A, near: Vec4, waiting: &mut impl FastStack<(u32, f32)>) {
         let (mut met, near) = (met.bitmask(), near.to_array());
+        if met.is_power_of_two() {
+            let lane = met.trailing_zeros() as usize % WIDTH;
+            return waiting.push((self.inside[lane], near[lane]));
+        }
         let mut found = [(0, 0.0); WIDTH];
         let mut count = 0;
         while met != 0 {
