@@ -229,6 +229,46 @@ fn discs_below_a_pixel_read_as_a_tone() {
     }
 }
 
+/// Where samples are saved is decided by what they saw: that must not make anything lighter or darker.
+#[test]
+fn few_samples_show_the_same_light_as_many() {
+    let (vertices, triangles) = cube();
+    let discs: Vec<Disc> = (0..30 * 30)
+        .map(|i| [i % 30, i / 30].map(|k| (k as f32 + 0.5) / 30.0 - 0.5))
+        .map(|[x, z]| disc([x, 1.0, z], UP, 0.02))
+        .collect();
+    let scene = scene(&vertices, &triangles, &discs);
+    let camera = Camera::look_at([3.0, 4.0, 5.0], [0.0; 3], UP, 0.7);
+    let taken = |samples: u32| {
+        let settings = Settings {
+            width: 160,
+            height: 120,
+            samples,
+            ..SMALL
+        };
+        render(&scene, &camera, &settings)
+    };
+    // The mean of each 16 x 16 pixels.
+    let squares = |image: &Image| {
+        let mut sums = [0u32; 80];
+        for (i, p) in image.rgb.chunks(3).enumerate() {
+            let light: u32 = p.iter().map(|&c| u32::from(c)).sum();
+            sums[i / 160 / 16 * 10 + i % 160 / 16] += light;
+        }
+        sums.map(|sum| f64::from(sum) / (3.0 * 256.0))
+    };
+    let exact = squares(&taken(256));
+    for samples in [4, 8, 16] {
+        let few = squares(&taken(samples));
+        let apart = few.iter().zip(exact).map(|(a, b)| a - b);
+        let (sum, most) = apart.fold((0.0, 0.0f64), |(sum, most), d| (sum + d, most.max(d.abs())));
+        let mean: f64 = sum / 80.0;
+        assert!(mean.abs() < 0.1, "{samples} samples: {mean} lighter");
+        let limit = 8.0 / f64::from(samples).sqrt();
+        assert!(most < limit, "{samples} samples: {most} apart");
+    }
+}
+
 #[test]
 fn colours_grow_lighter_from_old_to_young() {
     let light = |t: f32| age_color(t).iter().map(|&c| u32::from(c)).sum::<u32>();

@@ -30,10 +30,16 @@ impl Stickiness {
         let half_disc = std::f64::consts::PI * ratio * ratio / (4.0 * 3f64.sqrt());
         Self {
             half_disc,
-            gain: p.gain,
+            // Where all stick nobody has to be counted.
+            gain: if p.min_stick < 1.0 { p.gain } else { 0.0 },
             bias: p.bias,
             least: p.min_stick,
         }
+    }
+
+    /// Whether n makes a difference.
+    pub(super) fn counts(&self) -> bool {
+        self.gain != 0.0
     }
 
     /// Curvature κ of a front that has n elements within L.
@@ -137,11 +143,11 @@ impl<I: ElementIndex> Surroundings<'_, I> {
                 return Answer::Refused(asked);
             }
         }
-        let n = if law.gain == 0.0 {
+        let n = if law.counts() {
+            self.count(scratch, (triangle, p))
+        } else {
             asked.spare = usize::MAX;
             0
-        } else {
-            self.count(scratch, (triangle, p))
         };
         match law.probability(n) {
             probability if chance < probability => Answer::Sticks(probability),
@@ -275,6 +281,18 @@ mod tests {
             }
         }
         assert!(stuck > 500 && remembered > 1000, "{stuck}, {remembered}");
+    }
+
+    #[test]
+    fn nobody_is_counted_where_all_stick() {
+        let sure = |min_stick: f64| {
+            Stickiness::new(&Parameters {
+                min_stick,
+                ..parameters(1.0)
+            })
+        };
+        assert!(sure(0.999).counts() && !sure(1.0).counts());
+        assert!((0..200).all(|n| sure(1.0).probability(n) == 1.0));
     }
 
     /// What refused holds n, and would have refused with all that were to spare.

@@ -65,9 +65,10 @@ type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// A model of its own index, for a cluster that is still empty, on one thread.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
-        let wide = (parameters.gain != 0.0).then(|| widest_count(&parameters));
+        let law = Stickiness::new(&parameters);
+        let wide = law.counts().then(|| widest_count(&parameters));
         Self {
-            law: Stickiness::new(&parameters),
+            law,
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
             far: None,

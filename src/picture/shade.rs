@@ -127,36 +127,48 @@ impl<'a> Studio<'a> {
         let mut seen = Seen::THING;
         let mut light = FILL * (0.5 + 0.5 * look.normal.dot(self.fill));
         let facing = look.normal.dot(self.key);
-        if facing > 0.0 && self.is_lit(&hit.starts, asked, &mut seen) {
+        if facing > 0.0 && self.is_lit(hit.horizon, &hit.starts, asked, &mut seen) {
             light += KEY * facing;
         }
-        light += match self.room(look.normal, &hit.starts, asked, &mut seen) {
+        light += match self.room([look.normal, hit.horizon], &hit.starts, asked, &mut seen) {
             None => ROOM * look.albedo * BOUNCE,
             Some(out) => ROOM * (0.62 + 0.5 * (0.5 + 0.5 * out.dot(self.world.up))),
         };
         (look.albedo * light, seen)
     }
 
-    fn is_lit(&self, starts: &Starts, asked: &Asked, seen: &mut Seen) -> bool {
-        let is_lit = asked.around.always(Seen::LIT, Seen::SHADED);
-        let is_lit = is_lit.unwrap_or_else(|| {
-            let u = asked.sampler.point(asked.number, TO_KEY);
-            let to_light = cone_about(self.key, SOFT, u);
-            !self.world.is_blocked(starts, to_light)
-        });
+    /// Whether the key light reaches a place with this horizon.
+    fn is_lit(&self, horizon: Vec3A, starts: &Starts, asked: &Asked, seen: &mut Seen) -> bool {
+        let known = asked.around.always(Seen::LIT, Seen::SHADED);
+        let all_is_above = self.key.dot(horizon) > SOFT;
+        let is_lit = match known {
+            Some(is_lit) if all_is_above => is_lit,
+            _ => {
+                let u = asked.sampler.point(asked.number, TO_KEY);
+                let to_light = cone_about(self.key, SOFT, u);
+                if to_light.dot(horizon) <= 0.0 {
+                    return false;
+                }
+                known.unwrap_or_else(|| !self.world.is_blocked(starts, to_light))
+            }
+        };
         *seen = seen.and(if is_lit { Seen::LIT } else { Seen::SHADED });
         is_lit
     }
 
-    /// A direction about a normal in which the room is seen; none where something hides it.
+    /// A direction about a normal in which the room is seen; none where something hides it, or it is
+    /// below the horizon.
     fn room(
         &self,
-        normal: Vec3A,
+        [normal, horizon]: [Vec3A; 2],
         starts: &Starts,
         asked: &Asked,
         seen: &mut Seen,
     ) -> Option<Vec3A> {
         let out = cosine_about(normal, asked.sampler.point(asked.number, TO_ROOM));
+        if out.dot(horizon) <= 0.0 {
+            return None;
+        }
         let is_open = asked.around.always(Seen::OPEN, Seen::CLOSED);
         let is_open = is_open.unwrap_or_else(|| !self.world.is_blocked(starts, out));
         *seen = seen.and(if is_open { Seen::OPEN } else { Seen::CLOSED });
@@ -180,11 +192,11 @@ impl<'a> Studio<'a> {
             return (sheet, seen);
         }
         let starts = (p + up * (1e-4 * self.world.size)).into();
-        let key = match self.is_lit(&starts, asked, &mut seen) {
+        let key = match self.is_lit(up, &starts, asked, &mut seen) {
             true => 0.0,
             false => KEY_ON_FLOOR,
         };
-        let room = match self.room(up, &starts, asked, &mut seen) {
+        let room = match self.room([up; 2], &starts, asked, &mut seen) {
             None => ROOM_ON_FLOOR,
             Some(_) => 0.0,
         };

@@ -46,6 +46,8 @@ pub(super) struct Hit {
     pub(super) place: Vec3A,
     /// For shading, on the ray's side.
     pub(super) normal: Vec3A,
+    /// The same without fine relief: what leaves the place below its horizon meets the thing itself.
+    pub(super) horizon: Vec3A,
     pub(super) material: Material,
     /// Where rays that leave the place start, to meet lichen and to meet stone.
     pub(super) starts: Starts,
@@ -208,6 +210,7 @@ impl<'a> World<'a> {
         Hit {
             place: facing.place,
             normal: facing.smooth,
+            horizon: facing.smooth,
             material: Material::Ground,
             starts,
         }
@@ -229,6 +232,7 @@ impl<'a> World<'a> {
         Hit {
             place: facing.place,
             normal,
+            horizon: facing.smooth,
             material: Material::Lichen { color, grain },
             starts: (facing.place + facing.flat * (CLEAR * self.size)).into(),
         }
@@ -245,6 +249,7 @@ impl<'a> World<'a> {
         Hit {
             place,
             normal: (flat + 0.35 * dome.normal).normalize_or_zero(),
+            horizon: flat,
             material: Material::Lichen {
                 color: dome.color,
                 grain: 0.0,
