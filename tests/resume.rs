@@ -151,6 +151,28 @@ fn an_interrupted_picture_is_left_out() {
     assert!(desk.read("out/elements.ply") == desk.read("whole/elements.ply"));
 }
 
+#[test]
+fn a_run_without_a_picture_is_the_same_but_for_that() {
+    let desk = Desk::new();
+    let grow = |words: &str| desk.call("grow --preview 0", words).output().unwrap();
+    desk.done("rock.obj --elements 200 --quiet -o out");
+    let output = grow("--resume out --elements 300");
+    assert!(output.status.success(), "{}", said(&output));
+    let files = ["elements.ply", "recipe.toml", "report.json", "run.log"];
+    assert_eq!(names(&desk.path("out")), files, "nor one of fewer elements");
+    assert!(!String::from_utf8_lossy(&output.stdout).contains("preview"));
+    desk.done("rock.obj --elements 300 --quiet -o whole");
+    assert!(desk.read("out/elements.ply") == desk.read("whole/elements.ply"));
+    let output = desk.call("grow --preview 8", "rock.obj -o tiny").output();
+    let output = output.unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        said(&output).contains("0 for no picture"),
+        "{}",
+        said(&output)
+    );
+}
+
 /// Whether it was interrupted or killed without warning.
 #[cfg(unix)]
 #[test]

@@ -11,6 +11,7 @@ use thallus::substrate::{Substrate, load_soup};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
+use super::memory::After;
 use super::number::{count, duration, percent, short};
 use super::output::{FILES, Finished};
 use super::progress::{Display, Goal};
@@ -36,7 +37,11 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     warnings::warnings(&substrate, recipe.radius)
         .iter()
         .for_each(|warning| voice.warn(warning));
-    memory::check(&substrate, &recipe, voice)?;
+    let after = match args.preview {
+        0 => After::Nothing,
+        _ => After::Preview,
+    };
+    memory::check(&substrate, &recipe, after, voice)?;
     let earlier = resume::earlier(&args, &recipe, voice)?;
     if execution.is_cancelled() {
         terminal::warn("interrupted before anything grew: nothing is written");

@@ -16,8 +16,11 @@ use super::terminal::Voice;
 
 /// Bytes that an element takes at the peak of a run, which is when the picture is made. Measured at a
 /// million elements: 378 of plain DLA on the plane, which is as sparse as lichen grows, and 394 of
-/// packed lichen on the rock; 263 and less as they grow. Vectors that grow may take more for a moment.
+/// packed lichen on the rock. Vectors that grow may take more for a moment.
 const BYTES: f64 = 480.0;
+
+/// The same where no picture is made: 279 and 197 were measured.
+const BARE_BYTES: f64 = 340.0;
 
 /// Bytes that a triangle of a skin takes at the peak, which is while it is made, or while a picture of it is
 /// taken: docs/skin.md has the measurements.
@@ -58,13 +61,35 @@ const FINE: usize = 20_000;
 /// Discs that only touch may lie over one another: this many times as many have room.
 const OVERLAP: f64 = 4.0;
 
+/// What becomes of a run when it has grown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum After {
+    Preview,
+    Nothing,
+    /// It is measured, and pictured with others.
+    Sweep,
+}
+
 /// Tells what a long run takes, and refuses what does not fit.
-pub(crate) fn check(substrate: &Substrate, recipe: &Recipe, voice: Voice) -> Result<(), Failure> {
+pub(super) fn check(
+    substrate: &Substrate,
+    recipe: &Recipe,
+    after: After,
+    voice: Voice,
+) -> Result<(), Failure> {
     let elements = expected_elements(substrate, recipe);
-    let needed = needed(substrate, recipe);
+    let (each, cure) = match after {
+        After::Preview => (
+            BYTES,
+            "ask for fewer, for a larger --radius, or for --preview 0",
+        ),
+        After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
+        After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
+    };
+    let needed = each * elements;
     let number = count(elements as u64);
     let what = format!("about {number} elements");
-    check_free(needed, &what, "ask for fewer, or for a larger --radius")?;
+    check_free(needed, &what, cure)?;
     let seconds = seconds(substrate, recipe);
     if elements >= LONG || seconds >= LONG_SECONDS {
         let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
@@ -155,7 +180,7 @@ fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(),
     check_within(free, needed, &what, "make --size smaller")
 }
 
-/// Bytes that a run is expected to take at its peak, the mesh aside.
+/// Bytes that a run with a picture is expected to take at its peak, the mesh aside.
 pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
 }

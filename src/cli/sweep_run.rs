@@ -14,6 +14,7 @@ use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
+use super::memory::After;
 use super::output::Finished;
 use super::sweep_progress::Show;
 use super::sweep_record::{self as record, MEASURES};
@@ -133,7 +134,7 @@ impl Sweep<'_> {
         }
         let recipe = self.plan.runs[run].recipe.as_ref();
         let recipe = recipe.map_err(Clone::clone)?;
-        memory::check(self.substrate, recipe, Voice { quiet: true })?;
+        memory::check(self.substrate, recipe, After::Sweep, Voice { quiet: true })?;
         let (begun, mut log) = self.begin(&mut output, recipe, anew)?;
         let started = Instant::now();
         let growth = begun.grow(execution, &mut log);
