@@ -1,6 +1,6 @@
 //! The shapes that rays meet: triangles, and domes for granules.
 
-use glam::{BVec4A, Vec3A, Vec4};
+use glam::{BVec4A, Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 
 use super::wide::{Lanes, Ray, WIDTH};
@@ -29,13 +29,14 @@ pub(super) struct Touch {
     pub(super) lane: usize,
 }
 
-/// The upper half of an ellipsoid on the surface.
+/// The upper half of an ellipsoid on the surface. There are millions of them: no wider than it has to be.
 #[derive(Clone, Copy)]
 pub(super) struct Dome {
-    pub(super) center: Vec3A,
-    pub(super) normal: Vec3A,
+    center: Vec3,
+    normal: Vec3,
     pub(super) radius: f32,
-    pub(super) color: Vec3A,
+    /// sRGB.
+    color: [u8; 3],
 }
 
 impl Triangles {
@@ -110,8 +111,8 @@ pub(super) struct Domes {
 impl Domes {
     pub(super) fn new(numbers: [u32; WIDTH], domes: [Dome; WIDTH]) -> Self {
         Self {
-            center: Lanes::new(domes.map(|d| d.center)),
-            normal: Lanes::new(domes.map(|d| d.normal)),
+            center: Lanes::new(domes.map(|d| d.center())),
+            normal: Lanes::new(domes.map(|d| d.normal())),
             radius: Vec4::from_array(domes.map(|d| d.radius)),
             numbers,
         }
@@ -156,22 +157,36 @@ impl Domes {
 
 impl Dome {
     pub(super) fn new(disc: &Disc) -> Option<Self> {
-        let center = Vec3A::from_array(disc.center);
-        let normal = Vec3A::from_array(disc.normal).try_normalize()?;
+        let center = Vec3::from_array(disc.center);
+        let normal = Vec3A::from_array(disc.normal).try_normalize()?.into();
         let sound = center.is_finite() && disc.radius.is_finite() && disc.radius > 0.0;
         sound.then(|| Self {
             center,
             normal,
             radius: disc.radius,
-            color: color::linear(disc.color),
+            color: disc.color,
         })
     }
 
+    pub(super) fn center(&self) -> Vec3A {
+        self.center.into()
+    }
+
+    pub(super) fn normal(&self) -> Vec3A {
+        self.normal.into()
+    }
+
+    /// Linear light that it gives back.
+    pub(super) fn albedo(&self) -> Vec3A {
+        color::linear(self.color)
+    }
+
     pub(super) fn bounds(&self) -> Aabb {
-        let across = Vec3A::ONE - self.normal * self.normal;
+        let (center, normal) = (self.center(), self.normal());
+        let across = Vec3A::ONE - normal * normal;
         let half = across.max(Vec3A::ZERO).map(f32::sqrt) * self.radius;
-        let top = self.center + self.normal * (HEIGHT * self.radius);
-        let (low, high) = (self.center - half, self.center + half);
+        let top = center + normal * (HEIGHT * self.radius);
+        let (low, high) = (center - half, center + half);
         let pad = Vec3A::splat(0.2 * self.radius);
         Aabb::new(low.min(top) - pad, high.max(top) + pad)
     }

@@ -153,7 +153,7 @@ impl<'a> World<'a> {
         let corners = self.stone.groups.iter().chain(skins);
         corners
             .flat_map(Triangles::all_corners)
-            .chain(self.domes().iter().map(|d| d.center))
+            .chain(self.domes().iter().map(Dome::center))
             .map(|p| p.dot(self.up))
             .fold(f32::INFINITY, f32::min)
     }
@@ -241,17 +241,17 @@ impl<'a> World<'a> {
     fn dome_hit(&self, met: &Met, i: u32) -> Hit {
         let dome = &self.domes()[i as usize];
         let place = met.place;
-        let p = place - dome.center;
-        let tall = dome.normal * p.dot(dome.normal);
+        let (p, normal) = (place - dome.center(), dome.normal());
+        let tall = normal * p.dot(normal);
         let out = ((p - tall) + tall / (HEIGHT * HEIGHT)).normalize_or_zero();
         let flat = towards(out, met);
         let clear = (0.03 * dome.radius).max(2e-6 * self.size);
         Hit {
             place,
-            normal: (flat + 0.35 * dome.normal).normalize_or_zero(),
+            normal: (flat + 0.35 * normal).normalize_or_zero(),
             horizon: flat,
             material: Material::Lichen {
-                color: dome.color,
+                color: dome.albedo(),
                 grain: 0.0,
             },
             starts: (place + flat * clear).into(),
@@ -328,10 +328,12 @@ impl Granules {
         let domes: Vec<Dome> = discs.iter().filter_map(Dome::new).collect();
         let boxes: Vec<Aabb> = domes.par_iter().map(Dome::bounds).collect();
         let (tree, groups) = Tree::new(&boxes);
+        let boxed = extent(&boxes);
+        drop(boxes);
         let of = |&group: &Group| Domes::new(group, group.map(|i| domes[i as usize]));
         Self {
             groups: groups.par_iter().map(of).collect(),
-            boxed: extent(&boxes),
+            boxed,
             tree,
             domes,
         }

@@ -80,8 +80,8 @@ fn direction(i: u32, up: Vec3A) -> Vec3A {
 fn patches(world: &World) -> Vec<Patch> {
     let step = world.domes().len() / LOOKED_AT + 1;
     let granules = world.domes().iter().step_by(step).map(|d| Patch {
-        place: d.center,
-        normal: d.normal,
+        place: d.center(),
+        normal: d.normal(),
         area: d.radius * d.radius,
         clear: (0.3 * d.radius).max(1e-4 * world.size),
     });
