@@ -79,7 +79,7 @@ fn peak(child: &mut Child) -> f64 {
     peak
 }
 
-/// Bytes, from `up to 480 MB of memory`.
+/// Bytes, from `up to 450 MB of memory`.
 fn told_bytes(told: &str) -> f64 {
     let number = told.split_once("up to ").unwrap().1;
     let mut words = number.split_whitespace();

@@ -160,7 +160,7 @@ impl Dome {
         let center = Vec3::from_array(disc.center);
         let normal = Vec3A::from_array(disc.normal).try_normalize()?.into();
         let sound = center.is_finite() && disc.radius.is_finite() && disc.radius > 0.0;
-        sound.then(|| Self {
+        sound.then_some(Self {
             center,
             normal,
             radius: disc.radius,
