@@ -57,6 +57,10 @@ pub trait ElementIndex: Sync {
     /// that number and perhaps a few more, farther by rounding.
     fn at_most(&self, elements: &[Element], p: DVec3, radius: f64, enough: usize) -> usize;
 
+    /// Reads what will be needed to tell what is in contact with a place: for whoever has several places to
+    /// ask about, and would wait for each.
+    fn read_ahead(&self, elements: &[Element], p: DVec3);
+
     /// Whether some element with its centre nearer than `radius` to a point passes a test. They are
     /// tried in no stated order until one does.
     fn any_within(

@@ -190,7 +190,8 @@ impl Frame<'_> {
 
     /// A pixel that some samples were taken of, by what they came to and what those of the square
     /// about it did. Where nothing falls on the sheet the square is enough; in its shadows the
-    /// squares would show as blotches.
+    /// squares would show as blotches. Where light and shade are even, how things scatter in the square
+    /// tells how many samples are enough.
     fn pixel(&self, at: (u32, u32), sums: &Sums, square: &Sums) -> Pixel {
         let dither = Sampler::new(at.0, at.1, self.samples).dither();
         let is_bare = square.seen.is_only(Seen::SHEET) && square.seen.is_even();

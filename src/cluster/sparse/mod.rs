@@ -11,7 +11,7 @@ mod lists;
 mod touching;
 mod tree;
 
-use std::hint::select_unpredictable;
+use std::hint::{black_box, select_unpredictable};
 
 use glam::DVec3;
 
@@ -278,6 +278,14 @@ impl ElementIndex for SparseIndex {
         let mut n = 0;
         self.within(elements, position, radius, &mut |_, _| n += 1);
         n
+    }
+
+    fn read_ahead(&self, elements: &[Element], position: DVec3) {
+        let p = self.scaled(position);
+        if let Some(number) = self.tree.get(0, address(cell_of(p)).0) {
+            let first = self.finest.touching(number, p).next();
+            black_box(first.map(|id| elements[id as usize].position.x));
+        }
     }
 
     fn any_within(
