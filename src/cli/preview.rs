@@ -4,7 +4,7 @@ use std::iter::zip;
 
 use thallus::cluster::{Cluster, Element};
 use thallus::morphometry::smooth_normals;
-use thallus::picture::{Camera, Disc, Scene, Settings, age_color, render_unless};
+use thallus::picture::{Disc, Scene, Settings, age_color, render_best_unless};
 use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Rays through a pixel, at most: a look at a run should take less time than the run.
@@ -30,9 +30,7 @@ pub(crate) fn preview(
         samples: SAMPLES,
         ..Settings::default()
     };
-    let aspect = settings.width as f32 / settings.height as f32;
-    let camera = Camera::best_view(&scene, aspect);
-    Some(render_unless(&scene, &camera, &settings, stopped)?.to_png())
+    Some(render_best_unless(&scene, &settings, stopped)?.to_png())
 }
 
 /// The substrate's vertices as pictures take them.

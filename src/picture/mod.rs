@@ -35,7 +35,7 @@ pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
 pub use material::Ground;
 pub(crate) use material::longest_axis;
-pub use render::{Background, Settings, render, render_unless};
+pub use render::{Background, Settings, render, render_best_unless, render_unless};
 pub use sheet::{ContactSheet, Tile};
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.

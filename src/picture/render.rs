@@ -87,9 +87,36 @@ pub fn render_unless(
     settings: &Settings,
     stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Image> {
+    taken(&World::new(scene), camera, settings, stopped)
+}
+
+/// The same from the [best view](Camera::best_view): the scene is made ready for rays only once.
+pub fn render_best_unless(
+    scene: &Scene,
+    settings: &Settings,
+    stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Image> {
     let world = World::new(scene);
-    let studio = Studio::new(&world, camera, settings.background);
-    let (width, height) = (settings.width.max(1), settings.height.max(1));
+    let [width, height] = settings.size();
+    let camera = Camera::best_view_of(&world, width as f32 / height as f32);
+    taken(&world, &camera, settings, stopped)
+}
+
+impl Settings {
+    /// Columns and rows.
+    fn size(&self) -> [u32; 2] {
+        [self.width.max(1), self.height.max(1)]
+    }
+}
+
+fn taken(
+    world: &World,
+    camera: &Camera,
+    settings: &Settings,
+    stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Image> {
+    let studio = Studio::new(world, camera, settings.background);
+    let [width, height] = settings.size();
     let frame = Frame {
         camera,
         studio: &studio,

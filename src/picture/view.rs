@@ -35,17 +35,20 @@ impl Camera {
     /// direction, upper ones preferred, in which most of it shows; of the whole substrate where
     /// lichen covers a good share of that view, otherwise nearer, with some of what is around it.
     pub fn best_view(scene: &Scene, aspect: f32) -> Self {
-        let world = World::new(scene);
-        let patches = patches(&world);
+        Self::best_view_of(&World::new(scene), aspect)
+    }
+
+    pub(super) fn best_view_of(world: &World, aspect: f32) -> Self {
+        let patches = patches(world);
         let score = |i: u32| {
             let d = direction(i, world.up);
-            (score(&world, &patches, d), d)
+            (score(world, &patches, d), d)
         };
         let scored: Vec<(f32, Vec3A)> = (0..TRIED).into_par_iter().map(score).collect();
         let first = (0.0, direction(TRIED / 3, world.up));
         let best = |a: (f32, Vec3A), b: &(f32, Vec3A)| if b.0 > a.0 { *b } else { a };
         let (_, towards) = scored.iter().fold(first, best);
-        frame(&world, &patches, towards, aspect)
+        frame(world, &patches, towards, aspect)
     }
 
     /// A camera that looks from this side, framed as [`Camera::best_view`] does.
