@@ -480,7 +480,7 @@ fn what_does_not_fit_into_memory_is_refused_with_the_number() {
     desk.fails(
         &format!("{run} -o out"),
         1,
-        &["1,000,000,000 elements", "480 GB", "free"],
+        &["1,000,000,000 elements", "450 GB", "free"],
     );
     assert!(!desk.path("out").exists());
 }
