@@ -192,7 +192,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::path::Path;
 
     use super::*;
@@ -202,7 +202,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::substrate::Substrate;
 
-    fn parameters(radius: f64) -> Parameters {
+    pub(in crate::growth) fn parameters(radius: f64) -> Parameters {
         Parameters {
             radius,
             curvature_radius: 10.0 * radius,
@@ -220,7 +220,7 @@ mod tests {
     }
 
     /// So many elements anywhere on a surface.
-    fn scattered(
+    pub(in crate::growth) fn scattered(
         substrate: &Substrate,
         parameters: &Parameters,
         elements: usize,

@@ -453,48 +453,20 @@ impl<I: ElementIndex> Walk<'_, I> {
 mod tests {
     use std::path::Path;
 
+    use super::super::stick::tests::{parameters, scattered};
     use super::*;
-    use crate::cluster::{Cluster, NO_PARENT, SparseIndex};
-    use crate::growth::Join;
     use crate::substrate::Substrate;
 
     #[test]
     fn places_tried_together_are_those_tried_one_by_one() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let radius = substrate.units().length_to_local(substrate.auto_radius()) * 30.0;
-        let parameters = Parameters {
-            radius,
-            curvature_radius: 10.0 * radius,
-            bias: 1.0,
-            gain: 0.0,
-            min_stick: 1.0,
-            launch: 1.5,
-            kill: 10.0,
-            join: Join::Touch,
-            law: Law::Thesis,
-            steps: Steps::Large,
-            boundary: Boundary::Reflect,
-            seed: 1,
-        };
+        let parameters = parameters(substrate.units().diagonal() / 66.0);
         let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
-        let mut cluster = Cluster::new(radius);
-        let mut index = SparseIndex::new(radius, None, substrate.bounds());
-        let mut stream = Stream::new(2, Purpose::Walker, 0);
-        let all: f64 = (0..substrate.triangles().len() as u32)
-            .map(|t| substrate.area(t))
-            .sum();
-        // Contact is four times as large, and thrown anywhere it leaves e⁻⁴ of the rock free.
-        while cluster.covered_area() < all {
-            let at = area.sample(&mut stream);
-            cluster.push(Element {
-                at,
-                position: substrate.position(&at),
-                parent: NO_PARENT,
-                colony: 0,
-                probability: 1.0,
-            });
-            index.insert(cluster.elements());
-        }
+        // Discs of contact, twice as wide, cover the rock four times over and leave e⁻⁴ of it free.
+        let triangles = 0..substrate.triangles().len() as u32;
+        let all: f64 = triangles.map(|t| substrate.area(t)).sum();
+        let each = std::f64::consts::PI * parameters.radius * parameters.radius;
+        let (cluster, index) = scattered(&substrate, &parameters, (all / each) as usize);
         let around = Surroundings {
             substrate: &substrate,
             parameters: &parameters,

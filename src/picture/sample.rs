@@ -80,3 +80,16 @@ pub(super) fn cone_about(axis: Vec3A, spread: f32, u: Vec2) -> Vec3A {
     let (a, b) = axis.any_orthonormal_pair();
     (axis + a * d.x + b * d.y).normalize()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_numbers_are_hashed_as_each_alone() {
+        for x in [0, 1, 77, 1 << 16, u32::MAX - 3] {
+            let four = [x, x + 1, x ^ 0x8000_0001, !x];
+            assert_eq!(hash_four(u32x4::new(four)).to_array(), four.map(hash));
+        }
+    }
+}
