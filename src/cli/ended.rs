@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use thallus::log::{LOG, Log};
-use thallus::run::{Growth, StopRule, Stopped};
+use thallus::run::{Growth, StopRule, Stopped, shell_path};
 
 use super::failure::Failure;
 use super::number::{count, plural};
@@ -53,7 +53,7 @@ pub(super) fn spare_finished(folder: &Path, growth: &Growth) -> Result<(), Failu
          in {LOG}: go on with thallus grow --resume {}",
         count(ended),
         plural(grown, "element is", "elements are"),
-        folder.display()
+        shell_path(folder)
     );
     match growth.stopped {
         Stopped::Cancelled => {

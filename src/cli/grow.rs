@@ -6,7 +6,9 @@ use std::time::Instant;
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
-use thallus::run::{Execution, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings};
+use thallus::run::{
+    Execution, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
+};
 use thallus::substrate::{Substrate, load_soup};
 
 use super::args::GrowArgs;
@@ -347,7 +349,7 @@ fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result
     let interrupted = match how {
         How::CutShort => Some(format!(
             "interrupted; what there is was written. {summary}; to go on: thallus grow --resume {}",
-            folder.display()
+            shell_path(folder)
         )),
         How::WithoutPicture => Some(format!(
             "interrupted after the growth: all was written but for the picture, if that was being taken. {summary}"

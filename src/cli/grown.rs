@@ -6,7 +6,7 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, UpAxis, read_elements};
 use thallus::log::{LOG, count_elements};
-use thallus::run::{Length, Settings};
+use thallus::run::{Length, Settings, shell_path};
 use thallus::substrate::{Substrate, SubstrateError};
 
 use super::failure::Failure;
@@ -66,8 +66,9 @@ fn check_is_finished(folder: &Path) -> Result<(), Failure> {
     match folder.join(LOG).is_file() {
         false => Ok(()),
         true => Err(Failure::Failed(anyhow::anyhow!(
-            "{0}: the run was cut short before it wrote its elements: thallus grow --resume {0} goes on with it",
-            folder.display()
+            "{}: the run was cut short before it wrote its elements: thallus grow --resume {} goes on with it",
+            folder.display(),
+            shell_path(folder)
         ))),
     }
 }
@@ -121,7 +122,7 @@ impl Grown {
             self.table.display(),
             count(self.elements.len() as u64),
             count(more),
-            folder.unwrap_or(Path::new(".")).display()
+            shell_path(folder.unwrap_or(Path::new(".")))
         ));
     }
 

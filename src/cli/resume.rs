@@ -7,7 +7,7 @@ use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
 use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
-use thallus::run::Recipe;
+use thallus::run::{Recipe, shell_path};
 
 use super::args::GrowArgs;
 use super::ended;
@@ -26,8 +26,8 @@ impl GrowArgs {
     /// How to name the mesh for the same again.
     pub(crate) fn with_mesh(&self) -> String {
         match (&self.resume, &self.recipe) {
-            (Some(folder), _) => format!("thallus grow MESH --resume {}", folder.display()),
-            (_, Some(recipe)) => format!("thallus grow MESH --recipe {}", recipe.display()),
+            (Some(folder), _) => format!("thallus grow MESH --resume {}", shell_path(folder)),
+            (_, Some(recipe)) => format!("thallus grow MESH --recipe {}", shell_path(recipe)),
             _ => "thallus grow MESH".to_owned(),
         }
     }
@@ -157,7 +157,10 @@ pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> F
     Failure::Failed(match count_elements(&folder.join(LOG)) {
         Ok(elements) => {
             let safe = safe(elements.min(log.durable_elements()));
-            anyhow::anyhow!("{error}; {safe} safe: go on with thallus grow --resume {shown}")
+            anyhow::anyhow!(
+                "{error}; {safe} safe: go on with thallus grow --resume {}",
+                shell_path(folder)
+            )
         }
         Err(_) => anyhow::anyhow!(
             "{error}; what was durable went with it, unless {shown} was moved: then {} safe, and \

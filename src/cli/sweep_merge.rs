@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
+use thallus::run::shell_path;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
@@ -53,8 +54,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     page.make(&style)?;
     let reason = |(run, source): (usize, &Source)| Some((run, source.as_ref().err()?.clone()));
     let failures = sources.iter().enumerate().filter_map(reason).collect();
-    let output = args.output.display();
-    let again = format!("thallus sweep {output}/{GRID} -o {output} tries again");
+    let [grid, output] = [&args.output.join(GRID), &args.output].map(|p| shell_path(p));
+    let again = format!("thallus sweep {grid} -o {output} tries again");
     failed(&plan, &failures, &again)?;
     page.tell()
 }

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thallus::export::write_file_atomically;
-use thallus::run::StopRule;
+use thallus::run::{StopRule, shell_path};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan, Results, page};
 
 use super::failure::Failure;
 use super::number::{count, duration, plural, short};
 use super::sweep_picture::Pictures;
+use super::sweep_record::GRID;
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 
@@ -62,9 +63,9 @@ impl Page<'_> {
             return Ok(());
         }
         terminal::warn(&format!(
-            "interrupted: every run is finished, the page is not: thallus sweep {0}/grid.toml -o {0} \
-             makes it",
-            self.folder.display()
+            "interrupted: every run is finished, the page is not: thallus sweep {} -o {} makes it",
+            shell_path(&self.folder.join(GRID)),
+            shell_path(self.folder)
         ));
         Err(Failure::Interrupted)
     }

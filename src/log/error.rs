@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::run::shell_path;
+
 /// Why a log cannot be gone on with. Each message says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
@@ -64,7 +66,7 @@ pub enum LogError {
         "{} is damaged at byte {at}: the {elements} elements before that are sound; thallus grow \
          --resume {} --keep-sound goes on from them (the rest grows again as it was) and keeps the \
          damaged log as {}.damaged",
-        .path.display(), folder(.path).display(), super::LOG
+        .path.display(), shell_path(folder(.path)), super::LOG
     )]
     Damaged {
         /// The log.

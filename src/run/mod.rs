@@ -27,7 +27,7 @@ pub use parameter::{
 pub use recipe::{MeshId, Recipe, StopRule};
 pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};
-pub use said::{UnknownSetting, shell_word};
+pub use said::{UnknownSetting, shell_path, shell_word};
 pub use seed_text::SeedTextError;
 pub use settings::{Complete, Settings, StopSetting};
 pub use settings_error::SettingsError;

@@ -1,5 +1,7 @@
 //! What settings say, key by key: for tables, for commands, and to vary one of them.
 
+use std::path::Path;
+
 use super::Settings;
 use super::recipe_text::{KEYS, unknown_name};
 
@@ -54,6 +56,11 @@ fn as_typed(value: &str) -> String {
     }
 }
 
+/// A path as one word of a POSIX shell: for commands that a message names.
+pub fn shell_path(path: &Path) -> String {
+    shell_word(&path.to_string_lossy())
+}
+
 /// One word of a POSIX shell, quoted where it must be.
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+%:@".contains(c);
@@ -102,5 +109,6 @@ mod tests {
         assert_eq!(shell_word("out/a-b_1.5r"), "out/a-b_1.5r");
         assert_eq!(shell_word("my rock's.obj"), r"'my rock'\''s.obj'");
         assert_eq!(shell_word(""), "''");
+        assert_eq!(shell_path(Path::new("my runs/1")), "'my runs/1'");
     }
 }
