@@ -1,6 +1,8 @@
 //! The picture of a run, on scenes whose look is known beforehand.
 
-use thallus::picture::{Background, Camera, Disc, Image, Scene, Settings, age_color, render};
+use thallus::picture::{
+    Background, Camera, Disc, Image, Scene, Settings, Stone, World, age_color, render,
+};
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
@@ -31,14 +33,11 @@ fn disc(center: [f32; 3], normal: [f32; 3], radius: f32) -> Disc {
     }
 }
 
-fn scene<'a>(vertices: &'a [[f32; 3]], triangles: &'a [[u32; 3]], discs: &'a [Disc]) -> Scene<'a> {
-    Scene {
-        vertices,
-        triangles,
+fn world<'a>(stone: &'a Stone, discs: &'a [Disc]) -> World<'a> {
+    World::new(&Scene {
         discs,
-        up: UP,
-        ..Scene::default()
-    }
+        ..Scene::bare(stone, UP)
+    })
 }
 
 fn from_above() -> Camera {
@@ -64,7 +63,11 @@ fn reds(image: &Image) -> usize {
 #[test]
 fn the_png_decodes_to_the_picture() {
     let vertices = square(0.0);
-    let image = render(&scene(&vertices, &SQUARE, &[]), &from_above(), &SMALL);
+    let image = render(
+        &world(&Stone::new(&vertices, &SQUARE), &[]),
+        &from_above(),
+        &SMALL,
+    );
     let bytes = image.to_png();
     let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes))
         .read_info()
@@ -86,9 +89,10 @@ fn the_number_of_threads_changes_no_byte() {
     let take = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("a pool").install(|| {
-            let scene = scene(&vertices, &SQUARE, &discs);
-            let camera = Camera::best_view(&scene, 4.0 / 3.0);
-            render(&scene, &camera, &SMALL)
+            let stone = Stone::new(&vertices, &SQUARE);
+            let world = world(&stone, &discs);
+            let camera = Camera::best_view(&world, 4.0 / 3.0);
+            render(&world, &camera, &SMALL)
         })
     };
     let one = take(1);
@@ -98,11 +102,11 @@ fn the_number_of_threads_changes_no_byte() {
 
 #[test]
 fn a_disc_shows_at_its_place_and_nowhere_else() {
-    let vertices = square(0.0);
+    let stone = Stone::new(&square(0.0), &SQUARE);
     for center in [[0.5, 0.0, 0.3], [-0.6, 0.0, -0.4], [0.0, 0.0, 0.7]] {
         let discs = [disc(center, UP, 0.12)];
         let camera = from_above();
-        let image = render(&scene(&vertices, &SQUARE, &discs), &camera, &SMALL);
+        let image = render(&world(&stone, &discs), &camera, &SMALL);
         let place = camera.project(center, 4.0 / 3.0).expect("in front");
         assert!(is_red(at(&image, place)), "{:?}", at(&image, place));
         let [x, y] = place;
@@ -115,8 +119,10 @@ fn a_disc_shows_at_its_place_and_nowhere_else() {
 fn stone_is_lit_from_both_sides_of_a_sheet_of_either_winding() {
     let vertices = square(0.0);
     let flipped = SQUARE.map(|[a, b, c]| [a, c, b]);
-    let look =
-        |triangles: &[[u32; 3]]| render(&scene(&vertices, triangles, &[]), &from_above(), &SMALL);
+    let look = |triangles: &[[u32; 3]]| {
+        let stone = Stone::new(&vertices, triangles);
+        render(&world(&stone, &[]), &from_above(), &SMALL)
+    };
     let [a, b] = [look(&SQUARE), look(&flipped)].map(|i| at(&i, [0.5, 0.5]));
     assert_eq!(a, b);
     assert!(a.iter().all(|&c| c > 70 && c < 220), "{a:?}");
@@ -129,11 +135,8 @@ fn the_far_side_of_a_thin_plate_does_not_show() {
     let below = [disc([0.0, -0.002, 0.0], [0.0, -1.0, 0.0], 0.2)];
     let above = [disc([0.0, 0.0, 0.0], UP, 0.2)];
     let look = |discs: &[Disc], triangles: &[[u32; 3]]| {
-        reds(&render(
-            &scene(&vertices, triangles, discs),
-            &from_above(),
-            &SMALL,
-        ))
+        let stone = Stone::new(&vertices, triangles);
+        reds(&render(&world(&stone, discs), &from_above(), &SMALL))
     };
     assert_eq!(look(&below, &triangles), 0);
     assert!(look(&above, &triangles) > 20);
@@ -160,13 +163,14 @@ fn what_cannot_be_drawn_is_left_out() {
         (&[], &[], &[disc([0.0; 3], UP, 1.0)]),
     ] {
         for up in [UP, [0.0; 3], [f32::NAN; 3]] {
-            let scene = Scene {
-                up,
-                ..scene(v, t, d)
-            };
-            let camera = Camera::best_view(&scene, 4.0 / 3.0);
+            let stone = Stone::new(v, t);
+            let world = World::new(&Scene {
+                discs: d,
+                ..Scene::bare(&stone, up)
+            });
+            let camera = Camera::best_view(&world, 4.0 / 3.0);
             assert!(camera.eye().iter().all(|x| x.is_finite()), "{camera:?}");
-            assert_eq!(render(&scene, &camera, &SMALL).rgb.len(), 3 * 64 * 48);
+            assert_eq!(render(&world, &camera, &SMALL).rgb.len(), 3 * 64 * 48);
         }
     }
 }
@@ -174,6 +178,7 @@ fn what_cannot_be_drawn_is_left_out() {
 #[test]
 fn the_best_view_is_on_the_side_of_the_lichen() {
     let (vertices, triangles) = cube();
+    let stone = Stone::new(&vertices, &triangles);
     for normal in [
         [1.0, 0.0, 0.0],
         [-1.0, 0.0, 0.0],
@@ -182,12 +187,12 @@ fn the_best_view_is_on_the_side_of_the_lichen() {
         UP,
     ] {
         let discs = [disc(normal, normal, 0.05)];
-        let scene = scene(&vertices, &triangles, &discs);
-        let camera = Camera::best_view(&scene, 4.0 / 3.0);
+        let world = world(&stone, &discs);
+        let camera = Camera::best_view(&world, 4.0 / 3.0);
         let [x, y, z] = camera.forward();
         let towards = x * normal[0] + y * normal[1] + z * normal[2];
         assert!(towards < -0.5, "{normal:?}: {camera:?}");
-        assert!(reds(&render(&scene, &camera, &SMALL)) > 3, "{normal:?}");
+        assert!(reds(&render(&world, &camera, &SMALL)) > 3, "{normal:?}");
     }
 }
 
@@ -219,7 +224,8 @@ fn discs_below_a_pixel_read_as_a_tone() {
         samples: 32,
         ..SMALL
     };
-    let image = render(&scene(&vertices, &SQUARE, &discs), &camera, &settings);
+    let stone = Stone::new(&vertices, &SQUARE);
+    let image = render(&world(&stone, &discs), &camera, &settings);
     let middle = at(&image, [0.5, 0.5]);
     for place in [[0.45, 0.5], [0.55, 0.5], [0.5, 0.45], [0.5, 0.55]] {
         let other = at(&image, place);
@@ -237,7 +243,8 @@ fn few_samples_show_the_same_light_as_many() {
         .map(|i| [i % 30, i / 30].map(|k| (k as f32 + 0.5) / 30.0 - 0.5))
         .map(|[x, z]| disc([x, 1.0, z], UP, 0.02))
         .collect();
-    let scene = scene(&vertices, &triangles, &discs);
+    let stone = Stone::new(&vertices, &triangles);
+    let world = world(&stone, &discs);
     let camera = Camera::look_at([3.0, 4.0, 5.0], [0.0; 3], UP, 0.7);
     let taken = |samples: u32| {
         let settings = Settings {
@@ -246,7 +253,7 @@ fn few_samples_show_the_same_light_as_many() {
             samples,
             ..SMALL
         };
-        render(&scene, &camera, &settings)
+        render(&world, &camera, &settings)
     };
     // The mean of each 16 x 16 pixels.
     let squares = |image: &Image| {

@@ -9,7 +9,8 @@ use std::process::Output;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::picture::{
-    Background, Camera, Detail, Disc, Ground, Image, Painted, Scene, Settings, Structure, render,
+    Background, Camera, Detail, Disc, Ground, Image, Painted, Scene, Settings, Stone, Structure,
+    World, render,
 };
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
@@ -73,12 +74,11 @@ impl Corner {
     }
 }
 
-fn scene_of<'a>(skins: &'a [Painted<'a>]) -> Scene<'a> {
-    Scene {
-        skins,
-        up: UP,
-        ..Scene::default()
-    }
+/// Painted meshes alone.
+fn picture_of(skins: &[Painted], camera: &Camera, settings: &Settings) -> Image {
+    let stone = Stone::new(&[], &[]);
+    let bare = Scene::bare(&stone, UP);
+    render(&World::new(&Scene { skins, ..bare }), camera, settings)
 }
 
 /// The mean byte of a picture.
@@ -92,7 +92,7 @@ fn floor_at(corner: &Corner, x: f32, side: f32) -> f64 {
     let up = [0.0, 0.0, -side];
     let camera = Camera::look_at([x, 30.0, 0.0], [x, 0.0, 0.0], up, 2e-4);
     let skins = [corner.painted()];
-    mean(&render(&scene_of(&skins), &camera, &flat(24, 24, 64)))
+    mean(&picture_of(&skins, &camera, &flat(24, 24, 64)))
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn a_structure_colours_and_tilts_what_it_is_on() {
             structure,
             ..corner.painted()
         }];
-        render(&scene_of(&skins), &camera, &flat(24, 24, 16))
+        picture_of(&skins, &camera, &flat(24, 24, 16))
     };
     let with = |detail: Detail| pictured(Some(&Everywhere(detail)));
     assert!(with(plain) == pictured(None));
@@ -172,15 +172,13 @@ fn a_structure_colours_and_tilts_what_it_is_on() {
 fn ground_of(sides: [f32; 2], ground: Ground) -> Image {
     let [x, z] = sides.map(|side| 0.5 * side);
     let vertices = [[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]];
-    let scene = Scene {
-        vertices: &vertices,
-        triangles: &[[0, 2, 1], [0, 3, 2]],
+    let stone = Stone::new(&vertices, &[[0, 2, 1], [0, 3, 2]]);
+    let world = World::new(&Scene {
         ground,
-        up: UP,
-        ..Scene::default()
-    };
+        ..Scene::bare(&stone, UP)
+    });
     let camera = Camera::look_at([0.0, 30.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 0.2);
-    render(&scene, &camera, &flat(96, 96, 16))
+    render(&world, &camera, &flat(96, 96, 16))
 }
 
 #[test]
@@ -188,7 +186,7 @@ fn ground_of_one_colour_is_painted_like_a_mesh_of_it() {
     let corner = Corner::new(0.0);
     let skins = [corner.painted()];
     let camera = Camera::look_at([0.0, 30.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 0.2);
-    let painted = render(&scene_of(&skins), &camera, &flat(96, 96, 16));
+    let painted = picture_of(&skins, &camera, &flat(96, 96, 16));
     let ground = ground_of([20.0; 2], Ground::Color([160; 3]));
     let differ = |(a, b): (&u8, &u8)| a.abs_diff(*b);
     assert!(painted.rgb.iter().zip(&ground.rgb).map(differ).max() <= Some(1));
@@ -234,14 +232,10 @@ fn a_soft_light_casts_a_shadow_that_fades_in_order() {
 #[test]
 fn a_coarse_sphere_shows_no_shadows_of_its_own_triangles() {
     let (vertices, triangles) = sphere(14);
-    let scene = Scene {
-        vertices: &vertices,
-        triangles: &triangles,
-        up: UP,
-        ..Scene::default()
-    };
+    let stone = Stone::new(&vertices, &triangles);
+    let world = World::new(&Scene::bare(&stone, UP));
     let camera = Camera::look_at([0.0, 0.3, 8.0], [0.0; 3], UP, 0.15);
-    let image = render(&scene, &camera, &flat(96, 96, 64));
+    let image = render(&world, &camera, &flat(96, 96, 64));
     // From the lit upper left to the dark lower right, light falls without steps back; stone has
     // grain, so runs of pixels are compared.
     let run = |k: usize| {
@@ -286,18 +280,18 @@ fn backgrounds_are_what_they_say() {
         radius: 0.5,
         color: [200, 40, 30],
     }];
-    let scene = Scene {
+    let stone = Stone::new(&[], &[]);
+    let world = World::new(&Scene {
         discs: &disc,
-        up: UP,
-        ..Scene::default()
-    };
+        ..Scene::bare(&stone, UP)
+    });
     let camera = Camera::look_at([0.0, 6.0, 0.1], [0.0; 3], UP, 0.2);
     let take = |background| {
         let settings = Settings {
             background,
             ..flat(64, 64, 16)
         };
-        render(&scene, &camera, &settings)
+        render(&world, &camera, &settings)
     };
     let clear = take(Background::Transparent);
     let alpha = clear.alpha.as_ref().expect("an alpha channel");
@@ -321,14 +315,10 @@ fn backgrounds_are_what_they_say() {
 #[test]
 fn azimuth_and_elevation_are_those_of_the_documentation() {
     let (vertices, triangles) = sphere(8);
+    let stone = Stone::new(&vertices, &triangles);
     let along = |up: [f32; 3], azimuth, elevation| {
-        let scene = Scene {
-            vertices: &vertices,
-            triangles: &triangles,
-            up,
-            ..Scene::default()
-        };
-        Camera::from_side(&scene, 1.5, azimuth, elevation)
+        let world = World::new(&Scene::bare(&stone, up));
+        Camera::from_side(&world, 1.5, azimuth, elevation)
     };
     let is_near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-5);
     let z_up = [0.0, 0.0, 1.0];

@@ -1,6 +1,6 @@
 //! Pictures of a growth: numbered PNGs, a GIF, or a film by ffmpeg.
 
-use std::cell::Cell;
+use std::cell::{Cell, LazyCell};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -9,7 +9,8 @@ use anyhow::Context;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Structure, render,
+    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure, World,
+    render,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
@@ -19,7 +20,7 @@ use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
 use super::interrupt::Stop;
 use super::memory::Frames;
-use super::preview::{bare, by_age, local_vertices};
+use super::preview::{bare, by_age, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::skin::{InUnits, shape};
@@ -104,7 +105,7 @@ fn sides(args: &AnimateArgs) -> [u32; 2] {
 struct Shots<'a> {
     lichen: &'a Growth,
     ground: Ground,
-    vertices: Vec<[f32; 3]>,
+    stone: Stone,
     discs: Vec<Disc>,
     camera: Camera,
     settings: Settings,
@@ -113,21 +114,24 @@ struct Shots<'a> {
 impl<'a> Shots<'a> {
     fn new(args: &AnimateArgs, lichen: &'a Growth) -> Result<Self, Failure> {
         let [width, height] = sides(args);
-        let vertices = local_vertices(&lichen.substrate);
+        let stone = stone(&lichen.substrate);
         let discs = by_age(&lichen.substrate, &lichen.cluster);
-        let grown = Scene {
-            discs: &discs,
-            ..bare(&lichen.substrate, &vertices)
-        };
+        let grown = LazyCell::new(|| {
+            World::new(&Scene {
+                discs: &discs,
+                ..bare(&lichen.substrate, &stone)
+            })
+        });
         let view = &args.picture.shot;
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
         let depth = camera.depth(middle(&discs));
+        drop(grown);
         Ok(Self {
             camera: camera.zoomed(depth, view.zoom),
             lichen,
             ground: view.ground,
-            vertices,
+            stone,
             discs,
             settings: Settings {
                 width,
@@ -163,13 +167,13 @@ impl<'a> Shots<'a> {
     }
 
     fn take(&self, discs: &[Disc], skins: &[Painted]) -> Image {
-        let scene = Scene {
+        let world = World::new(&Scene {
             discs,
             skins,
             ground: self.ground,
-            ..bare(&self.lichen.substrate, &self.vertices)
-        };
-        render(&scene, &self.camera, &self.settings)
+            ..bare(&self.lichen.substrate, &self.stone)
+        });
+        render(&world, &self.camera, &self.settings)
     }
 }
 

@@ -4,7 +4,7 @@ use std::iter::zip;
 
 use thallus::cluster::{Cluster, Element};
 use thallus::morphometry::smooth_normals;
-use thallus::picture::{Disc, Scene, Settings, age_color, render_best_unless};
+use thallus::picture::{Camera, Disc, Scene, Settings, Stone, World, age_color, render_unless};
 use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Rays through a pixel, at most: a look at a run should take less time than the run.
@@ -18,35 +18,33 @@ pub(crate) fn preview(
     width: u32,
     stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<u8>> {
-    let vertices = local_vertices(substrate);
+    let stone = stone(substrate);
     let discs = by_age(substrate, cluster);
-    let scene = Scene {
+    let world = World::new(&Scene {
         discs: &discs,
-        ..bare(substrate, &vertices)
-    };
+        ..bare(substrate, &stone)
+    });
     let settings = Settings {
         width,
         height: width * 3 / 4,
         samples: SAMPLES,
         ..Settings::default()
     };
-    Some(render_best_unless(&scene, &settings, stopped)?.to_png())
+    let aspect = width as f32 / settings.height.max(1) as f32;
+    let camera = Camera::best_view(&world, aspect);
+    Some(render_unless(&world, &camera, &settings, stopped)?.to_png())
 }
 
-/// The substrate's vertices as pictures take them.
-pub(super) fn local_vertices(substrate: &Substrate) -> Vec<[f32; 3]> {
+/// The substrate as pictures take it.
+pub(super) fn stone(substrate: &Substrate) -> Stone {
     let vertices = substrate.vertices().iter();
-    vertices.map(|v| v.as_vec3().to_array()).collect()
+    let vertices: Vec<_> = vertices.map(|v| v.as_vec3().to_array()).collect();
+    Stone::new(&vertices, substrate.triangles())
 }
 
 /// The substrate without lichen.
-pub(super) fn bare<'a>(substrate: &'a Substrate, vertices: &'a [[f32; 3]]) -> Scene<'a> {
-    Scene {
-        vertices,
-        triangles: substrate.triangles(),
-        up: substrate.up().as_vec3().to_array(),
-        ..Scene::default()
-    }
+pub(super) fn bare<'a>(substrate: &Substrate, stone: &'a Stone) -> Scene<'a> {
+    Scene::bare(stone, substrate.up().as_vec3().to_array())
 }
 
 /// The elements, coloured by age.

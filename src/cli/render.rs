@@ -1,6 +1,7 @@
 //! `thallus render`: a picture of a run.
 
 use std::borrow::Borrow;
+use std::cell::LazyCell;
 use std::path::Path;
 use std::time::Instant;
 
@@ -10,8 +11,8 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, draw_legend, number,
-    round_below,
+    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, World, draw_legend,
+    number, round_below,
 };
 use thallus::run::Length;
 use thallus::skin::{self, Cortex, Paint, Parts, Shape};
@@ -21,7 +22,7 @@ use super::failure::Failure;
 use super::grown::Grown;
 use super::memory;
 use super::number::{count, duration};
-use super::preview::{bare, granules, local_vertices};
+use super::preview::{bare, granules, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
 use super::render_camera::CameraText;
@@ -321,15 +322,17 @@ fn take(
     dressed: &Dressed,
 ) -> Result<(Image, Camera), Failure> {
     let view = &args.view;
-    let vertices = local_vertices(&lichens.substrate);
+    let stone = stone(&lichens.substrate);
     let bare = Scene {
         ground: view.shot.ground,
-        ..bare(&lichens.substrate, &vertices)
+        ..bare(&lichens.substrate, &stone)
     };
-    let granular = Scene {
-        discs: &dressed.discs,
-        ..bare
-    };
+    let granular = LazyCell::new(|| {
+        World::new(&Scene {
+            discs: &dressed.discs,
+            ..bare
+        })
+    });
     let aspect = view.size.aspect();
     let camera = view
         .shot
@@ -337,21 +340,22 @@ fn take(
         .camera(&lichens.substrate, &granular, aspect)?;
     let depth = camera.depth(middle(&dressed.discs));
     let camera = camera.zoomed(depth, view.shot.zoom);
-    let skins: Vec<Painted> = dressed.skins.iter().map(Skin::painted).collect();
-    let scene = match args.what {
-        What::Points => granular,
-        What::Skin => Scene {
-            skins: &skins,
-            ..bare
-        },
-    };
     let settings = Settings {
         width: view.size.width,
         height: view.size.height,
         samples: view.shot.samples,
         background: view.shot.background,
     };
-    let image = thallus::picture::render(&scene, &camera, &settings);
+    let taken = |world: &World| thallus::picture::render(world, &camera, &settings);
+    let image = match args.what {
+        What::Points => taken(&granular),
+        What::Skin => {
+            drop(granular);
+            let skins: Vec<Painted> = dressed.skins.iter().map(Skin::painted).collect();
+            let skins = &skins;
+            taken(&World::new(&Scene { skins, ..bare }))
+        }
+    };
     Ok((image, camera))
 }
 

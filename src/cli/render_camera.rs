@@ -1,5 +1,6 @@
 //! Where a picture is taken from, as `--camera` says it.
 
+use std::cell::LazyCell;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -7,7 +8,7 @@ use std::str::FromStr;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::input;
-use thallus::picture::{Camera, Scene};
+use thallus::picture::{Camera, World};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -111,17 +112,17 @@ impl View {
         }
     }
 
-    /// The camera for pictures of this width over height; `scene` is what is to be seen.
-    pub(super) fn camera(
+    /// The camera for pictures of this width over height; `world` is what is to be seen, if that is asked.
+    pub(super) fn camera<'a, F: FnOnce() -> World<'a>>(
         &self,
         substrate: &Substrate,
-        scene: &Scene,
+        world: &LazyCell<World<'a>, F>,
         aspect: f32,
     ) -> Result<Camera, Failure> {
         Ok(match self {
-            Self::Auto => Camera::best_view(scene, aspect),
+            Self::Auto => Camera::best_view(world, aspect),
             Self::Side { azimuth, elevation } => {
-                Camera::from_side(scene, aspect, *azimuth, *elevation)
+                Camera::from_side(world, aspect, *azimuth, *elevation)
             }
             Self::Given(camera) => camera.on(substrate)?,
             Self::File(name) => read(Path::new(name))?.on(substrate)?,

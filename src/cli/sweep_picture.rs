@@ -1,5 +1,6 @@
 //! Pictures of the cells of a sweep, all from one side and at one scale.
 
+use std::cell::LazyCell;
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,7 +9,8 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{read_elements, write_file_atomically};
 use thallus::picture::{
-    Camera, ContactSheet, Disc, Image, Scene, Settings, Tile, number, render, round_below,
+    Camera, ContactSheet, Disc, Image, Scene, Settings, Stone, Tile, World, number, render,
+    round_below,
 };
 use thallus::skin::{self, Paint, Shape};
 use thallus::sweep::{Axis, CellPicture, Results, captions, title};
@@ -16,7 +18,7 @@ use thallus::sweep::{Axis, CellPicture, Results, captions, title};
 use super::failure::Failure;
 use super::number::plural;
 use super::output::ELEMENTS;
-use super::preview::{bare, granules, local_vertices};
+use super::preview::{bare, granules, stone};
 use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
@@ -45,7 +47,8 @@ impl Pictures {
     /// taken now stay.
     pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
-        let sight = Sight::of(page, style, &results)?;
+        let stone = stone(page.substrate);
+        let sight = Sight::of(page, style, &results, &stone)?;
         let mut pictures = Self {
             cells: Vec::new(),
             side: side(&results, style.size),
@@ -61,7 +64,7 @@ impl Pictures {
             let name = &page.plan.cells[lack.cell].name;
             let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
             let spinner = spinner(page.voice, &doing);
-            let image = picture(page, &sight.camera, style, lack.run)?;
+            let image = picture(page, &stone, &sight.camera, style, lack.run)?;
             let png = image.to_marked_png(&lack.mark);
             let file = file_of(page, lack.cell);
             write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
@@ -224,7 +227,12 @@ struct Sight {
 
 impl Sight {
     /// Sees all lichens together.
-    fn of(page: &Page, style: &PictureStyle, results: &Results) -> Result<Self, Failure> {
+    fn of(
+        page: &Page,
+        style: &PictureStyle,
+        results: &Results,
+        stone: &Stone,
+    ) -> Result<Self, Failure> {
         let spinner = spinner(page.voice, "looking for the best side");
         let pictured = |cell| results.pictured(cell);
         let runs: Vec<usize> = (0..page.plan.cells.len()).filter_map(pictured).collect();
@@ -234,13 +242,14 @@ impl Sight {
             page.check_cancelled()?;
             discs.extend(some_granules(page, run, each)?);
         }
-        let vertices = local_vertices(page.substrate);
-        let scene = Scene {
-            discs: &discs,
-            ..bare(page.substrate, &vertices)
-        };
+        let all = LazyCell::new(|| {
+            World::new(&Scene {
+                discs: &discs,
+                ..bare(page.substrate, stone)
+            })
+        });
         let aspect = style.size.aspect();
-        let camera = style.camera.camera(page.substrate, &scene, aspect)?;
+        let camera = style.camera.camera(page.substrate, &all, aspect)?;
         spinner.finish_and_clear();
         let sum: glam::Vec3 = discs.iter().map(|d| glam::Vec3::from(d.center)).sum();
         let middle = (sum / discs.len().max(1) as f32).to_array();
@@ -313,6 +322,7 @@ fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
 /// A run with its skin on, as `thallus render` draws it.
 fn picture(
     page: &Page,
+    stone: &Stone,
     camera: &Camera,
     style: &PictureStyle,
     run: usize,
@@ -322,18 +332,17 @@ fn picture(
     let mesh = skin::skin(page.substrate, &cluster, &shape, &paint);
     let mesh = mesh.map_err(|e| Failure::Failed(e.into()))?;
     let skin = Skin::new(page.substrate, mesh, cluster.radius() as f32);
-    let vertices = local_vertices(page.substrate);
     let skins = [skin.painted()];
-    let scene = Scene {
+    let world = World::new(&Scene {
         skins: &skins,
         ground: style.ground,
-        ..bare(page.substrate, &vertices)
-    };
+        ..bare(page.substrate, stone)
+    });
     let settings = Settings {
         width: style.size.width,
         height: style.size.height,
         samples: style.samples,
         ..Settings::default()
     };
-    Ok(render(&scene, camera, &settings))
+    Ok(render(&world, camera, &settings))
 }

@@ -35,8 +35,9 @@ pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
 pub use material::Ground;
 pub(crate) use material::longest_axis;
-pub use render::{Background, Settings, render, render_best_unless, render_unless};
+pub use render::{Background, Settings, render, render_unless};
 pub use sheet::{ContactSheet, Tile};
+pub use trace::{Stone, World};
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,13 +93,11 @@ pub struct Detail {
     pub slope: [f32; 3],
 }
 
-/// What is to be drawn. Parts that cannot be (not finite, no area, no such vertex) are left out.
-#[derive(Clone, Copy, Debug, Default)]
+/// What is to be drawn. Parts that cannot be (not finite, no area) are left out.
+#[derive(Clone, Copy)]
 pub struct Scene<'a> {
-    /// Positions, any unit.
-    pub vertices: &'a [[f32; 3]],
-    /// Numbers of vertices; either winding.
-    pub triangles: &'a [[u32; 3]],
+    /// The substrate.
+    pub stone: &'a Stone,
     /// The lichen as granules, in the same units.
     pub discs: &'a [Disc],
     /// The lichen as meshes, in the same units.
@@ -107,4 +106,17 @@ pub struct Scene<'a> {
     pub ground: Ground,
     /// The direction away from the floor; +y where it has no length.
     pub up: [f32; 3],
+}
+
+impl<'a> Scene<'a> {
+    /// A substrate without lichen, drawn as stone.
+    pub fn bare(stone: &'a Stone, up: [f32; 3]) -> Self {
+        Self {
+            stone,
+            discs: &[],
+            skins: &[],
+            ground: Ground::default(),
+            up,
+        }
+    }
 }

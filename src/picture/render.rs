@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::sample::Sampler;
 use super::shade::{Asked, Seen, Studio};
 use super::trace::World;
-use super::{Camera, Image, Scene, color};
+use super::{Camera, Image, color};
 
 /// What is behind the things of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,47 +76,19 @@ const LEAST_EVEN: u32 = 2;
 const LEAST_ON_SHEET: u32 = 12;
 
 /// Takes the picture; the same bytes for any number of threads. Zeros in the settings count as 1.
-pub fn render(scene: &Scene, camera: &Camera, settings: &Settings) -> Image {
-    render_unless(scene, camera, settings, &|| false).unwrap_or_default()
+pub fn render(world: &World, camera: &Camera, settings: &Settings) -> Image {
+    render_unless(world, camera, settings, &|| false).unwrap_or_default()
 }
 
 /// The same, unless it is told to stop before all of the picture is taken: then there is none.
 pub fn render_unless(
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    stopped: &(dyn Fn() -> bool + Sync),
-) -> Option<Image> {
-    taken(&World::new(scene), camera, settings, stopped)
-}
-
-/// The same from the [best view](Camera::best_view): the scene is made ready for rays only once.
-pub fn render_best_unless(
-    scene: &Scene,
-    settings: &Settings,
-    stopped: &(dyn Fn() -> bool + Sync),
-) -> Option<Image> {
-    let world = World::new(scene);
-    let [width, height] = settings.size();
-    let camera = Camera::best_view_of(&world, width as f32 / height as f32);
-    taken(&world, &camera, settings, stopped)
-}
-
-impl Settings {
-    /// Columns and rows.
-    fn size(&self) -> [u32; 2] {
-        [self.width.max(1), self.height.max(1)]
-    }
-}
-
-fn taken(
     world: &World,
     camera: &Camera,
     settings: &Settings,
     stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Image> {
     let studio = Studio::new(world, camera, settings.background);
-    let [width, height] = settings.size();
+    let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
     let frame = Frame {
         camera,
         studio: &studio,
@@ -354,7 +326,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::Disc;
+    use crate::picture::{Disc, Scene, Stone};
 
     /// However many pixels are rendered together, they are the same.
     #[test]
@@ -366,12 +338,12 @@ mod tests {
             color: [200, 120, 40],
         };
         let discs = [disc([0.0; 3]), disc([0.5, 0.2, 0.1])];
-        let scene = Scene {
+        let stone = Stone::new(&[], &[]);
+        let world = World::new(&Scene {
             discs: &discs,
-            ..Scene::default()
-        };
-        let world = World::new(&scene);
-        let camera = Camera::best_view(&scene, 1.0);
+            ..Scene::bare(&stone, [0.0; 3])
+        });
+        let camera = Camera::best_view(&world, 1.0);
         let studio = Studio::new(&world, &camera, Background::Studio);
         let frame = Frame {
             camera: &camera,

@@ -72,11 +72,31 @@ impl From<Vec3A> for Starts {
     }
 }
 
-/// The scene made ready for rays, parts that cannot be drawn left out.
-pub(super) struct World<'a> {
-    stone: Mesh,
-    /// At the corners of the substrate's triangles that are not left out.
-    stone_normals: Vec<[Vec3; 3]>,
+/// A substrate made ready for rays, for all pictures of it. On a fine mesh that takes longer than a picture.
+pub struct Stone {
+    mesh: Mesh,
+    /// At the corners of the triangles that are not left out.
+    normals: Vec<[Vec3; 3]>,
+}
+
+impl Stone {
+    /// Of vertices in any unit, and triangles by their numbers, of either winding. Triangles that cannot be
+    /// drawn (not finite, no area, no such vertex) are left out.
+    pub fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        let shapes = sound_triangles(vertices, triangles);
+        let normals = corner_normals(&shapes.iter().map(|s| s.1).collect::<Vec<_>>());
+        let numbered = shapes.into_iter().enumerate();
+        let numbered = numbered.map(|(i, (_, shape))| (i as u32, shape));
+        Self {
+            mesh: Mesh::new(&numbered.collect::<Vec<_>>()),
+            normals,
+        }
+    }
+}
+
+/// A scene made ready for rays, for all pictures of it; parts that cannot be drawn are left out.
+pub struct World<'a> {
+    stone: &'a Stone,
     skins: Vec<(Mesh, &'a Painted<'a>)>,
     granules: Granules,
     /// What the substrate is drawn as, and where it is longest.
@@ -89,12 +109,9 @@ pub(super) struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    pub(super) fn new(scene: &Scene<'a>) -> Self {
-        let shapes = sound_triangles(scene.vertices, scene.triangles);
-        let stone_normals = corner_normals(&shapes.iter().map(|s| s.1).collect::<Vec<_>>());
-        let numbered = shapes.into_iter().enumerate();
-        let numbered = numbered.map(|(i, (_, shape))| (i as u32, shape));
-        let stone = Mesh::new(&numbered.collect::<Vec<_>>());
+    /// What it takes is the lichen's: the substrate is ready.
+    pub fn new(scene: &Scene<'a>) -> Self {
+        let stone = scene.stone;
         let skin = |skin: &'a Painted<'a>| {
             let sound = sound_triangles(skin.positions, skin.triangles);
             let known = sound.into_iter().filter(|(i, _)| skin.is_known(*i));
@@ -103,14 +120,13 @@ impl<'a> World<'a> {
         let skins: Vec<_> = scene.skins.iter().map(skin).collect();
         let granules = Granules::new(scene.discs);
         let meshes = skins.iter().map(|(mesh, _)| mesh.boxed);
-        let bounds = union(meshes.chain([stone.boxed, granules.boxed]));
+        let bounds = union(meshes.chain([stone.mesh.boxed, granules.boxed]));
         let is_empty = bounds[0].x > bounds[1].x;
         let bounds = if is_empty { [Vec3A::ZERO; 2] } else { bounds };
         let size = bounds[0].distance(bounds[1]);
         Self {
-            ground: (scene.ground, longest_axis(stone.boxed)),
+            ground: (scene.ground, longest_axis(stone.mesh.boxed)),
             stone,
-            stone_normals,
             skins,
             granules,
             up: Vec3A::from_array(scene.up)
@@ -128,8 +144,8 @@ impl<'a> World<'a> {
 
     /// Corners of the substrate's triangles, at most about twelve times `most`, evenly taken.
     pub(super) fn some_corners(&self, most: usize) -> impl Iterator<Item = Vec3A> {
-        let step = self.stone.groups.len() / most + 1;
-        let some = self.stone.groups.iter().step_by(step);
+        let step = self.stone.mesh.groups.len() / most + 1;
+        let some = self.stone.mesh.groups.iter().step_by(step);
         some.flat_map(Triangles::all_corners)
     }
 
@@ -150,7 +166,7 @@ impl<'a> World<'a> {
     /// The least height of anything along `up`.
     pub(super) fn lowest(&self) -> f32 {
         let skins = self.skins.iter().flat_map(|(mesh, _)| &mesh.groups);
-        let corners = self.stone.groups.iter().chain(skins);
+        let corners = self.stone.mesh.groups.iter().chain(skins);
         corners
             .flat_map(Triangles::all_corners)
             .chain(self.domes().iter().map(Dome::center))
@@ -162,7 +178,7 @@ impl<'a> World<'a> {
     pub(super) fn hit(&self, origin: Vec3A, direction: Vec3A) -> Option<Hit> {
         let mut ray = Ray::new(origin, direction);
         let mut first = None;
-        if let Some(spot) = self.stone.first(&mut ray) {
+        if let Some(spot) = self.stone.mesh.first(&mut ray) {
             first = Some(Thing::Stone(spot));
         }
         for (k, (mesh, _)) in self.skins.iter().enumerate() {
@@ -187,7 +203,7 @@ impl<'a> World<'a> {
     /// Whether anything is in the way of a ray.
     pub(super) fn is_blocked(&self, from: &Starts, direction: Vec3A) -> bool {
         let ray = Ray::new(from.stone, direction);
-        if self.stone.blocks(&ray) {
+        if self.stone.mesh.blocks(&ray) {
             return true;
         }
         let ray = ray.starting_at(from.lichen);
@@ -196,11 +212,11 @@ impl<'a> World<'a> {
 
     /// Whether the substrate is in the way of a ray.
     pub(super) fn is_behind(&self, origin: Vec3A, direction: Vec3A) -> bool {
-        self.stone.blocks(&Ray::new(origin, direction))
+        self.stone.mesh.blocks(&Ray::new(origin, direction))
     }
 
     fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
-        let normals = self.stone_normals[spot.number as usize].map(Vec3A::from);
+        let normals = self.stone.normals[spot.number as usize].map(Vec3A::from);
         let facing = Facing::new(spot, met, normals);
         let off = facing.flat * (CLEAR * self.size);
         let starts = Starts {

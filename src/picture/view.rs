@@ -3,9 +3,9 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
+use super::Camera;
 use super::camera::PORTRAIT;
 use super::trace::World;
-use super::{Camera, Scene};
 
 /// Directions tried.
 const TRIED: u32 = 96;
@@ -34,11 +34,7 @@ impl Camera {
     /// A camera that sees the lichen well, for pictures of this width over height: from the
     /// direction, upper ones preferred, in which most of it shows; of the whole substrate where
     /// lichen covers a good share of that view, otherwise nearer, with some of what is around it.
-    pub fn best_view(scene: &Scene, aspect: f32) -> Self {
-        Self::best_view_of(&World::new(scene), aspect)
-    }
-
-    pub(super) fn best_view_of(world: &World, aspect: f32) -> Self {
+    pub fn best_view(world: &World, aspect: f32) -> Self {
         let patches = patches(world);
         let score = |i: u32| {
             let d = direction(i, world.up);
@@ -57,8 +53,7 @@ impl Camera {
     /// where y is up and from −y where z is up, so that 90° is from +x. The elevation is the angle
     /// above the horizon. Both are in degrees. From straight above and below, the front is at the
     /// picture's bottom and at its top.
-    pub fn from_side(scene: &Scene, aspect: f32, azimuth: f32, elevation: f32) -> Self {
-        let world = World::new(scene);
+    pub fn from_side(world: &World, aspect: f32, azimuth: f32, elevation: f32) -> Self {
         let front = front(world.up);
         let right = world.up.cross(front);
         let (sin, cos) = libm::sincosf(azimuth.to_radians());
@@ -66,7 +61,7 @@ impl Camera {
         let (rise, run) = libm::sincosf(elevation.clamp(-90.0, 90.0).to_radians());
         let towards = world.up * rise + level * run;
         let above = world.up * run - level * rise;
-        frame_with(&world, &patches(&world), towards, above, aspect)
+        frame_with(world, &patches(world), towards, above, aspect)
     }
 }
 
