@@ -6,6 +6,7 @@ mod common;
 mod shapes;
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use glam::DVec3;
 use shapes::{Cone, Prism, even, stream};
@@ -302,6 +303,17 @@ fn what_lies_within_the_limit_is_the_same_with_it() {
 }
 
 /// A Möbius band of random windings, and pieces that do not hang together.
+#[test]
+fn a_search_knows_nothing_of_those_before_it() {
+    let mesh = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+    let places = places(&mesh, 40, &mut stream(7));
+    let one_for_all = SurfaceMetric::new(&mesh, &places);
+    for (from, limit) in [(3, f64::INFINITY), (17, 0.2), (3, 0.1), (31, f64::INFINITY)] {
+        let alone = SurfaceMetric::new(&mesh, &places).distances(from, limit);
+        assert_eq!(one_for_all.distances(from, limit), alone, "{from}");
+    }
+}
+
 #[test]
 fn any_winding_will_do_and_other_pieces_are_out_of_reach() {
     let band = shapes::moebius(40, 4);

@@ -16,6 +16,7 @@
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
+use std::sync::{Mutex, PoisonError};
 
 use glam::DVec2;
 
@@ -35,6 +36,8 @@ pub struct SurfaceMetric<'a> {
     /// Where in `residents` those of each triangle begin.
     offsets: Vec<u32>,
     residents: Vec<u32>,
+    /// What searches that are over leave to the next ones, as new.
+    seen: Mutex<Vec<Seen>>,
 }
 
 /// Ways that come into a triangle through one of its edges. The frame has the start of the
@@ -108,7 +111,24 @@ impl<'a> SurfaceMetric<'a> {
             bends: vertices.map(|v| bends(substrate, v)).collect(),
             offsets,
             residents,
+            seen: Mutex::default(),
         }
+    }
+
+    /// For a new search. The mesh may be much larger than what it comes to see.
+    fn take_seen(&self) -> Seen {
+        let left = self
+            .seen
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
+        left.unwrap_or_else(|| Seen::new(self.bends.len(), self.lengths.len()))
+    }
+
+    fn give_back(&self, mut seen: Seen) {
+        seen.forget();
+        let mut left = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        left.push(seen);
     }
 
     /// Places in a triangle.
@@ -200,6 +220,7 @@ impl Metric for SurfaceMetric<'_> {
         search.begin(&self.places[from]);
         search.run();
         search.found[from] = 0.0;
+        self.give_back(search.seen);
         let found = search.found.into_iter();
         found.map(|d| units.length_to_file(d)).collect()
     }
@@ -245,15 +266,63 @@ impl Ord for Event {
     }
 }
 
-/// What is known of the ways from one source; local units.
-struct Search<'a> {
-    metric: &'a SurfaceMetric<'a>,
-    limit: f64,
+/// What is known of the ways from one source to vertices and edges; local units.
+struct Seen {
     /// Least distance of each vertex so far.
     vertices: Vec<f64>,
     /// Of the nearest window of each half-edge that sees the third corner: the distance of that
     /// corner, and where the way to it crosses the half-edge.
     apexes: Vec<[f64; 2]>,
+    /// Those of which anything is known.
+    known_vertices: Vec<usize>,
+    known_apexes: Vec<HalfEdge>,
+}
+
+impl Seen {
+    fn new(vertices: usize, half_edges: usize) -> Self {
+        Self {
+            vertices: vec![f64::INFINITY; vertices],
+            apexes: vec![[f64::INFINITY; 2]; half_edges],
+            known_vertices: Vec::new(),
+            known_apexes: Vec::new(),
+        }
+    }
+
+    /// Keeps a way to a vertex, if it is shorter than those before.
+    fn reach(&mut self, vertex: usize, distance: f64) -> bool {
+        let least = &mut self.vertices[vertex];
+        if *least == f64::INFINITY && distance < *least {
+            self.known_vertices.push(vertex);
+        }
+        let is_shorter = distance < *least;
+        *least = least.min(distance);
+        is_shorter
+    }
+
+    /// Keeps the nearest window of a half-edge.
+    fn see(&mut self, half_edge: HalfEdge, apex: [f64; 2]) {
+        let [before, _] = std::mem::replace(&mut self.apexes[half_edge as usize], apex);
+        if before == f64::INFINITY {
+            self.known_apexes.push(half_edge);
+        }
+    }
+
+    /// As new.
+    fn forget(&mut self) {
+        for vertex in self.known_vertices.drain(..) {
+            self.vertices[vertex] = f64::INFINITY;
+        }
+        for half_edge in self.known_apexes.drain(..) {
+            self.apexes[half_edge as usize] = [f64::INFINITY; 2];
+        }
+    }
+}
+
+/// What is known of the ways from one source; local units.
+struct Search<'a> {
+    metric: &'a SurfaceMetric<'a>,
+    limit: f64,
+    seen: Seen,
     /// Least distance of each place so far.
     found: Vec<f64>,
     queue: BinaryHeap<Reverse<Event>>,
@@ -265,8 +334,7 @@ impl<'a> Search<'a> {
         Self {
             metric,
             limit,
-            vertices: vec![f64::INFINITY; metric.bends.len()],
-            apexes: vec![[f64::INFINITY; 2]; metric.lengths.len()],
+            seen: metric.take_seen(),
             found: vec![f64::INFINITY; metric.places.len()],
             queue: BinaryHeap::new(),
             events: 0,
@@ -292,11 +360,8 @@ impl<'a> Search<'a> {
 
     /// A way to a vertex.
     fn reach(&mut self, vertex: usize, distance: f64) {
-        if distance < self.vertices[vertex] {
-            self.vertices[vertex] = distance;
-            if self.metric.bends[vertex] {
-                self.put(distance, What::Vertex(vertex as u32));
-            }
+        if self.seen.reach(vertex, distance) && self.metric.bends[vertex] {
+            self.put(distance, What::Vertex(vertex as u32));
         }
     }
 
@@ -319,7 +384,7 @@ impl<'a> Search<'a> {
             }
             match event.what {
                 What::Window(window) => self.enter(&window),
-                What::Vertex(v) if event.distance == self.vertices[v as usize] => self.turn(v),
+                What::Vertex(v) if event.distance == self.seen.vertices[v as usize] => self.turn(v),
                 What::Vertex(_) => {}
             }
         }
@@ -352,7 +417,7 @@ impl<'a> Search<'a> {
 
     /// A vertex becomes a source.
     fn turn(&mut self, vertex: u32) {
-        self.turn_at(vertex, self.vertices[vertex as usize]);
+        self.turn_at(vertex, self.seen.vertices[vertex as usize]);
     }
 
     fn turn_at(&mut self, vertex: u32, before: f64) {
@@ -405,7 +470,7 @@ impl<'a> Search<'a> {
         let [start, end] = [half_edge, next(half_edge)].map(|h| self.metric.start(h));
         let beaten = |vertex: usize, way: f64, x: f64| {
             let window = window.distance(DVec2::new(x, 0.0));
-            self.vertices[vertex] + way < window * (1.0 - f64::EPSILON)
+            self.seen.vertices[vertex] + way < window * (1.0 - f64::EPSILON)
         };
         beaten(start, to, to) || beaten(end, length - from, from)
     }
@@ -424,9 +489,9 @@ impl<'a> Search<'a> {
             return (None, Some([from, to]));
         }
         let distance = window.distance(apex);
-        let [nearest, entry] = self.apexes[half_edge as usize];
+        let [nearest, entry] = self.seen.apexes[half_edge as usize];
         if distance < nearest {
-            self.apexes[half_edge as usize] = [distance, x];
+            self.seen.see(half_edge, [distance, x]);
             self.reach(self.metric.start(previous(half_edge)), distance);
             return (Some([from, x]), Some([x, to]));
         }
@@ -478,7 +543,7 @@ impl<'a> Search<'a> {
     /// Whether the vertex of the edge that is not on the side offers a shorter way to the nearest
     /// place of the exit: to it all ways of the window have to cross that one.
     fn cuts_off(&self, vertex: usize, at: DVec2, exit: DVec2, window: &Window) -> bool {
-        let way = self.vertices[vertex] + at.distance(exit);
+        let way = self.seen.vertices[vertex] + at.distance(exit);
         way < window.distance(exit) * (1.0 - f64::EPSILON)
     }
 }
