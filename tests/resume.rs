@@ -211,6 +211,26 @@ fn a_finished_run_is_extended_as_if_it_had_been_asked_at_once() {
 }
 
 #[test]
+#[cfg(unix)]
+fn the_command_that_a_message_names_can_be_pasted() {
+    let (desk, folder) = (Desk::new(), "my rock's run");
+    desk.done("rock.obj --radius 0.2% --elements 300 -o whole --quiet");
+    desk.put_log("whole", folder, &desk.read("whole/run.log"));
+    let mut skin = desk.call("skin", "-o skin.ply");
+    let message = said(&skin.arg(folder).output().unwrap());
+    let command = message.split(" goes on").next().unwrap();
+    let command = &command[command.find("thallus grow").unwrap()..];
+    let pasted = format!("thallus() {{ \"$0\" \"$@\"; }}; {command} --preview 32");
+    let output = Command::new("sh")
+        .args(["-c", &pasted, env!("CARGO_BIN_EXE_thallus")])
+        .current_dir(desk.0.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{command}: {}", said(&output));
+    desk.assert_same(folder, "whole");
+}
+
+#[test]
 fn a_size_that_lies_behind_is_refused() {
     let desk = Desk::new();
     desk.done(&format!("{RUN} -o out --quiet"));
