@@ -47,7 +47,7 @@ impl Pictures {
     /// taken now stay.
     pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
-        let stone = stone(page.substrate);
+        let stone = LazyCell::new(|| stone(page.substrate));
         let sight = Sight::of(page, style, &results, &stone)?;
         let mut pictures = Self {
             cells: Vec::new(),
@@ -231,7 +231,7 @@ impl Sight {
         page: &Page,
         style: &PictureStyle,
         results: &Results,
-        stone: &Stone,
+        stone: &LazyCell<Stone, impl FnOnce() -> Stone>,
     ) -> Result<Self, Failure> {
         let spinner = spinner(page.voice, "looking for the best side");
         let pictured = |cell| results.pictured(cell);
