@@ -3,6 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::space::in_order;
+
 /// Places of a grid of boxes that a count is the mean over.
 const PLACES: u32 = 16;
 
@@ -10,16 +12,15 @@ const PLACES: u32 = 16;
 /// are those of the additive sequence of least discrepancy in three dimensions (M. Roberts, 2018,
 /// after the root of x⁴ = x + 1).
 pub(super) fn count_boxes(positions: &[[f64; 3]], sizes: &[f64]) -> Vec<f64> {
-    let low = positions
-        .iter()
-        .fold(DVec3::INFINITY, |low, &p| low.min(p.into()));
+    let places = in_order(positions);
+    let low = places.iter().fold(DVec3::INFINITY, |low, &p| low.min(p));
     let jobs: Vec<(f64, u32)> = sizes
         .iter()
         .flat_map(|&size| (0..PLACES).map(move |place| (size, place)))
         .collect();
     let counts: Vec<usize> = jobs
         .par_iter()
-        .map(|&(size, place)| occupied(positions, low - size * shift(place), size))
+        .map(|&(size, place)| occupied(&places, low - size * shift(place), size))
         .collect();
     counts
         .chunks(PLACES as usize)
@@ -36,14 +37,15 @@ fn shift(place: u32) -> DVec3 {
     (STEP * f64::from(place) + 0.5).fract()
 }
 
-fn occupied(positions: &[[f64; 3]], corner: DVec3, size: f64) -> usize {
-    let cell = |&p: &[f64; 3]| {
-        let [x, y, z] = ((DVec3::from(p) - corner) / size).to_array();
-        [x, y, z]
-            .into_iter()
-            .fold(0u128, |cell, c| cell << 42 | c as u128)
+/// Places come in an order in which many in a row are in one box: only the first of these counts.
+fn occupied(places: &[DVec3], corner: DVec3, size: f64) -> usize {
+    let cell = |&p: &DVec3| {
+        let cell = ((p - corner) / size).to_array().map(|c| c as u64);
+        cell.into_iter()
+            .fold(0u128, |cell, c| cell << 42 | u128::from(c))
     };
-    let mut cells: Vec<_> = positions.iter().map(cell).collect();
+    let mut cells: Vec<_> = places.iter().map(cell).collect();
+    cells.dedup();
     cells.sort_unstable();
     cells.dedup();
     cells.len()

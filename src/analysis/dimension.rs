@@ -32,8 +32,9 @@ use serde::Serialize;
 
 use super::boxes::count_boxes;
 use super::fit::Scaling;
-use super::mass::{Metric, Space, ladder, mean_mass};
-use crate::morphometry::{Neighbours, Sample, is_rim};
+use super::mass::{Metric, ladder, mean_mass};
+use super::space::Space;
+use crate::morphometry::Sample;
 
 /// The least distance of a fit, in element radii: four diameters. A large lichen leaves out more.
 pub const FINEST: f64 = 8.0;
@@ -173,18 +174,18 @@ impl Scales {
 /// All dimensions with distances through space, `centres` elements being averaged over at most.
 pub(super) fn through_space(
     sample: &Sample<'_>,
-    neighbours: &Neighbours,
+    rim: &[bool],
     scales: &Scales,
     centres: usize,
 ) -> Vec<Dimension> {
-    let space = Space(sample.positions);
+    let space = Space::new(sample.positions);
     let mut dimensions = vec![
         mass_radius(&space, Through::Space, sample, scales),
         gyration(sample, scales),
     ];
     let centres = self::centres(sample.positions.len(), centres);
     dimensions.extend(about_centres(&space, Through::Space, &centres, scales));
-    dimensions.extend(by_boxes(sample, neighbours, scales));
+    dimensions.extend(by_boxes(sample, rim, scales));
     dimensions
 }
 
@@ -253,9 +254,9 @@ fn about_centres(
 }
 
 /// Of the lichen and of its outline. The rim is that of gaps as wide as neighbours are looked for.
-fn by_boxes(sample: &Sample<'_>, neighbours: &Neighbours, scales: &Scales) -> [Dimension; 2] {
+fn by_boxes(sample: &Sample<'_>, rim: &[bool], scales: &Scales) -> [Dimension; 2] {
     let all = upright(sample);
-    let rim = std::iter::zip(&all, is_rim(neighbours)).filter(|(_, is_rim)| *is_rim);
+    let rim = std::iter::zip(&all, rim).filter(|(_, is_rim)| **is_rim);
     let rim: Vec<_> = rim.map(|(&p, _)| p).collect();
     let sizes = ladder(scales.radius, 2.0 * scales.gyration);
     let dimension = |method, positions: &[_], until: f64| {

@@ -1,6 +1,5 @@
 //! How many elements lie within a distance of a centre.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 /// Distances from one element to all.
@@ -8,21 +7,20 @@ pub trait Metric: Sync {
     /// The distance from an element to every element. Those beyond `limit` may be told as infinite.
     fn distances(&self, from: usize, limit: f64) -> Vec<f64>;
 
+    /// How many elements are no farther from an element than each of these radii, which ascend.
+    fn within(&self, from: usize, radii: &[f64]) -> Vec<u64> {
+        let mut rings = Rings::new(radii);
+        let limit = radii.last().copied().unwrap_or(0.0);
+        for distance in self.distances(from, limit) {
+            rings.add(distance, distance, 1);
+        }
+        rings.within()
+    }
+
     /// Area of the ground in each of so many rings of this width about an element, the first a disc, in
     /// the square of the unit of distances. None where no ground is known.
     fn ring_areas(&self, _from: usize, _width: f64, _rings: usize) -> Option<Vec<f64>> {
         None
-    }
-}
-
-/// Straight through space.
-pub struct Space<'a>(pub &'a [[f64; 3]]);
-
-impl Metric for Space<'_> {
-    fn distances(&self, from: usize, _: f64) -> Vec<f64> {
-        let centre = DVec3::from(self.0[from]);
-        let distance = |&p: &[f64; 3]| DVec3::from(p).distance(centre);
-        self.0.iter().map(distance).collect()
     }
 }
 
@@ -36,26 +34,50 @@ pub(super) fn ladder(radius: f64, until: f64) -> Vec<f64> {
 /// The mean over centres of the number of elements within each radius, the centre among them.
 /// Radii ascend.
 pub(super) fn mean_mass(metric: &dyn Metric, centres: &[usize], radii: &[f64]) -> Vec<f64> {
-    let limit = radii.last().copied().unwrap_or(0.0);
-    let finder = RingFinder::new(radii);
-    let rings = |&centre: &usize| {
-        let mut rings = vec![0u64; radii.len()];
-        for distance in metric.distances(centre, limit) {
-            if let Some(ring) = rings.get_mut(finder.ring_of(distance)) {
-                *ring += 1;
-            }
-        }
-        rings
-    };
     let none = || vec![0u64; radii.len()];
     let add = |a: Vec<u64>, b: Vec<u64>| std::iter::zip(a, b).map(|(a, b)| a + b).collect();
-    let rings = centres.par_iter().map(rings).reduce(none, add);
-    let mut within = 0;
-    let of_ring = |ring: u64| {
-        within += ring;
-        within as f64 / centres.len().max(1) as f64
-    };
-    rings.into_iter().map(of_ring).collect()
+    let within = |&centre: &usize| metric.within(centre, radii);
+    let within = centres.par_iter().map(within).reduce(none, add);
+    let mean = |n: u64| n as f64 / centres.len().max(1) as f64;
+    within.into_iter().map(mean).collect()
+}
+
+/// How many elements are beyond each radius but the last, and no farther than the next.
+pub(super) struct Rings<'a> {
+    finder: RingFinder<'a>,
+    counts: Vec<u64>,
+}
+
+impl<'a> Rings<'a> {
+    pub(super) fn new(radii: &'a [f64]) -> Self {
+        Self {
+            finder: RingFinder::new(radii),
+            counts: vec![0; radii.len()],
+        }
+    }
+
+    /// Counts so many elements, none of them nearer or farther than this; false, and none is
+    /// counted, where that does not tell in which ring they are.
+    pub(super) fn add(&mut self, nearest: f64, farthest: f64, elements: u64) -> bool {
+        let ring = self.finder.ring_of(nearest);
+        if farthest > nearest && self.finder.ring_of(farthest) != ring {
+            return false;
+        }
+        if let Some(count) = self.counts.get_mut(ring) {
+            *count += elements;
+        }
+        true
+    }
+
+    /// How many are no farther than each radius.
+    pub(super) fn within(mut self) -> Vec<u64> {
+        let mut within = 0;
+        for count in &mut self.counts {
+            within += *count;
+            *count = within;
+        }
+        self.counts
+    }
 }
 
 /// Finds the least of ascending radii that a distance is no greater than, starting from a table by
@@ -97,6 +119,9 @@ impl<'a> RingFinder<'a> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
+    use super::super::space::Space;
     use super::*;
 
     #[test]
@@ -130,7 +155,7 @@ mod tests {
             })
             .collect();
         let (centres, radii) = ([3, 50, 111], ladder(0.05, 1.0));
-        let found = mean_mass(&Space(&positions), &centres, &radii);
+        let found = mean_mass(&Space::new(&positions), &centres, &radii);
         for (radius, found) in radii.iter().zip(found) {
             let near = |c: usize| {
                 let centre = DVec3::from(positions[c]);

@@ -23,6 +23,7 @@ mod plot;
 mod profile;
 mod ranked;
 mod scalar;
+mod space;
 mod width;
 
 use std::f64::consts::PI;
@@ -34,15 +35,16 @@ pub use dimension::{Dimension, FINEST, Method, Through};
 pub use fit::{Fit, Scaling};
 pub use front::{Front, Pace};
 pub use geodesic::SurfaceMetric;
-pub use mass::{Metric, Space};
+pub use mass::Metric;
 pub use outline::Outline;
 pub use plot::{PlotError, plot_names, plots};
 pub use scalar::{SCALARS, Scalar};
+pub use space::Space;
 pub use width::{Distribution, Histogram};
 
 use crate::cluster::Cluster;
 use crate::export::Elements;
-use crate::morphometry::{Neighbours, Sample, density, smooth_normals};
+use crate::morphometry::{Neighbours, Sample, density, is_rim, smooth_normals};
 use crate::substrate::Substrate;
 use dimension::Scales;
 use front::Distances;
@@ -140,7 +142,8 @@ pub fn dimensions(
     surface: Option<&dyn Metric>,
     centres: Centres,
 ) -> Vec<Dimension> {
-    dimensions_among(sample, &neighbours(sample, LOOK), surface, centres)
+    let rim = is_rim(&neighbours(sample, LOOK));
+    dimensions_among(sample, &rim, surface, centres)
 }
 
 /// The elements about each, within so many radii.
@@ -150,14 +153,14 @@ fn neighbours(sample: &Sample<'_>, radii: f64) -> Neighbours {
 
 fn dimensions_among(
     sample: &Sample<'_>,
-    neighbours: &Neighbours,
+    rim: &[bool],
     surface: Option<&dyn Metric>,
     centres: Centres,
 ) -> Vec<Dimension> {
     assert!(!sample.positions.is_empty(), "elements to measure");
     assert!(centres.space > 0, "centres");
     let scales = Scales::of(sample);
-    let mut dimensions = dimension::through_space(sample, neighbours, &scales, centres.space);
+    let mut dimensions = dimension::through_space(sample, rim, &scales, centres.space);
     if let Some(metric) = surface.filter(|_| centres.surface > 0) {
         let along = dimension::along_surface(metric, sample, &scales, centres.surface);
         dimensions.extend(along);
@@ -173,9 +176,11 @@ fn dimensions_among(
 pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
     let n = sample.positions.len();
     let near = neighbours(sample, LOOK);
-    let dimensions = dimensions_among(sample, &near, surface, centres);
-    let widths = branch_widths(sample.radius, &near);
-    let lobe_widths = branch_widths(sample.radius, &neighbours(sample, LOBE));
+    let rim = is_rim(&near);
+    let dimensions = dimensions_among(sample, &rim, surface, centres);
+    let widths = branch_widths(sample.radius, &rim, &near);
+    let lobes = neighbours(sample, LOBE);
+    let lobe_widths = branch_widths(sample.radius, &is_rim(&lobes), &lobes);
     let known: Vec<f64> = widths.iter().copied().flatten().collect();
     Analysis {
         elements: n,

@@ -37,7 +37,7 @@ impl Outline {
 
 /// Directions in which a cell is measured. They start elsewhere at each element, so that the
 /// errors of a lattice do not add up.
-const DIRECTIONS: u32 = 32;
+const DIRECTIONS: usize = 32;
 
 /// Area of the part of an element's disc that is nearer to it than to any other.
 fn cell(neighbours: &Neighbours, of: usize) -> f64 {
@@ -49,25 +49,25 @@ fn cell(neighbours: &Neighbours, of: usize) -> f64 {
             ways.push((DVec2::new(way.dot(x), way.dot(y)), way.length_squared()));
         }
     });
-    let radius = 0.5 * neighbours.within();
-    let reach = |direction: DVec2| {
-        let ahead = ways
-            .iter()
-            .map(|(way, square)| (way.dot(direction), square));
-        let bisectors = ahead.filter(|(along, _)| *along > 0.0);
-        bisectors.fold(radius, |reach, (along, square)| {
-            reach.min(square / (2.0 * along))
-        })
-    };
-    let squares = directions(of).map(|d| reach(d) * reach(d));
-    squares.sum::<f64>() * PI / f64::from(DIRECTIONS)
+    let directions = directions(of);
+    let mut reach = [0.5 * neighbours.within(); DIRECTIONS];
+    for (way, square) in ways {
+        for (reach, direction) in reach.iter_mut().zip(&directions) {
+            let along = way.dot(*direction);
+            let bisector = square / (2.0 * along);
+            let is_nearer = along > 0.0 && bisector < *reach;
+            *reach = if is_nearer { bisector } else { *reach };
+        }
+    }
+    let squares = reach.iter().map(|reach| reach * reach);
+    squares.sum::<f64>() * PI / DIRECTIONS as f64
 }
 
-fn directions(of: usize) -> impl Iterator<Item = DVec2> {
+fn directions(of: usize) -> [DVec2; DIRECTIONS] {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let turn = (of as f64 * GOLDEN).fract();
-    (0..DIRECTIONS).map(move |k| {
-        let (y, x) = libm::sincos(TAU * (f64::from(k) + turn) / f64::from(DIRECTIONS));
+    std::array::from_fn(|k| {
+        let (y, x) = libm::sincos(TAU * (k as f64 + turn) / DIRECTIONS as f64);
         DVec2::new(x, y)
     })
 }

@@ -97,7 +97,7 @@ mod tests {
             }
         }
         let positions = [[0.0; 3], [2.0, 0.0, 0.0]];
-        assert!(profile(1.0, &Space(&positions)).is_empty());
+        assert!(profile(1.0, &Space::new(&positions)).is_empty());
         assert!(profile(1.0, &Plain).is_empty());
     }
 }

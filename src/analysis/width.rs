@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::morphometry::{Neighbours, is_rim, rim_distance};
+use crate::morphometry::{Neighbours, rim_distance};
 
 /// What the distance from the rim must gain on the way for the way to lead towards the middle.
 const SLOPE: f64 = 0.5;
@@ -16,13 +16,20 @@ const SLOPE: f64 = 0.5;
 /// of a branch that widens by less than 60°, counts. Width by the greatest disc within (T. Hildebrand
 /// and P. Rüegsegger, *A new method for the model-independent assessment of thickness*, 1997) agrees
 /// on strips and discs. Right to about one element.
-pub(super) fn branch_widths(radius: f64, neighbours: &Neighbours) -> Vec<Option<f64>> {
-    let rim_distance = rim_distance(&is_rim(neighbours), neighbours);
-    let depth = |i: usize| rim_distance[i].unwrap_or(0.0);
+pub(super) fn branch_widths(
+    radius: f64,
+    rim: &[bool],
+    neighbours: &Neighbours,
+) -> Vec<Option<f64>> {
+    let rim_distance = rim_distance(rim, neighbours);
+    let known: Vec<f64> = rim_distance.iter().map(|d| d.unwrap_or(0.0)).collect();
+    let depths = neighbours.by_slot(&known);
     let next = neighbours.map(|i| {
+        let depth = known[i];
         let mut best = (0.0, i as u32);
-        neighbours.visit(i, |j, _, way| {
-            let gain = depth(j as usize) - depth(i) - SLOPE * way;
+        let is_deeper = |slot: usize| depths[slot] > depth;
+        neighbours.visit_slots(neighbours.slot(i), is_deeper, |slot, _, way| {
+            let (j, gain) = (neighbours.number(slot), depths[slot] - depth - SLOPE * way);
             if gain > best.0 || (gain == best.0 && gain > 0.0 && j < best.1) {
                 best = (gain, j);
             }
@@ -34,7 +41,7 @@ pub(super) fn branch_widths(radius: f64, neighbours: &Neighbours) -> Vec<Option<
         while next[at] as usize != at {
             at = next[at] as usize;
         }
-        rim_distance[i].map(|_| 2.0 * (depth(at) + radius))
+        rim_distance[i].map(|_| 2.0 * (known[at] + radius))
     };
     (0..rim_distance.len()).map(width).collect()
 }

@@ -21,6 +21,7 @@ const SLACK: f64 = 0.1;
 /// other's tangent plane, or each before it. The way between them leads over the line in which the
 /// planes meet. It is laid out by turning the far plane about that line into the near one. The faces
 /// of a plate do not meet, those of a slim wedge do so far away, and the way over there is long.
+#[inline(always)]
 pub(super) fn laid_out(
     through_space: DVec3,
     [normal, other]: [Vec3; 2],
@@ -34,6 +35,7 @@ pub(super) fn laid_out(
     }
 }
 
+#[inline(never)]
 fn over_fold(through_space: DVec3, [normal, other]: [DVec3; 2], within: f64) -> Option<DVec3> {
     let axis = normal.cross(other);
     let sine = axis.length();

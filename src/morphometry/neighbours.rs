@@ -86,10 +86,7 @@ impl Neighbours {
     /// what one point looks at is still at hand for the next.
     pub(crate) fn map<T: Copy + Send + Sync>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let values: Vec<T> = self.numbers.par_iter().map(|&i| of(i as usize)).collect();
-        self.slots
-            .iter()
-            .map(|&slot| values[slot as usize])
-            .collect()
+        self.by_point(&values)
     }
 
     /// Calls `visit` with the number of every other point that stands near point `of` on the
@@ -99,24 +96,55 @@ impl Neighbours {
     /// laid out flat over the fold, in the tangent plane at `of`, and so longer than the distance.
     /// No way is longer than the neighbours' distance.
     pub fn visit(&self, of: usize, mut visit: impl FnMut(u32, DVec3, f64)) {
-        let slot = self.slots[of] as usize;
-        let (p, normal) = self.places[slot];
+        let visit = |slot: usize, way, distance| visit(self.numbers[slot], way, distance);
+        self.visit_slots(self.slots[of] as usize, |_| true, visit);
+    }
+
+    /// As [`Self::visit`], of those alone that are wanted. All are told by their [`Self::slot`].
+    pub(crate) fn visit_slots(
+        &self,
+        of: usize,
+        wanted: impl Fn(usize) -> bool,
+        mut visit: impl FnMut(usize, DVec3, f64),
+    ) {
+        let (p, normal) = self.places[of];
         let limit_sq = self.within * self.within;
-        for [start, end] in self.around[self.cell_of[slot] as usize] {
-            let row = start as usize..end as usize;
-            let row = self.numbers[row.clone()].iter().zip(&self.places[row]);
-            for (&i, &(q, other)) in row {
+        for [start, end] in self.around[self.cell_of[of] as usize] {
+            for slot in start as usize..end as usize {
+                let (q, other) = self.places[slot];
                 let through_space = q - p;
                 let distance_sq = through_space.length_squared();
-                if distance_sq > limit_sq || i as usize == of {
+                if distance_sq > limit_sq || slot == of || !wanted(slot) {
                     continue;
                 }
                 let way = laid_out(through_space, [normal, other], self.within);
                 if let Some(way) = way {
-                    visit(i, way, distance_sq.sqrt());
+                    visit(slot, way, distance_sq.sqrt());
                 }
             }
         }
+    }
+
+    /// Where a point is in the order of the grid: points near each other mostly are there too.
+    pub(crate) fn slot(&self, of: usize) -> usize {
+        self.slots[of] as usize
+    }
+
+    /// The point in a place of that order.
+    pub(crate) fn number(&self, slot: usize) -> u32 {
+        self.numbers[slot]
+    }
+
+    /// Values in the order of the grid, in that of the points.
+    pub(crate) fn by_point<T: Copy>(&self, by_slot: &[T]) -> Vec<T> {
+        let slots = self.slots.iter();
+        slots.map(|&slot| by_slot[slot as usize]).collect()
+    }
+
+    /// Values in the order of the points, in that of the grid.
+    pub(crate) fn by_slot<T: Copy>(&self, by_point: &[T]) -> Vec<T> {
+        let numbers = self.numbers.iter();
+        numbers.map(|&i| by_point[i as usize]).collect()
     }
 }
 

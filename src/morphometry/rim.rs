@@ -5,6 +5,7 @@
 //! D. G. Kirkpatrick and R. Seidel, *On the shape of a set of points in the plane*, 1983). Gaps
 //! between branches narrower than the disc count as lichen.
 
+use std::cell::Cell;
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
@@ -18,24 +19,33 @@ use super::Neighbours;
 /// Directions are those of the tangent plane, distances those of the ways to the neighbours. Where
 /// the surface curves strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
-    // Inside the lichen the nearest neighbours take all directions, and others need not be asked.
-    let covered = |i: usize, share| cover(&mut blocked(neighbours, i, share));
-    neighbours.map(|i| !covered(i, 0.5) && !covered(i, 1.0))
+    /// Inside the lichen the nearest neighbours take all directions, and others need not be asked.
+    const SHARES: [f64; 3] = [0.3, 0.5, 1.0];
+    neighbours.map(|i| {
+        let ways = ways(neighbours, i);
+        let covered = |share| cover(&mut blocked(&ways, share));
+        !SHARES.into_iter().any(covered)
+    })
 }
 
-/// The arcs of directions that an element's neighbours take away: those within a share of the
+/// The ways to an element's neighbours in its tangent plane, and how long they are, in the
 /// neighbours' distance.
-fn blocked(neighbours: &Neighbours, of: usize, share: f64) -> Vec<[f64; 2]> {
+fn ways(neighbours: &Neighbours, of: usize) -> Vec<[f64; 3]> {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-    let mut blocked = Vec::new();
+    let mut ways = Vec::new();
     neighbours.visit(of, |_, way, _| {
         let distance = way.length() / neighbours.within();
-        if distance <= share {
-            blocked.extend(arc(way.dot(x), way.dot(y), distance));
-        }
+        ways.push([way.dot(x), way.dot(y), distance]);
     });
-    blocked
+    ways
+}
+
+/// The arcs of directions that neighbours take away: those within a share of the neighbours' distance.
+fn blocked(ways: &[[f64; 3]], share: f64) -> Vec<[f64; 2]> {
+    let near = ways.iter().filter(|[_, _, distance]| *distance <= share);
+    near.filter_map(|&[x, y, distance]| arc(x, y, distance))
+        .collect()
 }
 
 /// For each element the angle, 0 to 2π, over which the edge of a disc of radius α about it lies in
@@ -43,7 +53,7 @@ fn blocked(neighbours: &Neighbours, of: usize, share: f64) -> Vec<[f64; 2]> {
 /// outline of all discs together. Directions and distances as for [`is_rim`], of whose elements it
 /// is positive.
 pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
-    neighbours.map(|i| uncovered(&mut blocked(neighbours, i, 1.0)))
+    neighbours.map(|i| uncovered(&mut blocked(&ways(neighbours, i), 1.0)))
 }
 
 /// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
@@ -140,23 +150,26 @@ pub fn rim_distance(rim: &[bool], neighbours: &Neighbours) -> Vec<Option<f64>> {
     let mut distance = vec![f64::INFINITY; rim.len()];
     let mut queue = BinaryHeap::new();
     for (i, _) in rim.iter().enumerate().filter(|(_, is_rim)| **is_rim) {
-        distance[i] = 0.0;
-        queue.push(Reverse(Way(0.0, i as u32)));
+        distance[neighbours.slot(i)] = 0.0;
+        queue.push(Reverse(Way(0.0, neighbours.slot(i) as u32)));
     }
+    let distance = Cell::from_mut(distance.as_mut_slice()).as_slice_of_cells();
     while let Some(Reverse(Way(length, at))) = queue.pop() {
-        if length > distance[at as usize] {
+        if length > distance[at as usize].get() {
             continue;
         }
-        neighbours.visit(at as usize, |next, _, hop| {
+        let is_farther = |next: usize| distance[next].get() > length;
+        neighbours.visit_slots(at as usize, is_farther, |next, _, hop| {
             let way = length + hop;
-            if way < distance[next as usize] {
-                distance[next as usize] = way;
-                queue.push(Reverse(Way(way, next)));
+            if way < distance[next].get() {
+                distance[next].set(way);
+                queue.push(Reverse(Way(way, next as u32)));
             }
         });
     }
-    let finite = |d: f64| d.is_finite().then_some(d);
-    distance.into_iter().map(finite).collect()
+    let finite = |d: &Cell<f64>| d.get().is_finite().then_some(d.get());
+    let by_slot: Vec<_> = distance.iter().map(finite).collect();
+    neighbours.by_point(&by_slot)
 }
 
 /// A length, never NaN, and where it leads.

@@ -34,6 +34,7 @@ pub(crate) use coarse::Coarse;
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq};
 pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};
+pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;

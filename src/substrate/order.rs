@@ -15,8 +15,7 @@ use super::{Component, area};
 
 /// Orders the triangles and builds their adjacency.
 pub(super) fn order(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
-    let along_curve = along_curve(welded);
-    permute(welded, &along_curve);
+    permute(welded, &triangles_along_curve(welded));
     let adjacency = adjacency::build(&welded.vertices, &welded.triangles);
     let mut pieces = pieces(welded, &adjacency.walkable);
     if pieces.len() == 1 {
@@ -46,23 +45,34 @@ pub(super) fn canonical_numbers(source: &[u32], components: &[Component]) -> Vec
     numbers
 }
 
-/// Bits of each coordinate that order triangles along the curve.
+/// Bits of each coordinate that order places along the curve.
 const CURVE_BITS: u32 = 16;
 
-/// The triangles' numbers, ordered by their centroids along a Morton curve.
-fn along_curve(welded: &Welded) -> Vec<u32> {
+/// The triangles' numbers, ordered by their centroids.
+fn triangles_along_curve(welded: &Welded) -> Vec<u32> {
     let bounds = welded.vertices.iter();
-    let [low, high] = bounds.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], &v| {
+    let bounds = bounds.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], &v| {
         [l.min(v), h.max(v)]
     });
+    along_curve(bounds, welded.triangles.len(), |t| {
+        let [a, b, c] = welded.triangles[t].map(|v| welded.vertices[v as usize]);
+        (a + b + c) / 3.0
+    })
+}
+
+/// The numbers of so many places within bounds, ordered along a Morton curve.
+pub(crate) fn along_curve(
+    [low, high]: [DVec3; 2],
+    places: usize,
+    place: impl Fn(usize) -> DVec3 + Sync,
+) -> Vec<u32> {
     let cells = f64::from(1u32 << CURVE_BITS) / (high - low).max_element();
-    let key = |(i, t): (usize, &[u32; 3])| {
-        let [a, b, c] = t.map(|v| welded.vertices[v as usize]);
-        let cell = ((a + b + c) / 3.0 - low) * cells;
+    let key = |i: usize| {
+        let cell = (place(i) - low) * cells;
         let [x, y, z] = cell.to_array().map(|x| spread(x as u64));
         (x | y << 1 | z << 2, i as u32)
     };
-    let mut keys: Vec<(u64, u32)> = welded.triangles.par_iter().enumerate().map(key).collect();
+    let mut keys: Vec<(u64, u32)> = (0..places).into_par_iter().map(key).collect();
     keys.par_sort_unstable();
     keys.into_iter().map(|(_, i)| i).collect()
 }
