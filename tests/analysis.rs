@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use shapes::{Prism, outwards, packing, stream};
 use thallus::analysis::{
-    Analysis, Centres, Dimension, Method, SCALARS, Scaling, SurfaceMetric, Through, analyze,
+    Analysis, Centres, Dimension, LOOK, Method, SCALARS, Scaling, SurfaceMetric, Through, analyze,
     dimensions,
 };
 use thallus::export::Elements;
@@ -394,7 +394,8 @@ fn a_disc_is_round_wide_and_even() {
     let outline = found.outline;
     // Its edge has steps.
     assert_near(outline.circularity.unwrap(), 0.94, 0.06);
-    assert_near(outline.area, PI * 103.0 * 103.0, 700.0);
+    let edge = radius + 0.5 * LOOK;
+    assert_near(outline.area, PI * edge * edge, 700.0);
     let width = found.branch_width.unwrap();
     assert_near(width.mean, 2.0 * radius, 5.0);
     assert_eq!(width.count, disc.len());
@@ -447,21 +448,21 @@ fn outlines_are_those_of_the_closed_forms() {
         .map(|i| DVec2::new(2.0 * f64::from(i), 0.0))
         .collect();
     let outline = measured(&row).outline;
-    let inner = 4.0 * (1f64 / 3.0).asin();
-    let end = TAU - 2.0 * (1f64 / 3.0).acos();
-    assert_near(
-        outline.length,
-        3.0 * (f64::from(n - 2) * inner + 2.0 * end),
-        1e-9,
-    );
-    let between = 2.0 * (8f64.sqrt() + 9.0 * (1f64 / 3.0).asin());
-    assert_near(outline.area, f64::from(n - 1) * between + 9.0 * PI, 0.5);
+    // The radius of the discs that are laid on it.
+    let disc = 0.5 * LOOK;
+    let inner = 4.0 * disc.recip().asin();
+    let end = TAU - 2.0 * disc.recip().acos();
+    let length = disc * (f64::from(n - 2) * inner + 2.0 * end);
+    assert_near(outline.length, length, 1e-9);
+    let between = 2.0 * ((disc * disc - 1.0).sqrt() + disc * disc * disc.recip().asin());
+    let area = f64::from(n - 1) * between + disc * disc * PI;
+    assert_near(outline.area, area, 0.5);
     let (a, b) = (200.0, 56.0 * 3f64.sqrt());
     let inside = |p: &DVec2| p.x.abs() <= a / 2.0 && p.y.abs() <= b / 2.0;
     let found = measured(&packing(80).filter(inside).collect::<Vec<_>>());
-    let area = a * b + 2.0 * (a + b) * 3.0 + 9.0 * PI;
+    let area = a * b + 2.0 * (a + b) * disc + disc * disc * PI;
     assert_near(found.outline.area, area, 0.02 * area);
-    let length = 2.0 * (a + b) + 6.0 * PI;
+    let length = 2.0 * (a + b) + TAU * disc;
     assert_near(found.outline.length, length, 0.05 * length);
 }
 

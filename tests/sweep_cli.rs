@@ -204,6 +204,39 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
     assert_same(&desk, "shared", "whole");
 }
 
+/// Files round places, and elements stand at multiples of what is looked for: the numbers are of the same.
+#[test]
+fn analyze_finds_in_a_folder_what_the_table_says() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o out"));
+    let text = String::from_utf8(desk.read("out/results.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let column = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    let mut compared = 0;
+    for row in lines {
+        let folder = format!(
+            "out/cells/{}/seed-{}",
+            row[column("cell")],
+            row[column("seed")]
+        );
+        let output = desk
+            .call("analyze", &format!("{folder} --json"))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let scalars = found["scalars"].as_object().unwrap().iter();
+        // The radius in the table is the parameter, not what the file rounds it to.
+        for (name, value) in scalars.filter(|(name, _)| *name != "radius") {
+            let expected = row[column(name)].parse::<f64>().ok();
+            assert_eq!(value.as_f64(), expected, "{folder}: {name}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 8 * 40, "{compared}");
+}
+
 #[test]
 fn a_grid_file_is_the_same_sweep() {
     let desk = desk();

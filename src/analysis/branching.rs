@@ -7,13 +7,13 @@ use serde::Serialize;
 use super::fit::line;
 use super::ranked::Ranked;
 use super::width::Distribution;
-use crate::morphometry::{Neighbours, Sample, Tree};
+use crate::morphometry::{Neighbours, Sample, TIES, Tree};
 
 /// What the tree of parents says of a lichen's branches.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Branching {
     /// Number of tips: elements with no other that is farther from its seed, along the tree,
-    /// within the width of the branch there (six element radii at least).
+    /// within the width of the branch there (6.4 element radii at least).
     pub tips: usize,
     /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
     /// width of the branch there, or to a tip that is nearer (sixteen element radii at least). None
@@ -98,7 +98,7 @@ fn tips(sample: &Sample<'_>, neighbours: &Neighbours, widths: &[Option<f64>]) ->
     let normal = |i: usize| Vec3::from(sample.normals[i]);
     let ranked = Ranked::new(peaks.iter().map(|&i| (place(i), normal(i))));
     let stands = |(rank, &i): (usize, &usize)| {
-        let within = widths[i].unwrap_or(0.0);
+        let within = TIES * widths[i].unwrap_or(0.0);
         let is_alone = !ranked.has_higher(rank, place(i), normal(i), within);
         is_alone.then_some(i as u32)
     };

@@ -32,7 +32,7 @@ use serde::Serialize;
 
 use super::boxes::count_boxes;
 use super::fit::Scaling;
-use super::mass::{Metric, ladder, mean_mass};
+use super::mass::{Metric, distances, ladder, mean_mass};
 use super::space::Space;
 use crate::morphometry::Sample;
 
@@ -211,7 +211,7 @@ fn mass_radius(
     sample: &Sample<'_>,
     scales: &Scales,
 ) -> Dimension {
-    let radii = ladder(scales.radius, 2.0 * scales.gyration);
+    let radii = distances(scales.radius, 2.0 * scales.gyration);
     let is_seed = |i: &usize| sample.parents[*i] < 0;
     let seeds: Vec<_> = (0..sample.parents.len()).filter(is_seed).collect();
     let mass = mean_mass(metric, &seeds, &radii);
@@ -233,7 +233,7 @@ fn about_centres(
     centres: &[usize],
     scales: &Scales,
 ) -> [Dimension; 2] {
-    let radii = ladder(scales.radius, scales.gyration);
+    let radii = distances(scales.radius, scales.gyration);
     let mass = mean_mass(metric, centres, &radii);
     let range = scales.range(0.5 * scales.gyration);
     let curve: Vec<_> = std::iter::zip(radii, mass).map(|(r, n)| [r, n]).collect();
@@ -258,7 +258,7 @@ fn by_boxes(sample: &Sample<'_>, rim: &[bool], scales: &Scales) -> [Dimension; 2
     let all = upright(sample);
     let rim = std::iter::zip(&all, rim).filter(|(_, is_rim)| **is_rim);
     let rim: Vec<_> = rim.map(|(&p, _)| p).collect();
-    let sizes = ladder(scales.radius, 2.0 * scales.gyration);
+    let sizes = ladder(2.0 * scales.radius, 2.0 * scales.gyration);
     let dimension = |method, positions: &[_], until: f64| {
         let counts = count_boxes(positions, &sizes);
         let curve = std::iter::zip(&sizes, counts).map(|(&size, n)| [size, n]);

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::morphometry::{Neighbours, exposed_angles};
 
-/// The union of discs of three element radii about the centres, which closes gaps narrower than
-/// six. Both measures are of the tangent planes: where the surface curves within that distance they
+/// The union of discs of half of [`LOOK`](super::LOOK) about the centres, which closes gaps narrower than
+/// that. Both measures are of the tangent planes: where the surface curves within that distance they
 /// are approximations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Outline {

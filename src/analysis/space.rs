@@ -33,7 +33,8 @@ impl<'a> Space<'a> {
     pub fn new(positions: &'a [[f64; 3]]) -> Self {
         let places = in_order(positions);
         let sizes = std::iter::successors(Some(FAN), |size| Some(size * FAN));
-        let needed = sizes.take_while(|&size| size < FAN * places.len());
+        // Up to one that holds all.
+        let needed = sizes.take_while(|&size| size <= FAN * places.len());
         let balls = needed.map(|size| places.chunks(size).map(Ball::about).collect());
         Self {
             positions,

@@ -88,9 +88,11 @@ pub struct Histogram {
 
 impl Histogram {
     pub(super) fn of(values: &[f64], bin: f64) -> Self {
+        /// A value is on a bound if no more than this share of a bin below it: many widths are whole diameters.
+        const ON_BOUND: f64 = 0.01;
         let mut counts = Vec::new();
         for value in values {
-            let k = (value / bin) as usize;
+            let k = (value / bin + ON_BOUND) as usize;
             counts.resize(counts.len().max(k + 1), 0);
             counts[k] += 1;
         }

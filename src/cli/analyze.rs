@@ -16,6 +16,7 @@ use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::number::{count, plural, short};
+use super::output::check_names_folder;
 use super::skin::{check_free, spinner, start_threads};
 use super::terminal::{self, Voice};
 
@@ -24,6 +25,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     let files: Vec<_> = folder
         .flat_map(|folder| plot_names().map(|name| folder.join(name)))
         .collect();
+    args.plots.as_deref().map_or(Ok(()), check_names_folder)?;
     check_free(&files, args.force)?;
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
@@ -73,8 +75,7 @@ fn ground(
     };
     let substrate = load(&mesh)?;
     let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
-    let places = grown.elements.places_on(&substrate).map_err(not_here)?;
-    smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
+    let places = smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
     Ok(Some((substrate, places)))
 }
 

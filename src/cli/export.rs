@@ -7,7 +7,7 @@ use thallus::export::{
 };
 use thallus::morphometry::{measure, smooth_normals};
 use thallus::picture::age_color;
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, SurfacePoint};
 
 use super::args::ExportArgs;
 use super::axes::Convention;
@@ -74,11 +74,14 @@ fn place(elements: &mut Elements, mesh: &Path) -> Result<UpAxis, Failure> {
 }
 
 /// Gives elements the smooth normals of their mesh, and its own numbers of the triangles.
-pub(super) fn smooth_on(elements: &mut Elements, substrate: &Substrate) -> Result<(), NotOnMesh> {
+pub(super) fn smooth_on(
+    elements: &mut Elements,
+    substrate: &Substrate,
+) -> Result<Vec<SurfacePoint>, NotOnMesh> {
     let places = elements.places_on(substrate)?;
     let normals = smooth_normals(substrate, &places);
     let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
     elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
     elements.source_triangle = Some(source.collect());
-    Ok(())
+    Ok(places)
 }

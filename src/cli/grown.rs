@@ -14,7 +14,7 @@ use super::grow::named_mesh;
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
-use super::terminal::Voice;
+use super::terminal::{self, Voice};
 use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
@@ -175,9 +175,21 @@ impl Grown {
         })
     }
 
-    /// The curvature radius L that they grew with, mesh units; 10 r where nothing says it.
+    /// The curvature radius L that they grew with, mesh units; 10 r where nothing says it, which is told.
     pub(crate) fn curvature_radius(&self) -> f64 {
         const USUAL_RADII: f64 = 10.0;
+        let radius = self.elements.radius;
+        self.said_curvature_radius().unwrap_or_else(|| {
+            terminal::warn(&format!(
+                "{}: nothing says with which curvature radius this grew: density and the distance from the rim are \
+                 those within {USUAL_RADII} r; keep the run's recipe.toml beside it",
+                self.table.display()
+            ));
+            USUAL_RADII * radius
+        })
+    }
+
+    fn said_curvature_radius(&self) -> Option<f64> {
         let radius = self.elements.radius;
         let said = match self.recipe.as_ref().and_then(|r| r.curvature_radius) {
             Some(Length::Units(length)) => Some(length),
@@ -185,7 +197,7 @@ impl Grown {
             _ => None,
         };
         let sound = |length: &f64| length.is_finite() && *length >= radius;
-        said.filter(sound).unwrap_or(USUAL_RADII * radius)
+        said.filter(sound)
     }
 
     /// The up axis by the convention of the format that the mesh's name says.

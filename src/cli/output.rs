@@ -1,14 +1,17 @@
 //! The files of a run.
 
 use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 
-use thallus::export::{Elements, OutputDir, OutputError, format_of};
+use thallus::cluster::Cluster;
+use thallus::export::{Elements, OutputDir, OutputError, format_of, parse_elements};
 use thallus::log::{LOG, LogWriter};
 use thallus::picture::age_color;
 use thallus::run::{Execution, Growth, Recipe, RunReport, Timings};
 use thallus::substrate::Substrate;
 
+use super::failure::Failure;
 use super::preview::preview;
 
 pub(crate) const ELEMENTS: &str = "elements.ply";
@@ -66,10 +69,7 @@ impl Finished<'_> {
 
     fn write_elements(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
         let elements = Elements::of(self.substrate, &self.growth.cluster);
-        folder.write(ELEMENTS, |out: &mut dyn Write| {
-            let ply = format_of(ELEMENTS.as_ref()).map_err(std::io::Error::other)?;
-            ply.write(&elements, &age_color, out)
-        })
+        folder.write(ELEMENTS, |out: &mut dyn Write| write_ply(&elements, out))
     }
 
     /// What it took and came to.
@@ -83,5 +83,42 @@ impl Finished<'_> {
             ..
         } = self;
         RunReport::new(substrate, recipe, growth, *seconds, execution)
+    }
+}
+
+fn write_ply(elements: &Elements, out: &mut dyn Write) -> std::io::Result<()> {
+    let ply = format_of(ELEMENTS.as_ref()).map_err(std::io::Error::other)?;
+    ply.write(elements, &age_color, out)
+}
+
+/// A lichen as one reads it from `elements.ply`, which rounds places.
+pub(crate) fn as_written(substrate: &Substrate, cluster: &Cluster) -> anyhow::Result<Elements> {
+    let mut bytes = Vec::new();
+    write_ply(&Elements::of(substrate, cluster), &mut bytes)?;
+    Ok(parse_elements(ELEMENTS.as_ref(), &bytes)?)
+}
+
+/// Ends of names that are files': one that is given where a folder is asked for is a slip.
+const OF_FILES: [&str; 24] = [
+    "ply", "glb", "gltf", "obj", "stl", "usd", "usda", "usdc", "usdz", "inc", "npy", "npz", "csv",
+    "parquet", "json", "toml", "log", "html", "svg", "png", "jpg", "exr", "gif", "mp4",
+];
+
+/// Refuses the name of a file where a folder will be made.
+pub(crate) fn check_names_folder(folder: &Path) -> Result<(), Failure> {
+    let extension = folder
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default();
+    let last = folder.as_os_str().as_encoded_bytes().last();
+    let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
+    let is_file = OF_FILES.iter().any(|of| of.eq_ignore_ascii_case(extension));
+    match is_file && !has_slash && !folder.is_dir() {
+        false => Ok(()),
+        true => Err(Failure::usage(format!(
+            "{0} is the name of a file, and a folder of several files will be made: give it another name, or write \
+             {0}/ if it is to be called so",
+            folder.display()
+        ))),
     }
 }

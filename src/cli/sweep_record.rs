@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use thallus::analysis::{Analysis, Centres};
+use thallus::analysis::{Centres, SurfaceMetric, analyze};
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
 use thallus::run::{Growth, RunReport};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, GridRun, Outcome};
 
+use super::export::smooth_on;
 use super::failure::Failure;
-use super::output::{ELEMENTS, REPORT};
+use super::output::{ELEMENTS, REPORT, as_written};
 
 /// The record of the grid.
 pub(super) const GRID: &str = "grid.toml";
@@ -159,14 +160,17 @@ pub(super) fn remove_error(folder: &Path) {
     let _ = fs::remove_file(error_file(folder));
 }
 
-/// The named numbers of a finished run, lengths in mesh units: those of the analysis, and what growing it
-/// took.
+/// The named numbers of a finished run, lengths in mesh units: those of the analysis, as `thallus analyze`
+/// finds them in its folder, and what growing it took.
 pub(super) fn measures(
     substrate: &Substrate,
     growth: &Growth,
     report: &RunReport,
-) -> Vec<(String, f64)> {
-    let analysis = Analysis::of(substrate, &growth.cluster, Centres::default());
+) -> Result<Vec<(String, f64)>, Failure> {
+    let mut elements = as_written(substrate, &growth.cluster)?;
+    let places = smooth_on(&mut elements, substrate).context(ELEMENTS)?;
+    let metric = SurfaceMetric::new(substrate, &places);
+    let analysis = analyze(&elements.sample(), Some(&metric), Centres::default());
     let scalars = analysis.scalars().into_iter();
     // The radius is a parameter.
     let found = scalars.filter(|(name, _)| *name != "radius");
@@ -176,8 +180,6 @@ pub(super) fn measures(
         ("contacts_per_walker", report.contacts_per_walker),
         ("steps_per_walker", report.steps_per_walker),
     ];
-    found
-        .chain(took)
-        .map(|(name, x)| (name.to_owned(), x))
-        .collect()
+    let all = found.chain(took);
+    Ok(all.map(|(name, x)| (name.to_owned(), x)).collect())
 }

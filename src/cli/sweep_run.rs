@@ -157,7 +157,7 @@ impl Sweep<'_> {
         };
         finished.write_into(&mut output)?;
         let report = finished.report();
-        let measures = record::measures(self.substrate, &growth, &report);
+        let measures = record::measures(self.substrate, &growth, &report)?;
         record::write(&mut output, &self.plan.runs[run], measures, report.stopped)?;
         output.commit()?;
         Ok(End::Finished)

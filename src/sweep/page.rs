@@ -214,6 +214,14 @@ fn counted(summary: &Summary) -> String {
     }
 }
 
+/// The same, and of how many runs where not all have a number: such a mean is of a selection.
+fn spread_of(summary: &Summary, runs: usize) -> String {
+    match summary.runs {
+        some if some > 0 && some < runs => format!("{} (of {some})", spread(summary)),
+        _ => spread(summary),
+    }
+}
+
 /// Mean and standard deviation, to the decimals of the larger one.
 pub(super) fn spread(summary: &Summary) -> String {
     let Summary {
@@ -317,7 +325,8 @@ fn push_numbers(html: &mut String, results: &Results) {
         let _ = write!(html, "<tr><th>{}</th>", escaped(&cell.name));
         for measure in 0..names.len() {
             let summary = results.summary(number, measure);
-            let _ = write!(html, "<td>{}</td>", spread(&summary));
+            let text = spread_of(&summary, results.runs_of(number).count());
+            let _ = write!(html, "<td>{text}</td>");
         }
         html.push_str("</tr>\n");
     }
@@ -342,7 +351,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
             },
             seeds: runs().map(|run| results.plan.runs[run].seed).collect(),
             summaries: (0..measures.len())
-                .map(|measure| spread(&results.summary(cell, measure)))
+                .map(|measure| spread_of(&results.summary(cell, measure), runs().count()))
                 .collect(),
             values: (0..measures.len())
                 .map(|measure| runs().map(|run| value(run, measure)).collect())
