@@ -160,8 +160,24 @@ fn damage_in_the_middle_is_refused_and_what_is_sound_can_be_kept() {
         damaged,
         "nothing is touched"
     );
+    let behind = ["ask for more"];
+    blocks
+        .desk
+        .fails("--resume out --keep-sound --elements 10", 2, &behind);
+    assert_eq!(blocks.desk.read("out/run.log"), damaged);
+    assert!(!blocks.desk.path("out/run.log.damaged").exists());
     blocks.desk.done("--resume out --keep-sound --quiet");
     assert_eq!(blocks.desk.read("out/run.log.damaged"), damaged);
+    // What was put aside stays when that happens once more.
+    let again = blocks.damaged(middle.start + 300);
+    fs::write(blocks.desk.path("out/run.log"), &again).unwrap();
+    let said = blocks.desk.done("--resume out --keep-sound");
+    assert!(!said.contains("as a killed run leaves"), "{said}");
+    assert_eq!(blocks.desk.read("out/run.log.damaged"), damaged);
+    assert_eq!(blocks.desk.read("out/run.log.damaged-2"), again);
+    for name in ["run.log.damaged", "run.log.damaged-2"] {
+        fs::remove_file(blocks.desk.path("out").join(name)).unwrap();
+    }
     blocks.assert_goes_on(&damaged, "--keep-sound");
     blocks.assert_goes_on(&blocks.bytes, "--keep-sound");
 }

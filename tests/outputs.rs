@@ -243,6 +243,62 @@ fn second_run_into_a_folder_is_refused() {
     assert!(OutputDir::create(&path, true).is_ok());
 }
 
+/// Its name is another run's now: what the first does must not reach that one.
+#[cfg(unix)]
+#[test]
+fn a_run_whose_folder_was_moved_leaves_the_next_one_there_alone() {
+    let scratch = scratch();
+    let path = scratch.path().join("rock");
+    let mut moved = OutputDir::create(&path, false).unwrap();
+    moved.write("a.txt", says("1")).unwrap();
+    fs::rename(&path, scratch.path().join("elsewhere")).unwrap();
+    let mut next = OutputDir::create(&path, false).unwrap();
+    next.write("a.txt", says("2")).unwrap();
+    for tried in [
+        moved.write("b.txt", says("1")),
+        moved.place("b.txt", says("1")),
+        moved.replace(&["a.txt"], &[("b.txt", b"1")]),
+        moved.remove("a.txt"),
+        moved.commit(),
+    ] {
+        let said = tried.unwrap_err().to_string();
+        assert!(said.contains("moved, replaced or removed"), "{said}");
+    }
+    let error = OutputDir::create(&path, true).unwrap_err();
+    assert!(matches!(error, OutputError::Locked { .. }), "{error}");
+    next.commit().unwrap();
+    assert_eq!(names(&path), ["a.txt"]);
+    assert_eq!(read(&path.join("a.txt")), "2");
+}
+
+#[test]
+fn files_are_replaced_together_or_not_at_all() {
+    let folder = scratch();
+    let path = folder.path();
+    for name in ["a.txt", "b.txt", "d.txt"] {
+        fs::write(path.join(name), "old").unwrap();
+    }
+    fs::create_dir(path.join("c.txt")).unwrap();
+    let mut dir = OutputDir::create(path, true).unwrap();
+    let by: [(&str, &[u8]); 2] = [("b.txt", b"new"), ("e.txt", b"new")];
+    let error = dir.replace(&["a.txt", "b.txt", "c.txt"], &by).unwrap_err();
+    assert!(
+        matches!(error, OutputError::NotAFile(ref at) if at.ends_with("c.txt")),
+        "{error}"
+    );
+    // A folder that is not empty cannot make way for a file.
+    fs::create_dir_all(path.join("e.txt/full")).unwrap();
+    assert!(dir.replace(&["a.txt", "b.txt"], &by).is_err());
+    for name in ["a.txt", "b.txt", "d.txt"] {
+        assert_eq!(read(&path.join(name)), "old", "{name}");
+    }
+    fs::remove_dir_all(path.join("e.txt")).unwrap();
+    dir.replace(&["a.txt", "b.txt", "f.txt"], &by).unwrap();
+    dir.commit().unwrap();
+    assert_eq!(names(path), ["b.txt", "c.txt", "d.txt", "e.txt"]);
+    assert_eq!(read(&path.join("b.txt")), "new");
+}
+
 /// Runs race for a folder: at any time one of them has it, and what it wrote is what appears.
 #[test]
 fn racing_runs_never_mix() {

@@ -310,8 +310,63 @@ fn a_recipe_without_a_log_begins_anew() {
     assert!(said.contains("begins anew"), "{said}");
     desk.assert_same("out", "whole");
     fs::remove_file(desk.path("out/run.log")).unwrap();
+    for gone in ["elements.ply", "preview.png"] {
+        desk.fails("--resume out", 1, &["a finished run whose run.log is gone"]);
+        fs::remove_file(desk.path("out").join(gone)).unwrap();
+    }
     desk.fails("--resume out", 1, &["a finished run whose run.log is gone"]);
-    assert!(desk.path("out/elements.ply").exists());
+    assert!(desk.path("out/report.json").exists());
+}
+
+/// What it leads to may be on a disk that is away.
+#[cfg(unix)]
+#[test]
+fn a_log_that_is_a_link_to_nothing_is_not_begun_anew() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o whole --quiet"));
+    desk.put_log("whole", "out", b"");
+    fs::remove_file(desk.path("out/run.log")).unwrap();
+    std::os::unix::fs::symlink("/nowhere/run.log", desk.path("out/run.log")).unwrap();
+    desk.fails("--resume out", 1, &["out/run.log", "No such file"]);
+    assert!(desk.path("out/run.log").is_symlink());
+}
+
+/// What is there goes when the new run can begin, and not before.
+#[test]
+fn a_forced_run_that_cannot_begin_leaves_the_run_before() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out --quiet"));
+    fs::remove_file(desk.path("out/report.json")).unwrap();
+    fs::create_dir(desk.path("out/report.json")).unwrap();
+    let before = names(&desk.path("out"));
+    desk.fails(&format!("{RUN} -o out --force"), 1, &["out/report.json"]);
+    desk.fails("--resume out --elements 4000", 1, &["out/report.json"]);
+    assert_eq!(names(&desk.path("out")), before);
+    assert_eq!(desk.log("out").begun.elements.len(), 3000);
+}
+
+/// The next run has its name now.
+#[cfg(unix)]
+#[test]
+fn a_run_whose_folder_is_gone_leaves_alone_the_next_one_of_its_name() {
+    let desk = Desk::new();
+    let mut next = None;
+    let said = said_without_folder(&desk, || {
+        fs::rename(desk.path("out"), desk.path("moved")).unwrap();
+        next = Some(desk.start(&format!("{ENDLESS} -o out --quiet --seed 2")));
+        wait_for_elements(&desk.path("out"));
+    });
+    assert!(
+        said.contains("went with it, unless out was moved"),
+        "{said}"
+    );
+    desk.fails("--resume out", 1, &["another run"]);
+    let mut next = next.unwrap();
+    assert!(next.try_wait().unwrap().is_none());
+    next.kill().unwrap();
+    next.wait().unwrap();
+    let more = desk.log("out").begun.elements.len() + 100;
+    desk.done(&format!("--resume out --elements {more} --quiet"));
 }
 
 /// More elements than any test has time for.
@@ -407,6 +462,14 @@ fn a_folder_that_is_deleted_is_not_promised_to_go_on() {
 #[test]
 fn a_pipe_in_place_of_log_or_recipe_is_refused() {
     let desk = Desk::new();
+    // That of the report is not waited for either.
+    desk.done("rock.obj --elements 50 -o reported --quiet");
+    fs::remove_file(desk.path("reported/report.json")).unwrap();
+    let made = Command::new("mkfifo")
+        .arg(desk.path("reported/report.json"))
+        .status();
+    assert!(made.unwrap().success());
+    desk.done("--resume reported --elements 60 --quiet");
     for file in ["run.log", "recipe.toml"] {
         desk.done("rock.obj --elements 50 -o out --quiet --force");
         let path = desk.path(&format!("out/{file}"));

@@ -4,9 +4,10 @@
 //! elements than `report.json` says lost some afterwards. They would grow again as they were, but a run that is
 //! stopped meanwhile, or at a smaller size, must not put less in the place of what is finished.
 
-use std::fs;
+use std::io::BufReader;
 use std::path::Path;
 
+use thallus::input;
 use thallus::log::{LOG, Log};
 use thallus::run::{Growth, StopRule, Stopped, shell_path};
 
@@ -17,8 +18,9 @@ use super::terminal;
 
 /// Elements that the run in this folder had when it ended, whether it was done or stopped; 0 where none has.
 pub(super) fn elements(folder: &Path) -> u64 {
-    let report = fs::read(folder.join(REPORT)).unwrap_or_default();
-    let report: serde_json::Value = serde_json::from_slice(&report).unwrap_or_default();
+    let file = input::regular(&folder.join(REPORT));
+    let report = file.and_then(|file| Ok(serde_json::from_reader(BufReader::new(file))?));
+    let report: serde_json::Value = report.unwrap_or_default();
     report["elements"].as_u64().unwrap_or(0)
 }
 

@@ -15,7 +15,7 @@ use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::After;
 use super::number::{count, duration, percent, short};
-use super::output::{FILES, Finished};
+use super::output::{FILES, Finished, check_names_folder};
 use super::progress::{Display, Goal};
 use super::terminal::{self, Voice};
 use super::{check, ended, interrupt, memory, resume, warnings};
@@ -31,6 +31,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     check_values(&args, &settings)?;
     let mesh = mesh_file(&args, &settings)?;
     let execution = execution(&args)?;
+    args.output.as_deref().map_or(Ok(()), check_names_folder)?;
     let output = output(&args, &mesh, voice)?;
     interrupt::listen(execution.cancel.clone());
 
@@ -116,8 +117,12 @@ impl Job<'_> {
             let (log, begun) = LogWriter::open(resume::begin(output, self.recipe)?)?;
             return Ok((Run::new(self.substrate, self.recipe, begun)?, log));
         };
+        let path = earlier.path.clone();
         let (log, begun) = LogWriter::open(earlier)?;
         let run = Run::new(self.substrate, self.recipe, begun)?;
+        if self.args.keep_sound {
+            resume::set_aside(&path)?;
+        }
         resume::take_over(output, self.recipe)?;
         Ok((run, log))
     }

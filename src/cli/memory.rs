@@ -231,14 +231,37 @@ pub(super) fn most_covered(join: Join) -> f64 {
     }
 }
 
-/// Bytes of memory that are free, where the system says so.
+/// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what
+/// this process may take (`ulimit -v`).
 pub(super) fn available() -> Option<f64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text
-        .lines()
-        .find(|line| line.starts_with("MemAvailable:"))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024.0 * kilobytes)
+    let machine = number("/proc/meminfo", "MemAvailable:").map(|kilobytes| 1024.0 * kilobytes);
+    [machine, container(), address_space()]
+        .into_iter()
+        .flatten()
+        .reduce(f64::min)
+}
+
+/// The number after a word at the start of a line.
+fn number(file: &str, word: &str) -> Option<f64> {
+    let text = fs::read_to_string(file).ok()?;
+    let rest = text.lines().find_map(|line| line.strip_prefix(word))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+/// What is left of the limit on a container, as a control group (version 2) sees it from inside. Cached files
+/// make way.
+fn container() -> Option<f64> {
+    let most = number("/sys/fs/cgroup/memory.max", "")?;
+    let taken = number("/sys/fs/cgroup/memory.current", "")?;
+    let cached = number("/sys/fs/cgroup/memory.stat", "inactive_file ").unwrap_or(0.0);
+    Some((most - (taken - cached)).max(0.0))
+}
+
+/// What is left of the limit on this process's addresses.
+fn address_space() -> Option<f64> {
+    let most = number("/proc/self/limits", "Max address space")?;
+    let taken = number("/proc/self/status", "VmSize:")?;
+    Some((most - 1024.0 * taken).max(0.0))
 }
 
 pub(super) fn size(bytes: f64) -> String {

@@ -1,10 +1,12 @@
 //! The log of a run: begun anew, or gone on with.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Write};
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use thallus::export::{OutputDir, OutputError};
+use thallus::export::{OutputDir, OutputError, write_file_atomically};
 use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::{Recipe, shell_path};
@@ -13,7 +15,7 @@ use super::args::GrowArgs;
 use super::ended;
 use super::failure::Failure;
 use super::number::{count, plural};
-use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE};
+use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE, REPORT};
 use super::terminal::Voice;
 
 impl GrowArgs {
@@ -62,7 +64,8 @@ pub(crate) fn earlier(
         return Ok(None);
     };
     let path = folder.join(LOG);
-    if !path.exists() {
+    // A link that leads nowhere is there: what it leads to may be on a disk that is away.
+    if path.symlink_metadata().is_err() {
         check_unfinished(folder)?;
         let missing = path.display();
         voice.note(&format!("{missing} is not there: the run begins anew"));
@@ -74,16 +77,14 @@ pub(crate) fn earlier(
     };
     log.check(recipe)?;
     ended::refuse_fewer(folder, &log, recipe.stop)?;
-    if args.keep_sound {
-        set_aside(&log)?;
-    }
     tell(&log, ended::lost(folder, &log), voice);
     Ok(Some(log))
 }
 
 /// Refuses to begin anew where a run has ended.
 fn check_unfinished(folder: &Path) -> Result<(), Failure> {
-    match folder.join(ELEMENTS).exists() {
+    let has = |name: &str| folder.join(name).symlink_metadata().is_ok();
+    match [ELEMENTS, REPORT, PREVIEW].into_iter().any(has) {
         false => Ok(()),
         true => Err(Failure::Failed(anyhow::anyhow!(
             "{0} has a finished run whose {LOG} is gone: to grow it again, thallus grow --recipe \
@@ -95,20 +96,37 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
 
 /// Puts a damaged log aside before what follows the sound part is cut off. What a killed run leaves is not
 /// worth keeping.
-fn set_aside(log: &Log) -> Result<(), Failure> {
-    if matches!(Log::read(&log.path), Err(LogError::Damaged { .. })) {
-        let aside = log.path.with_file_name(format!("{LOG}.damaged"));
-        fs::copy(&log.path, &aside)
-            .with_context(|| format!("{}: writing failed", aside.display()))?;
+pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
+    if !matches!(Log::read(log), Err(LogError::Damaged { .. })) {
+        return Ok(());
     }
-    Ok(())
+    let copy = |out: &mut dyn Write| io::copy(&mut File::open(log)?, out).map(drop);
+    let numbered = (2..MOST_ASIDE).map(|n| format!("{LOG}.damaged-{n}"));
+    let mut names = iter::once(format!("{LOG}.damaged")).chain(numbered);
+    let free = names.find_map(|name| {
+        match write_file_atomically(&log.with_file_name(name), false, copy) {
+            Err(OutputError::FileExists(_) | OutputError::NotAFile(_)) => None,
+            written => Some(written),
+        }
+    });
+    match free {
+        Some(written) => Ok(written?),
+        None => Err(Failure::Failed(anyhow::anyhow!(
+            "{}: there are {MOST_ASIDE} damaged logs beside it already: move them away",
+            log.display()
+        ))),
+    }
 }
+
+/// Damaged logs kept in one folder, at most.
+const MOST_ASIDE: u32 = 1000;
 
 fn tell(log: &Log, lost: u64, voice: Voice) {
     let path = log.path.display();
     if log.torn > 0 {
         let torn = plural(log.torn as usize, "byte", "bytes");
-        let usual = if lost == 0 {
+        let damaged = matches!(Log::read(&log.path), Err(LogError::Damaged { .. }));
+        let usual = if lost == 0 && !damaged {
             ", as a killed run leaves them"
         } else {
             ""
@@ -132,15 +150,15 @@ fn tell(log: &Log, lost: u64, voice: Voice) {
 /// Puts the recipe and an empty log into the folder, so that the run can be killed from here on.
 /// What an earlier run left there goes first: a folder never holds files of two.
 pub(crate) fn begin(output: &mut OutputDir, recipe: &Recipe) -> Result<Log, Failure> {
-    FILES.iter().try_for_each(|name| output.remove(name))?;
-    place_recipe(output, recipe)?;
-    output.place(LOG, |out| out.write_all(&head(recipe)))?;
+    let (text, head) = (recipe.to_toml(), head(recipe));
+    output.replace(FILES, &[(RECIPE, text.as_bytes()), (LOG, &head)])?;
     Ok(Log::read(&output.path().join(LOG))?)
 }
 
 /// Replaces the recipe of the run that is gone on with. Its picture goes: it would be taken for one of the
 /// larger lichen if this run ended before it takes its own, which it does last.
 pub(crate) fn take_over(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
+    output.check_files(FILES)?;
     place_recipe(output, recipe)?;
     Ok(output.remove(PREVIEW)?)
 }
@@ -154,18 +172,26 @@ pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<()
 pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
     let safe = |elements: u64| plural(elements as usize, "element is", "elements are");
     let shown = folder.display();
-    Failure::Failed(match count_elements(&folder.join(LOG)) {
-        Ok(elements) => {
-            let safe = safe(elements.min(log.durable_elements()));
+    let durable = log.durable_elements();
+    Failure::Failed(match log.is_in_place() {
+        Ok(true) => {
+            let sound = count_elements(&folder.join(LOG)).unwrap_or(durable);
+            let safe = safe(sound.min(durable));
             anyhow::anyhow!(
                 "{error}; {safe} safe: go on with thallus grow --resume {}",
                 shell_path(folder)
             )
         }
         Err(_) => anyhow::anyhow!(
+            "{error}; {} in {}: when that can be read again, go on with thallus grow --resume {}",
+            safe(durable),
+            folder.join(LOG).display(),
+            shell_path(folder)
+        ),
+        Ok(false) => anyhow::anyhow!(
             "{error}; what was durable went with it, unless {shown} was moved: then {} safe, and \
              thallus grow --resume goes on with the folder where it lies now",
-            safe(log.durable_elements())
+            safe(durable)
         ),
     })
 }

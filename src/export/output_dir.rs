@@ -90,6 +90,7 @@ impl OutputDir {
     ) -> Result<(), OutputError> {
         let plain = Path::new(name).file_name() == Some(OsStr::new(name));
         assert!(plain && name != STAGE, "'{name}' is not a plain file name");
+        self.check_ours()?;
         let shown = self.folder.join(name);
         if shown.is_dir() {
             return Err(OutputError::NotAFile(shown));
@@ -130,11 +131,77 @@ impl OutputDir {
         Ok(())
     }
 
+    /// Takes files away at once, as far as they are there, and puts others in their place, durably.
+    /// Nothing is changed where that fails.
+    ///
+    /// # Errors
+    /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder.
+    ///
+    /// # Panics
+    /// When a name is not a plain file name.
+    pub fn replace(&mut self, away: &[&str], by: &[(&str, &[u8])]) -> Result<(), OutputError> {
+        self.check_files(away)?;
+        for (name, bytes) in by {
+            self.write(name, |out| out.write_all(bytes))?;
+            self.written.pop();
+        }
+        let mut moved = Vec::new();
+        if let Err(error) = self.exchange(away, by, &mut moved) {
+            for (from, to) in moved.iter().rev() {
+                let _ = fs::rename(to, from);
+            }
+            return Err(error);
+        }
+        sync_folder(&self.folder);
+        if let Some(made) = self.made.take() {
+            made.keep();
+        }
+        self.placed
+            .extend(by.iter().map(|(name, _)| (*name).to_owned()));
+        away.iter()
+            .for_each(|name| drop(fs::remove_file(self.staged(&aside(name)))));
+        Ok(())
+    }
+
+    /// Renames files aside, and the staged ones into their places; what was renamed is told.
+    fn exchange(
+        &self,
+        away: &[&str],
+        by: &[(&str, &[u8])],
+        moved: &mut Vec<(PathBuf, PathBuf)>,
+    ) -> Result<(), OutputError> {
+        let away = away
+            .iter()
+            .map(|name| (self.folder.join(name), self.staged(&aside(name))));
+        let by = by
+            .iter()
+            .map(|(name, _)| (self.staged(name), self.folder.join(name)));
+        let there = away.filter(|(place, _)| place.symlink_metadata().is_ok());
+        for (from, to) in there.chain(by) {
+            fs::rename(&from, &to).map_err(OutputError::io(&from, "replacing"))?;
+            moved.push((from, to));
+        }
+        Ok(())
+    }
+
+    /// Refuses folders in the places of files.
+    ///
+    /// # Errors
+    /// [`OutputError::NotAFile`], which names the folder.
+    pub fn check_files(&self, names: &[&str]) -> Result<(), OutputError> {
+        let mut places = names.iter().map(|name| self.folder.join(name));
+        match places.find(|place| place.is_dir()) {
+            Some(folder) => Err(OutputError::NotAFile(folder)),
+            None => Ok(()),
+        }
+    }
+
     /// Removes a file of the folder at once, if it is there.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
+        self.check_ours()?;
         let place = self.folder.join(name);
         match fs::remove_file(&place) {
             Err(e) if e.kind() != ErrorKind::NotFound => {
@@ -151,6 +218,7 @@ impl OutputDir {
     /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, and
     /// nothing is put in place then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
+        self.check_ours()?;
         let taken = |name: &String| {
             !self.placed.contains(name) && self.folder.join(name).symlink_metadata().is_ok()
         };
@@ -166,6 +234,26 @@ impl OutputDir {
             made.keep();
         }
         Ok(())
+    }
+
+    /// Whether the hidden folder is still the one that this locked: the run's folder may have been moved or
+    /// removed, and another run may have made a new one.
+    fn is_ours(&self) -> io::Result<bool> {
+        let place = self.folder.join(STAGE).join(LOCK);
+        self.lock
+            .as_ref()
+            .map_or(Ok(false), |lock| is_still_at(&place, lock))
+    }
+
+    fn check_ours(&self) -> Result<(), OutputError> {
+        let moved = || {
+            let moved = "the folder was moved, replaced or removed while the run went on";
+            Err(io::Error::new(ErrorKind::NotFound, moved))
+        };
+        let ours = self
+            .is_ours()
+            .and_then(|ours| if ours { Ok(()) } else { moved() });
+        ours.map_err(OutputError::io(&self.folder, "writing"))
     }
 
     fn staged(&self, name: &str) -> PathBuf {
@@ -188,7 +276,7 @@ impl OutputDir {
 impl Drop for OutputDir {
     fn drop(&mut self) {
         // Without the lock the hidden folder is another run's.
-        if self.lock.is_some() {
+        if self.is_ours().unwrap_or(false) {
             let stage = self.folder.join(STAGE);
             let _ = fs::remove_dir_all(stage.join(FILES));
             let _ = fs::remove_file(stage.join(LOCK));
@@ -246,7 +334,7 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
         Err(TryLockError::WouldBlock) => return Err(locked(path, folder)),
         Err(TryLockError::Error(e)) => return Err(OutputError::io(folder, doing)(e)),
     }
-    if !is_still_at(path, &file) {
+    if !is_still_at(path, &file).map_err(OutputError::io(folder, doing))? {
         return Ok(None);
     }
     let write = file
@@ -266,20 +354,25 @@ fn locked(path: &Path, folder: &Path) -> OutputError {
     }
 }
 
-/// Whether an open file is still the one that others will find under its name.
+/// The name under which a file waits for what takes its place.
+fn aside(name: &str) -> String {
+    format!("{name}.earlier")
+}
+
+/// Whether an open file is still the one that others will find under its name; an error where that cannot be
+/// told.
 #[cfg(unix)]
-pub(crate) fn is_still_at(path: &Path, file: &File) -> bool {
+pub(crate) fn is_still_at(path: &Path, file: &File) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
     let identity = |m: fs::Metadata| (m.dev(), m.ino());
-    let (named, held) = (
-        fs::metadata(path).map(identity),
-        file.metadata().map(identity),
-    );
-    matches!((named, held), (Ok(named), Ok(held)) if named == held)
+    match fs::metadata(path).map(identity) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+        named => Ok(named? == identity(file.metadata()?)),
+    }
 }
 
 /// An open file cannot be removed here.
 #[cfg(not(unix))]
-pub(crate) fn is_still_at(_path: &Path, _file: &File) -> bool {
-    true
+pub(crate) fn is_still_at(_path: &Path, _file: &File) -> io::Result<bool> {
+    Ok(true)
 }

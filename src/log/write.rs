@@ -27,6 +27,8 @@ pub struct LogWriter {
     file: File,
     /// Length that a power failure cannot touch.
     durable: u64,
+    /// Length: more than that until what is not sound is cut off.
+    length: u64,
     /// Elements in it.
     durable_elements: u64,
     /// Whole blocks that are not written yet.
@@ -40,23 +42,21 @@ pub struct LogWriter {
     failed: Option<OutputError>,
 }
 
-/// Elements between two looks at the clock, which costs as much as writing one.
-const LOOK: u64 = 8;
-
 impl LogWriter {
     /// Opens a log to go on after its last sound block, and gives what there is. What comes after
-    /// that block is cut off.
+    /// that block is cut off when something is first written, or [`LogWriter::finish`] is called.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn open(log: Log) -> Result<(Self, Begun), OutputError> {
         let started = Instant::now();
-        let file = reopen(&log.path, log.sound).map_err(failure(&log.path))?;
+        let (file, length) = reopen(&log.path).map_err(failure(&log.path))?;
         let next = log.begun.elements.len() as u64;
         let writer = Self {
             path: log.path,
             file,
             durable: log.sound,
+            length,
             durable_elements: next,
             blocks: Vec::new(),
             draft: Draft::new(next),
@@ -137,31 +137,44 @@ impl LogWriter {
         self.close_block();
         self.check_place().map_err(failure(&self.path))?;
         let started = Instant::now();
-        let written = self
-            .file
-            .write_all(&self.blocks)
-            .and_then(|()| self.file.sync_data());
-        if let Err(e) = written {
+        if let Err(e) = self.write_blocks() {
             // So that the tail is not torn for the next run; it would cope.
             let _ = self.file.set_len(self.durable);
             return Err(failure(&self.path)(e));
         }
         self.durable += self.blocks.len() as u64;
+        self.length = self.durable;
         self.durable_elements = self.next;
         self.blocks.clear();
         self.rhythm.flushed(started, Instant::now());
         Ok(())
     }
 
+    fn write_blocks(&mut self) -> io::Result<()> {
+        if self.length > self.durable {
+            self.file.set_len(self.durable)?;
+        }
+        self.file.write_all(&self.blocks)?;
+        self.file.sync_data()
+    }
+
+    /// Whether the log is still where it was opened; an error where that cannot be told.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn is_in_place(&self) -> io::Result<bool> {
+        is_still_at(&self.path, &self.file)
+    }
+
     /// A file that was removed can be written, and is lost when it is closed. One that another program writes
     /// is no log any more; where no locks are, that may be another run.
     fn check_place(&self) -> io::Result<()> {
-        if !is_still_at(&self.path, &self.file) {
+        if !self.is_in_place()? {
             let moved =
                 "the file or its folder was moved, replaced or removed while the run went on";
             return Err(io::Error::new(io::ErrorKind::NotFound, moved));
         }
-        match self.file.metadata()?.len() == self.durable {
+        match self.file.metadata()?.len() == self.length {
             true => Ok(()),
             false => Err(io::Error::other(
                 "something else wrote into the file while the run went on",
@@ -176,7 +189,7 @@ impl Observer for LogWriter {
             return ControlFlow::Break(());
         }
         self.append(element, &progress.counts);
-        if self.next.is_multiple_of(LOOK) && self.is_due() {
+        if self.is_due() {
             self.failed = self.flush().err();
         }
         match self.failed {
@@ -186,12 +199,12 @@ impl Observer for LogWriter {
     }
 }
 
-/// The file, cut to this length and ready to append.
-fn reopen(path: &Path, length: u64) -> io::Result<File> {
+/// The file, ready to append, and its length.
+fn reopen(path: &Path) -> io::Result<(File, u64)> {
     let file = OpenOptions::new().append(true).open(path)?;
-    file.set_len(length)?;
     file.sync_all()?;
-    Ok(file)
+    let length = file.metadata()?.len();
+    Ok((file, length))
 }
 
 fn failure(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
