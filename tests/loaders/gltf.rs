@@ -304,6 +304,75 @@ fn buffers_come_from_the_chunk_from_data_uris_and_from_files() {
     assert_eq!(loaded.hash, hasher.finalize().to_hex().to_string());
 }
 
+/// As the specification allows, and for members with one name asks.
+#[test]
+fn whole_numbers_may_have_a_point_or_an_exponent_and_the_last_of_equal_names_counts() {
+    let doc = tetrahedron(json!({"translation": [0.5, 0, 0]}));
+    let uri = format!("data:application/octet-stream;BASE64,{}", base64(&doc.bin));
+    let plain = String::from_utf8(doc.with_uri(&uri)).unwrap();
+    let expected = parse_soup(plain.as_bytes(), Format::Gltf, None).unwrap();
+    let count = plain.find("\"count\":").unwrap() + 8;
+    let digits = plain[count..].find(|c: char| !c.is_ascii_digit()).unwrap();
+    let number: u32 = plain[count..count + digits].parse().unwrap();
+    for form in [
+        format!("{number}.0"),
+        format!("{}e0", f64::from(number)),
+        format!("{number},\"count\":{number}"),
+        format!("99,\"count\":{number}"),
+    ] {
+        let text = format!("{}{form}{}", &plain[..count], &plain[count + digits..]);
+        let found = parse_soup(text.as_bytes(), Format::Gltf, None);
+        assert_eq!(found.unwrap(), expected, "{form}");
+    }
+    let text = format!("{}{number}.5{}", &plain[..count], &plain[count + digits..]);
+    assert_says(
+        &refused(text, Format::Gltf),
+        &["JSON line 1", "floating point"],
+    );
+}
+
+#[test]
+fn matrices_may_have_round_off_in_their_last_row() {
+    let expected = tetrahedron(json!({"translation": [1, 2, 3]})).load();
+    for (skew, w) in [
+        (0.0, 1.0),
+        (1e-17, 1.0),
+        (0.0, 0.999_999_999_999_999_9),
+        (-1e-9, 1.0),
+    ] {
+        let matrix = [
+            1.0, 0.0, 0.0, skew, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 2.0, 3.0, w,
+        ];
+        let soup = tetrahedron(json!({"matrix": matrix})).load();
+        for (a, b) in soup.positions.iter().zip(&expected.positions) {
+            assert!(close(*a, *b), "{skew} {w}: {a:?} for {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_buffer_may_be_named_as_its_file_is() {
+    let doc = tetrahedron(json!({}));
+    let expected = doc.load();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.gltf");
+    for name in ["100%.bin", "l%20it.bin", "q?v=2.bin"] {
+        std::fs::write(folder.path().join(name), &doc.bin).unwrap();
+        std::fs::write(&path, doc.with_uri(name)).unwrap();
+        assert_eq!(load_soup(&path).unwrap().soup, expected, "{name}");
+        std::fs::remove_file(folder.path().join(name)).unwrap();
+    }
+    let escaped: String = base64(&doc.bin)
+        .replace('/', "%2F")
+        .replace('+', "%2B")
+        .replace('=', "%3D");
+    let uri = format!("data:application/octet-stream;base64,{escaped}");
+    assert_eq!(
+        parse_soup(&doc.with_uri(&uri), Format::Gltf, None).unwrap(),
+        expected
+    );
+}
+
 #[test]
 fn missing_and_short_buffers_are_named() {
     let doc = tetrahedron(json!({}));

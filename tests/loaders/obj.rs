@@ -33,6 +33,36 @@ fn every_way_to_write_a_corner_names_the_same_vertex() {
     }
 }
 
+/// A folder's name may end a comment, a group or a material.
+#[test]
+fn a_backslash_that_ends_a_comment_or_a_name_takes_nothing_away() {
+    for before in [
+        r"# from C:\scans\",
+        r"f 1 2 3 # from C:\scans\",
+        r"g scans\",
+        r"o C:\scans\",
+        r"usemtl C:\paint\",
+        r"mtllib C:\paint\",
+    ] {
+        for after in ["f 1 2 3", "v 7 7 7", "\nf 1 2 3"] {
+            for end in ["\n", "\r\n", "\r"] {
+                let text = format!("{TRIANGLE}{before}\n{after}\nf 1 2 3\n");
+                let faces = text.lines().filter(|line| line.starts_with('f')).count();
+                let vertices = text.lines().filter(|line| line.starts_with('v')).count();
+                let soup = parsed(text.replace('\n', end), Format::Obj);
+                assert_eq!(soup.triangles.len(), faces, "{text:?}");
+                assert_eq!(soup.positions.len(), vertices, "{text:?}");
+            }
+        }
+    }
+    // Numbers go on with numbers, and a line that begins with a word is another statement.
+    let text = format!("{TRIANGLE}f 1 \\\n 2 \\\n3\nf 1 2 3 \\\nf 3 2 1\n");
+    assert_eq!(
+        parsed(text, Format::Obj).triangles,
+        [[0, 1, 2], [0, 1, 2], [2, 1, 0]]
+    );
+}
+
 #[test]
 fn lone_carriage_returns_end_lines_too() {
     assert_eq!(

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::{LoadFault, Parsed};
-use super::{Format, HEAD, obj, stl};
+use super::{Format, HEAD, obj, ply_header, stl};
 
 /// The format that the file's name claims.
 pub(super) fn by_extension(path: &Path) -> Option<Format> {
@@ -75,7 +75,7 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     if head.starts_with(b"glTF") {
         return Some(Format::Glb);
     }
-    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+    if ply_header::is_begun(head) {
         return Some(Format::Ply);
     }
     if stl::is_exact_binary(head, bytes.len() as u64) {

@@ -7,9 +7,11 @@
 //! morphed meshes are read at rest. Cameras and animations are not looked at, materials only where
 //! textures are asked for (`gltf_material.rs`), nor are extensions that concern only them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use serde_json::Value;
 
 use crate::substrate::{Soup, Texturing};
 
@@ -156,14 +158,21 @@ fn parse_document(
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
-    let root = read_json(json, format)?;
+    let mut json = Cow::Borrowed(json);
+    if let (Err(_), Some(plain)) = (read_json(&json, format), with_plain_numbers(&json)) {
+        // Where that does not help, the fault is told as it is in the file.
+        if read_json(&plain, format).is_ok() {
+            json = Cow::Owned(plain);
+        }
+    }
+    let root = read_json(&json, format)?;
     let buffers = Buffers::new(&root, format, chunk, base);
     let accessors = Accessors {
         root: &root,
         buffers,
         format,
     };
-    let looks = texturing.is_some().then(|| Looks::read(json));
+    let looks = texturing.is_some().then(|| Looks::read(&json));
     let mut scene = SceneWalk {
         root: &root,
         looks: looks.as_ref(),
@@ -193,6 +202,33 @@ fn read_json(json: &[u8], format: Format) -> Parsed<Root<'_>> {
         }
     }
 }
+
+/// The document with whole numbers written as such, and the last of members with one name alone: glTF allows
+/// `12.0` and `1.2e1` for integers, and lets the last of such members win.
+fn with_plain_numbers(json: &[u8]) -> Option<Vec<u8>> {
+    let mut document: Value = serde_json::from_slice(json).ok()?;
+    plain(&mut document);
+    serde_json::to_vec(&document).ok()
+}
+
+fn plain(value: &mut Value) {
+    match value {
+        Value::Array(values) => values.iter_mut().for_each(plain),
+        Value::Object(members) => members.values_mut().for_each(plain),
+        Value::Number(number) => {
+            let whole = number
+                .as_f64()
+                .filter(|x| x.fract() == 0.0 && x.abs() < MOST_WHOLE);
+            if let Some(whole) = whole.filter(|_| number.is_f64()) {
+                *value = Value::from(whole as i64);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Whole numbers below this are exact as f64.
+const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
 fn check_version(asset: &Asset, format: Format) -> Parsed<()> {
     if asset.version.starts_with("2.") {
@@ -448,7 +484,14 @@ impl<'a> SceneWalk<'a> {
 
     fn local_transform(&self, index: usize, node: &Node) -> Parsed<DAffine3> {
         let local = match &node.matrix {
-            Some(matrix) => affine(matrix),
+            Some(matrix) if matrix.iter().all(|x| x.is_finite()) => {
+                let skewed = || {
+                    let problem = "the last row of its matrix is not 0 0 0 1: it is not affine";
+                    self.fault(format!("node {index}"), problem.into())
+                };
+                return affine(matrix).ok_or_else(skewed);
+            }
+            Some(_) => None,
             None => compose(node.translation, node.rotation, node.scale),
         };
         self.usable(local, || format!("node {index}"))
@@ -457,7 +500,7 @@ impl<'a> SceneWalk<'a> {
     fn usable(&self, transform: Option<DAffine3>, place: impl Fn() -> String) -> Parsed<DAffine3> {
         transform
             .filter(DAffine3::is_finite)
-            .ok_or_else(|| self.fault(place(), "its transform is not finite, or not affine".into()))
+            .ok_or_else(|| self.fault(place(), "its transform is not finite".into()))
     }
 
     fn fault(&self, place: String, problem: String) -> LoadFault {
@@ -470,16 +513,19 @@ impl<'a> SceneWalk<'a> {
     }
 }
 
-/// A column-major matrix, if it keeps parallels parallel.
+/// A column-major matrix, if it keeps parallels parallel, but for the round-off of programs that multiply
+/// matrices.
 fn affine(matrix: &[f64; 16]) -> Option<DAffine3> {
+    const ROUND_OFF: f64 = 1e-6;
     let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z, w] = *matrix;
-    ([d, h, l, w] == [0.0, 0.0, 0.0, 1.0]).then(|| DAffine3 {
+    let off = [d, h, l, w - 1.0].map(f64::abs);
+    off.iter().all(|&x| x <= ROUND_OFF).then(|| DAffine3 {
         matrix3: DMat3::from_cols(
-            DVec3::new(a, b, c),
-            DVec3::new(e, f, g),
-            DVec3::new(i, j, k),
+            DVec3::new(a, b, c) / w,
+            DVec3::new(e, f, g) / w,
+            DVec3::new(i, j, k) / w,
         ),
-        translation: DVec3::new(x, y, z),
+        translation: DVec3::new(x, y, z) / w,
     })
 }
 

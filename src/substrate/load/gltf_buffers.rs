@@ -211,8 +211,13 @@ impl<'a> Buffers<'a> {
         let base = self
             .base
             .ok_or("it needs an external file, which memory does not have")?;
-        let name = decode_percent(uri).ok_or_else(|| format!("bad name {}", shortened(uri)))?;
-        Ok(base.join(name))
+        // Some programs write a file's name as it is, which may have a percent sign.
+        let as_it_is = base.join(uri);
+        let decoded = decode_percent(uri).map(|name| base.join(name));
+        if as_it_is.is_file() && !decoded.as_ref().is_some_and(|path| path.is_file()) {
+            return Ok(as_it_is);
+        }
+        decoded.ok_or_else(|| format!("bad name {}", shortened(uri)))
     }
 
     fn fault(&self, place: &str, problem: String) -> LoadFault {
@@ -253,9 +258,14 @@ fn shortened(uri: &str) -> String {
 /// The payload of `data:...;base64,...`.
 fn decode_data_uri(uri: &str) -> Option<Vec<u8>> {
     let (head, payload) = uri.split_once(',')?;
-    head.ends_with(";base64")
-        .then(|| decode_base64(payload.as_bytes()))
-        .flatten()
+    let (_, encoding) = head.rsplit_once(';')?;
+    if !encoding.eq_ignore_ascii_case("base64") {
+        return None;
+    }
+    match payload.contains('%') {
+        true => decode_base64(decode_percent(payload)?.as_bytes()),
+        false => decode_base64(payload.as_bytes()),
+    }
 }
 
 /// RFC 4648 section 4; white space and missing padding are tolerated, as browsers do.

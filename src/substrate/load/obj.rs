@@ -129,7 +129,7 @@ impl<'a> Iterator for Statements<'a> {
             return None;
         }
         let mut end = self.line_end_after(start);
-        while end < self.text.len() && continues(&self.text[start..end]) {
+        while end < self.text.len() && continues(&self.text[start..end], &self.text[end + 1..]) {
             end = self.line_end_after(end + 1);
         }
         self.at = end + 1;
@@ -140,8 +140,22 @@ impl<'a> Iterator for Statements<'a> {
     }
 }
 
-fn continues(line: &[u8]) -> bool {
-    line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\")
+/// Whether a line goes on in the text after it. A `\` that ends a comment or a name, as a folder's, does
+/// not say so, nor does one before a line that begins with a word: numbers go on with numbers.
+fn continues(line: &[u8], rest: &[u8]) -> bool {
+    const NAMING: [&[u8]; 6] = [b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib"];
+    if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+        return false;
+    }
+    let keyword = line.trim_ascii_start();
+    let keyword = keyword
+        .split(u8::is_ascii_whitespace)
+        .next()
+        .unwrap_or_default();
+    let next = rest.trim_ascii_start().first();
+    !line.contains(&b'#')
+        && !NAMING.contains(&keyword)
+        && !next.is_some_and(|b| b.is_ascii_alphabetic() || *b == b'#')
 }
 
 /// Whether this is a `v` line: decided without tokenizing, as most lines are not.

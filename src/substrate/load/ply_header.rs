@@ -126,23 +126,26 @@ pub(super) struct Header {
 
 /// Reads the header.
 pub(super) fn read(bytes: &[u8]) -> Parsed<Header> {
-    let line_end: &[u8] = match bytes {
-        [b'p', b'l', b'y', b'\r', b'\n', ..] => b"\r\n",
-        [b'p', b'l', b'y', b'\n', ..] => b"\n",
-        [b'p', b'l', b'y', b'\r', ..] => b"\r",
-        _ => return Err(fault(1, "the first line is not 'ply'".into())),
+    if !is_begun(bytes) {
+        return Err(fault(1, "the first line is not 'ply'".into()));
+    }
+    // Where a lone CR ends the first line it ends all, and a body may begin with LF.
+    let first = bytes.iter().position(|b| b"\r\n".contains(b)).unwrap_or(0);
+    let line_end = match bytes[first..] {
+        [b'\r', b'\n', ..] | [b'\n', ..] => b'\n',
+        _ => b'\r',
     };
     let mut parser = Parser {
         encoding: None,
         elements: Vec::new(),
     };
-    let mut at = 0;
+    let mut at = bytes.len() - without_mark(bytes).len();
     for number in 1.. {
         let rest = &bytes[at..];
-        let Some(length) = rest.windows(line_end.len()).position(|end| end == line_end) else {
+        let Some(length) = rest.iter().position(|&b| b == line_end) else {
             return Err(fault(number, "the header has no end_header".into()));
         };
-        at += length + line_end.len();
+        at += length + 1;
         let line = rest[..length].trim_ascii();
         if line == b"end_header" {
             break;
@@ -159,6 +162,18 @@ pub(super) fn read(bytes: &[u8]) -> Parsed<Header> {
         elements: parser.elements,
         body: at,
     })
+}
+
+/// Whether a file begins as PLY does.
+pub(super) fn is_begun(bytes: &[u8]) -> bool {
+    let rest = without_mark(bytes).strip_prefix(b"ply");
+    let blank = |b: &&u8| !matches!(b, b' ' | b'\t');
+    rest.and_then(|rest| rest.iter().find(blank))
+        .is_some_and(|b| b"\r\n".contains(b))
+}
+
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
 fn fault(line: usize, problem: String) -> LoadFault {
