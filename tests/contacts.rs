@@ -343,6 +343,51 @@ fn lichen_on_a_slab_comes_round_the_rim() {
     }
 }
 
+/// The way between two places of a plate, half its width from the middle to its rims, over one of them.
+fn over_rim([p, q]: [DVec3; 2], thick: f64) -> f64 {
+    let over = |axis: usize, side: f64| {
+        let (a, b) = (0.5 - side * p[axis], 0.5 - side * q[axis]);
+        (a + thick + b).hypot(p[2 - axis] - q[2 - axis])
+    };
+    let rims = [over(0, 1.0), over(0, -1.0), over(2, 1.0), over(2, -1.0)];
+    rims.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// There an element of the other face becomes one of this all at once.
+#[test]
+fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
+    const THIN: f64 = 0.001;
+    const WIDE: f64 = 0.0141;
+    let plate = common::slab(1, 1.0, THIN);
+    let mut round = 0;
+    for (law, join) in [
+        (Law::Brownian, Join::Pack),
+        (Law::Brownian, Join::Touch),
+        (Law::Thesis, Join::Pack),
+    ] {
+        for seed in 1..60 {
+            let mut recipe = common::recipe(WIDE, 60);
+            (recipe.law, recipe.join, recipe.seed) = (law, join, seed);
+            recipe.at = SeedPlace::Point([0.0, 1.0, 0.485]);
+            let growth = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
+            let file = |e: &Element| plate.units().to_file(e.position);
+            let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
+            for (i, p) in places.iter().enumerate() {
+                for q in places[..i].iter().filter(|q| q.y * p.y < 0.0) {
+                    let way = over_rim([*p, *q], THIN);
+                    round += usize::from(way < 8.0 * WIDE);
+                    assert!(
+                        way >= 2.0 * WIDE * (1.0 - 1e-6),
+                        "{law:?} {join:?} seed {seed}: {p} and {q}, {} r",
+                        way / WIDE
+                    );
+                }
+            }
+        }
+    }
+    assert!(round > 1000, "{round} pairs near each other round a rim");
+}
+
 #[test]
 fn packing_leaves_no_overlap() {
     let meshes = [

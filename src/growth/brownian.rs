@@ -77,6 +77,13 @@ impl<I: ElementIndex> Walk<'_, I> {
             };
             return (*here, random.of_length(free.max(radius).min(longest)));
         };
+        // Round a rim an element of another sheet becomes one of this all at once, however near it is: the
+        // walker has to come there by steps that are looked at where they end.
+        if near.elsewhere {
+            let clear = (self.clear_on_sheet(here) - contact).max(radius);
+            let length = clear.min(distance - contact + SHELL * radius);
+            return (*here, random.of_length(length.min(longest)));
+        }
         if let Some((lune, foot)) = self.lune(here, centre, free) {
             return match lune.first_arrival(random.cauchy()) {
                 Arrival::Free(there) => (*here, there),

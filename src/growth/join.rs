@@ -73,6 +73,13 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             .legs
             .iter()
             .find_map(|leg| self.first_touch_on(scratch, leg, &nearby));
+        // What was of another sheet at the start may be of the walker's here.
+        let contact_sq = self.contact_distance() * self.contact_distance();
+        let is_near = |(_, q): &(u32, DVec3)| q.distance_squared(path.start()) < contact_sq;
+        let touch = touch.filter(|(at, _)| {
+            let crowded = nearby.iter().any(is_near);
+            !crowded || !self.overlaps(scratch, at)
+        });
         let (at, id) = touch.unwrap_or_else(|| self.last_place_clear(scratch, path));
         (at, id, touch.is_some())
     }
@@ -162,6 +169,10 @@ impl Path {
             to: substrate.position(&end),
         });
         Self { legs }
+    }
+
+    fn start(&self) -> DVec3 {
+        self.legs[0].from
     }
 
     fn end(&self) -> DVec3 {
