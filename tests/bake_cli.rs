@@ -112,6 +112,17 @@ fn what_is_there_is_overwritten_only_when_asked() {
     made(&desk, "out -o maps --size 64 --quiet");
     refused(&desk, "out -o maps --size 64", 1, &["maps", "--force"]);
     made(&desk, "out -o maps --size 64 --quiet --force");
+    // Maps in the other format would be taken for those of this lichen.
+    fs::write(desk.path("maps/mine.exr"), "mine").unwrap();
+    made(&desk, "out -o maps --size 64 --quiet --force --format exr");
+    let there = names(&desk.path("maps"));
+    assert!(
+        there.iter().all(|name| !name.ends_with(".png")),
+        "{there:?}"
+    );
+    assert!(there.contains(&"mine.exr".to_owned()), "{there:?}");
+    made(&desk, "out -o maps --size 64 --quiet --force");
+    assert_eq!(names(&desk.path("maps")).len(), there.len());
     let before = names(&desk.path("out"));
     refused(&desk, "out -o out --size 64", 1, &["--force"]);
     assert_eq!(names(&desk.path("out")), before);
@@ -130,6 +141,14 @@ fn wrong_requests_are_refused() {
     refused(&desk, "out -o x --base gone.png", 1, &["gone.png"]);
     refused(&desk, "out -o x --base cube.obj", 1, &["PNG"]);
     refused(&desk, "gone -o x", 1, &["gone"]);
+    refused(
+        &desk,
+        "out -o maps.glb",
+        2,
+        &["maps.glb", "a folder of several files"],
+    );
+    assert!(!desk.path("maps.glb").exists());
+    made(&desk, "out -o maps.glb/ --size 64 --quiet");
     assert!(!desk.path("x").exists());
 }
 

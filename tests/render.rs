@@ -353,6 +353,14 @@ fn azimuth_and_elevation_are_those_of_the_documentation() {
     assert!((camera.opening() - 40.0).abs() < 1e-3);
     assert!((camera.zoomed(5.0, 2.0).depth([0.0; 3]) - 2.5).abs() < 1e-5);
     assert!((camera.width_at(5.0, 2.0) - 20.0 * half).abs() < 1e-4);
+    let aside = [2.0, -0.1, 0.0];
+    let centred = camera.centred(aside, 1.5, 0.4);
+    let [x, y] = centred.project(aside, 1.5).expect("in front");
+    let [_, before] = camera.project(aside, 1.5).expect("in front");
+    assert!(
+        (x - 0.7).abs() < 1e-5 && (y - before).abs() < 1e-5,
+        "{x} {y}"
+    );
 }
 
 const GROWN: &str = "rock.obj --radius 0.6% --elements 250 -o out";

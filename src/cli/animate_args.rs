@@ -38,13 +38,13 @@ pub(crate) struct AnimateArgs {
     #[command(flatten)]
     pub(crate) time: TimeArgs,
     #[command(flatten)]
-    pub(crate) picture: PictureFlags,
+    pub(crate) picture: Given<PictureArgs>,
     #[command(flatten)]
     pub(crate) shape: ShapeArgs,
     #[command(flatten)]
     pub(crate) color: ColorArgs,
     #[command(flatten)]
-    pub(crate) axes: AxesArgs,
+    pub(crate) axes: Given<AxesArgs>,
     /// Overwrite the file, or the frames of an earlier animation in the folder
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
@@ -52,35 +52,35 @@ pub(crate) struct AnimateArgs {
     pub(crate) run: RunArgs,
 }
 
-/// The flags of pictures, and which of them were given: where there are none, they would do nothing.
+/// Flags, and which of them were given: where they would do nothing they are refused.
 #[derive(Debug)]
-pub(crate) struct PictureFlags {
-    args: PictureArgs,
+pub(crate) struct Given<T> {
+    args: T,
     /// As they are typed.
     pub(crate) given: Vec<String>,
 }
 
-impl Deref for PictureFlags {
-    type Target = PictureArgs;
+impl<T> Deref for Given<T> {
+    type Target = T;
 
-    fn deref(&self) -> &PictureArgs {
+    fn deref(&self) -> &T {
         &self.args
     }
 }
 
-impl Args for PictureFlags {
+impl<T: Args> Args for Given<T> {
     fn augment_args(command: Command) -> Command {
-        PictureArgs::augment_args(command)
+        T::augment_args(command)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
-        PictureArgs::augment_args_for_update(command)
+        T::augment_args_for_update(command)
     }
 }
 
-impl FromArgMatches for PictureFlags {
+impl<T: Args> FromArgMatches for Given<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let flags = PictureArgs::augment_args(Command::new(""));
+        let flags = T::augment_args(Command::new(""));
         let typed = |flag: &&Arg| {
             let source = matches.value_source(flag.get_id().as_str());
             source == Some(ValueSource::CommandLine)
@@ -90,7 +90,7 @@ impl FromArgMatches for PictureFlags {
             given: given
                 .filter_map(|flag| Some(format!("--{}", flag.get_long()?)))
                 .collect(),
-            args: PictureArgs::from_arg_matches(matches)?,
+            args: T::from_arg_matches(matches)?,
         })
     }
 

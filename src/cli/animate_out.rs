@@ -37,10 +37,16 @@ impl Target {
     /// What the name of the output and the flags say.
     pub(super) fn of(args: &AnimateArgs) -> Result<Self, Failure> {
         let target = Self::named(args)?;
-        match args.picture.given.as_slice() {
-            [first, ..] if target.subject() != Subject::Picture => Err(Failure::usage(format!(
+        let makes_pictures = target.subject() == Subject::Picture;
+        match (args.picture.given.as_slice(), args.axes.given.as_slice()) {
+            ([first, ..], _) if !makes_pictures => Err(Failure::usage(format!(
                 "{first} is for pictures, and {} will hold none: leave it away, or name a .gif, a .mp4, \
                  a .webm, or a folder with --what picture",
+                args.output.display()
+            ))),
+            (_, [first, ..]) if makes_pictures => Err(Failure::usage(format!(
+                "{first} is for files with a shape in them, and {} will hold pictures, which are as the mesh \
+                 is: leave it away",
                 args.output.display()
             ))),
             _ => Ok(target),

@@ -125,10 +125,10 @@ impl<'a> Shots<'a> {
         let view = &args.picture.shot;
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
-        let depth = camera.depth(middle(&discs));
+        let camera = view.zoomed(&camera, middle(&discs), aspect);
         drop(grown);
         Ok(Self {
-            camera: camera.zoomed(depth, view.zoom),
+            camera,
             lichen,
             ground: view.ground,
             stone,

@@ -36,7 +36,7 @@ pub(crate) enum Command {
     Grow(Box<GrowArgs>),
     /// Say what a mesh file holds, what was repaired, and whether lichen can grow on it
     ///
-    /// Exits with 1 when it cannot, or only on loose triangles or a few elements.
+    /// Exits with 1 when it cannot; loose triangles, and room for a few elements alone, are warnings.
     Check(CheckArgs),
     /// Write a run's lichen for another program
     ///
@@ -255,7 +255,7 @@ pub(crate) struct WalkArgs {
     #[arg(long, value_name = "K", help = run::KILL.help(), allow_negative_numbers = true)]
     kill: Option<f64>,
     /// How walkers move: 'thesis' in steps that are tested where they end; 'brownian' as a continuous
-    /// path, which comes less deep into hollows: sparser, wider growth [default: thesis]
+    /// path, which comes less deep into hollows: thinner branches that reach farther [default: thesis]
     #[arg(long, value_parser = law(), hide_possible_values = true, value_name = "thesis|brownian")]
     law: Option<Law>,
     /// 'large' lets walkers leap where nothing can be missed, far from the lichen over coarser

@@ -24,6 +24,7 @@ use super::failure::Failure;
 use super::grown::Grown;
 use super::memory;
 use super::number::{count, duration, plural};
+use super::output::check_names_folder;
 use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
 use super::skin_paint::paint;
@@ -33,6 +34,7 @@ const GLB: &str = "lichened.glb";
 const SIDECAR: &str = "maps.json";
 
 pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
+    check_names_folder(&args.output)?;
     let settings = Settings {
         size: args.maps.size,
         gutter: args.maps.gutter,
@@ -224,7 +226,10 @@ impl Writer<'_> {
     ) -> Result<(), Failure> {
         let started = Instant::now();
         let spinner = spinner(voice, &format!("writing to {}", folder.path().display()));
-        let written = self.write_into(&mut folder).and_then(|()| folder.commit());
+        let written = self.write_into(&mut folder);
+        let written = written
+            .and_then(|()| self.remove_others(&mut folder))
+            .and_then(|()| folder.commit());
         spinner.finish_and_clear();
         written?;
         seconds.write = started.elapsed().as_secs_f64();
@@ -252,11 +257,22 @@ impl Writer<'_> {
     }
 
     fn file_name(&self, map: &Map) -> String {
-        let extension = match self.format {
-            FileFormat::Png => "png",
-            FileFormat::Exr => "exr",
-        };
-        format!("{}.{extension}", map.name)
+        format!("{}.{}", map.name, self.format.extension())
+    }
+
+    /// Takes away the maps of an earlier bake in another format: they show another lichen, or another size.
+    fn remove_others(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+        if !folder.path().join(SIDECAR).is_file() {
+            return Ok(());
+        }
+        let others = [FileFormat::Png, FileFormat::Exr]
+            .into_iter()
+            .filter(|f| *f != self.format);
+        let mut names = others.flat_map(|f| {
+            MAPS.iter()
+                .map(move |m| format!("{}.{}", m.name, f.extension()))
+        });
+        names.try_for_each(|name| folder.remove(&name))
     }
 
     /// A map's file.

@@ -98,6 +98,16 @@ pub(crate) enum FileFormat {
     Exr,
 }
 
+impl FileFormat {
+    /// How names of its files end.
+    pub(crate) fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Exr => "exr",
+        }
+    }
+}
+
 /// Which way green points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum NormalFormat {

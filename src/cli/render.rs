@@ -338,8 +338,7 @@ fn take(
         .shot
         .camera
         .camera(&lichens.substrate, &granular, aspect)?;
-    let depth = camera.depth(middle(&dressed.discs));
-    let camera = camera.zoomed(depth, view.shot.zoom);
+    let camera = view.shot.zoomed(&camera, middle(&dressed.discs), aspect);
     let settings = Settings {
         width: view.size.width,
         height: view.size.height,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use thallus::picture::{Background, Ground};
+use thallus::picture::{Background, Camera, Ground};
 use thallus::skin::parse_color;
 
 use super::args::choice;
@@ -97,6 +97,21 @@ pub(crate) struct ShotArgs {
     /// What the mesh is drawn as: granite; bark, with furrows along its longest side; or one colour
     #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB", default_value = "stone")]
     pub(crate) ground: Ground,
+}
+
+impl ShotArgs {
+    /// The camera brought nearer to the middle of a lichen. Unless it was given it is moved sideways too, as
+    /// far as that would leave the picture otherwise.
+    pub(super) fn zoomed(&self, camera: &Camera, middle: [f32; 3], aspect: f32) -> Camera {
+        const OFF_CENTRE: f32 = 0.4;
+        let zoomed = camera.zoomed(camera.depth(middle), self.zoom);
+        match &self.camera {
+            View::Auto | View::Side { .. } if self.zoom > 1.0 => {
+                zoomed.centred(middle, aspect, OFF_CENTRE)
+            }
+            _ => zoomed,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,5 +1,6 @@
 //! The colours that `thallus skin` was asked for.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::Context;
@@ -11,6 +12,7 @@ use thallus::skin::{
 };
 
 use super::failure::Failure;
+use super::number::short;
 use super::skin_args::ColorArgs;
 
 /// Lengths in element radii.
@@ -117,10 +119,11 @@ enum StructureError {
     Color(#[from] thallus::skin::ColormapError),
     #[error("'{0}' is no width of a margin: write a positive length, as 6r, or 'none'")]
     Width(String),
-    #[error("{name} is '{text}': it may be {low}r to {high}r")]
+    #[error("{name} is '{text}', which is {}r here: it may be {low}r to {high}r; a length without r is in mesh units", short(f64::from(*.radii)))]
     Range {
         name: &'static str,
         text: String,
+        radii: f32,
         low: f32,
         high: f32,
     },
@@ -137,14 +140,11 @@ fn prothallus(text: &str, in_radii: InRadii) -> Result<Option<Prothallus>, Struc
     }
     let (width, color) = width_and_color(text)?;
     let color = color.unwrap_or(BLACK);
-    let radii = in_radii(width.parse()?) as f32;
-    match radii > 0.0 && radii.is_finite() {
-        true => Ok(Some(Prothallus {
-            width: radii,
-            color,
-        })),
-        false => Err(StructureError::Width(width.to_owned())),
-    }
+    let width = match in_radii(width.parse()?) > 0.0 {
+        true => length("the width of the margin", width, 0.1..=200.0, in_radii)?,
+        false => return Err(StructureError::Width(width.to_owned())),
+    };
+    Ok(Some(Prothallus { width, color }))
 }
 
 /// `9r,#303028` or `9r`.
@@ -159,24 +159,24 @@ fn width_and_color(text: &str) -> Result<(&str, Option<[u8; 3]>), ColormapError>
 fn length(
     name: &'static str,
     text: &str,
-    low: f32,
+    may_be: RangeInclusive<f32>,
     in_radii: InRadii,
 ) -> Result<f32, StructureError> {
-    const HIGH: f32 = 1000.0;
     let radii = in_radii(text.parse()?) as f32;
-    match (low..=HIGH).contains(&radii) {
+    match may_be.contains(&radii) {
         true => Ok(radii),
         false => Err(StructureError::Range {
             name,
             text: text.to_owned(),
-            low,
-            high: HIGH,
+            radii,
+            low: *may_be.start(),
+            high: *may_be.end(),
         }),
     }
 }
 
-/// The narrowest areole and apothecium, in element radii.
-const NARROWEST: f32 = 3.0;
+/// Widths of areoles and apothecia, in element radii.
+const WIDTHS: RangeInclusive<f32> = 3.0..=1000.0;
 
 /// `9r`, `9r,#303028` or `none`.
 fn areoles(text: &str, in_radii: InRadii) -> Result<Option<Areoles>, StructureError> {
@@ -185,7 +185,7 @@ fn areoles(text: &str, in_radii: InRadii) -> Result<Option<Areoles>, StructureEr
     }
     let (width, color) = width_and_color(text)?;
     Ok(Some(Areoles {
-        width: length("the width of areoles", width, NARROWEST, in_radii)?,
+        width: length("the width of areoles", width, WIDTHS, in_radii)?,
         color: color.unwrap_or(BLACK),
     }))
 }
@@ -200,7 +200,7 @@ fn apothecia(
         return Ok(None);
     }
     let (width, color) = width_and_color(text)?;
-    let width = length("the width of apothecia", width, NARROWEST, in_radii)?;
+    let width = length("the width of apothecia", width, WIDTHS, in_radii)?;
     let usual = usual_apothecia(width);
     let scaled = own.map(|own| Apothecia {
         spacing: own.spacing * width / own.width,
@@ -227,16 +227,16 @@ fn usual_apothecia(width: f32) -> Apothecia {
 
 impl ApotheciaTable {
     fn apothecia(&self, in_radii: InRadii) -> Result<Apothecia, StructureError> {
-        let width = length("the width of apothecia", &self.width, NARROWEST, in_radii)?;
+        let width = length("the width of apothecia", &self.width, WIDTHS, in_radii)?;
         let mut apothecia = usual_apothecia(width);
         if let Some(color) = &self.color {
             apothecia.color = parse_color(color)?;
         }
         if let Some(text) = &self.spacing {
-            apothecia.spacing = length("the spacing of apothecia", text, NARROWEST, in_radii)?;
+            apothecia.spacing = length("the spacing of apothecia", text, WIDTHS, in_radii)?;
         }
         if let Some(text) = &self.from {
-            apothecia.from = length("where apothecia begin", text, 1.0, in_radii)?;
+            apothecia.from = length("where apothecia begin", text, 1.0..=1000.0, in_radii)?;
         }
         if let Some(margin) = self.margin {
             let is_known = (0.0..=0.6).contains(&margin);

@@ -10,6 +10,7 @@ use thallus::sweep::{Grid, Outcome, Plan};
 use super::failure::Failure;
 use super::grow::named_mesh;
 use super::number::{count, duration, plural};
+use super::output::check_names_folder;
 use super::skin::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
 use super::sweep_estimate::{Estimate, counted};
@@ -31,6 +32,7 @@ pub(crate) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
 }
 
 fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failure> {
+    check_names_folder(output)?;
     let voice = Voice { quiet: args.quiet };
     let mut grid = grid(args, from)?;
     grid.cells()?;

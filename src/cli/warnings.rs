@@ -13,6 +13,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
     let diagonal = substrate.units().diagonal();
     let found = [
         cramped(substrate, radius),
+        stray(substrate, radius),
         loose(report),
         pieces(report),
         open_edges(report),
@@ -78,6 +79,39 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
             "the largest piece has room for about {number} of radius {}: {cure} remove what lies \
              far from the rest",
             short(radius),
+        )
+    })
+}
+
+/// Share of the triangles that may lie far from the rest, at either end of each axis.
+const STRAY: f64 = 0.005;
+
+/// A mesh this many times as large as all but those of its triangles has vertices that flew away.
+const FAR: f64 = 10.0;
+
+/// Where a few vertices lie far off, as in scans, a radius that is proposed by the whole extent is too large.
+fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
+    let units = substrate.units();
+    let triangles = 0..substrate.triangles().len() as u32;
+    let corners: Vec<_> = triangles
+        .map(|t| units.to_file(substrate.corners(t)[0]))
+        .collect();
+    let apart = (STRAY * corners.len() as f64) as usize;
+    let extent = [0, 1, 2].map(|axis| {
+        let mut along: Vec<f64> = corners.iter().map(|c| c[axis]).collect();
+        along.sort_unstable_by(f64::total_cmp);
+        along[along.len() - 1 - apart] - along[apart]
+    });
+    let most = extent.iter().map(|e| e * e).sum::<f64>().sqrt();
+    let diagonal = units.diagonal();
+    let proposed = most * substrate.auto_radius() / diagonal;
+    (apart > 0 && diagonal > FAR * most && radius > FAR * proposed).then(|| {
+        format!(
+            "nearly all of it lies within {} of the {} units that it is across: a few vertices lie far off; remove \
+             them, or give --radius {}",
+            short(most),
+            short(diagonal),
+            short(proposed)
         )
     })
 }

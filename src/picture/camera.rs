@@ -72,6 +72,22 @@ impl Camera {
         }
     }
 
+    /// The same, moved sideways until a point is within this share of the way from the picture's middle
+    /// to its edges, for pictures of this width over height.
+    pub fn centred(&self, point: [f32; 3], aspect: f32, share: f32) -> Self {
+        let v = Vec3A::from_array(point) - self.eye;
+        let most = share * self.half_height * v.dot(self.forward).max(0.0);
+        let over = |x: f32, most: f32| x - x.clamp(-most, most);
+        let [x, y] = [
+            over(v.dot(self.right), most * aspect),
+            over(v.dot(self.above), most),
+        ];
+        Self {
+            eye: self.eye + self.right * x + self.above * y,
+            ..*self
+        }
+    }
+
     /// How wide the picture is at this depth, for pictures of this width over height.
     pub fn width_at(&self, depth: f32, aspect: f32) -> f32 {
         2.0 * depth * self.half_height * aspect
