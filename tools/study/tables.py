@@ -1,6 +1,8 @@
-"""Prints the tables of docs/study.md from the folders of its sweeps. Standard library only.
+"""Prints the tables of docs/study.md from the folders of its sweeps, or from the tables in docs/study. Standard library only.
 
-    python3 tools/study/tables.py FOLDER
+    python3 tools/study/tables.py FOLDER [KEEP]
+
+With KEEP the rows of all runs are written there as tables.
 """
 
 import csv
@@ -42,9 +44,29 @@ MEASURES = [
 
 
 def rows(place):
-    """Of a table, or of the one in the folder of a sweep."""
-    with open(place / "results.csv" if place.is_dir() else place, newline="") as file:
-        return list(csv.DictReader(file))
+    """Of a table, of the one in the folder of a sweep, or of those in folders of several."""
+    if not place.is_dir():
+        tables = [place.with_suffix(".csv")]
+    elif (place / "results.csv").is_file():
+        tables = [place / "results.csv"]
+    else:
+        tables = sorted(place.glob("*/results.csv"), reverse=True)
+    found = []
+    for table in tables:
+        with open(table, newline="") as file:
+            found += csv.DictReader(file)
+    return found
+
+
+def keep(folder, into):
+    """Writes the rows of each sweep to a table, but for the seconds that they took."""
+    for name in ["grid", "copy", "steps", "steps-6000", "law", "presets"]:
+        data = rows(folder / name)
+        fields = [field for field in data[0] if field != "seconds"]
+        with open(into / f"{name}.csv", "w", newline="") as file:
+            table = csv.DictWriter(file, fields, extrasaction="ignore", lineterminator="\n")
+            table.writeheader()
+            table.writerows(data)
 
 
 def value(row, name, is_length=False):
@@ -98,7 +120,22 @@ def chance(p):
     return f"{p:.2g}" if p > least else f"< {least:.0e}".replace("e-0", "e-")
 
 
+# What decides a lichen, besides where it stops.
+RECIPE = "seed version mesh_hash radius curvature_radius bias gain min_stick at launch kill join law steps boundary".split()
+
+
+def check_repeats(folder):
+    """Ends where one recipe has made two lichens: then some are of another build."""
+    made = {}
+    for row in rows(folder / "grid") + rows(folder / "presets"):
+        recipe = tuple(row[name] for name in [*RECIPE, "stop_reach"])
+        earlier = made.setdefault(recipe, row)
+        if earlier["elements"] != row["elements"]:
+            sys.exit(f"{earlier['cell']} and {row['cell']} differ, seed {row['seed']}: grown by different builds")
+
+
 def grid_table(data, name, is_length, digits):
+    """Means with their standard errors; of dimensions also the mean of the errors that each fit states."""
     across = sorted({row["axis_L"] for row in data}, key=lambda L: float(L[:-1]))
     down = sorted({row["axis_B"] for row in data}, key=float)
     print(f"\n| {name}{' / r' if is_length else ''} | " + " | ".join(f"L = {L}" for L in across) + " |")
@@ -111,7 +148,12 @@ def grid_table(data, name, is_length, digits):
                 cells.append("-")
                 continue
             spread = statistics.stdev(some) / math.sqrt(len(some)) if len(some) > 1 else math.nan
-            cells.append(f"{statistics.fmean(some):.{digits}f} ± {spread:.{digits}f}")
+            cell = f"{statistics.fmean(some):.{digits}f} ± {spread:.{digits}f}"
+            stated = f"{name}_error"
+            if stated in data[0]:
+                errors = numbers([r for r in data if (r["axis_L"], r["axis_B"]) == (L, B)], stated)
+                cell += f" ({statistics.fmean(errors):.2f})"
+            cells.append(cell)
         print(f"| B = {B} | " + " | ".join(cells) + " |")
 
 
@@ -223,6 +265,9 @@ def surfaces(file):
 
 def main():
     out = Path(sys.argv[1])
+    check_repeats(out)
+    if len(sys.argv) > 2:
+        keep(out, Path(sys.argv[2]))
     grid(out / "grid")
     surfaces(out / "dimensions.csv")
     compare(out / "copy", "axis_steps", "Far steps on a coarser copy against exact ones, boulder")
