@@ -113,7 +113,8 @@ pub(crate) fn check_names_folder(folder: &Path) -> Result<(), Failure> {
     let last = folder.as_os_str().as_encoded_bytes().last();
     let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
     let is_file = OF_FILES.iter().any(|of| of.eq_ignore_ascii_case(extension));
-    match is_file && !has_slash && !folder.is_dir() {
+    // What is there is told of where it is opened.
+    match is_file && !has_slash && !folder.exists() {
         false => Ok(()),
         true => Err(Failure::usage(format!(
             "{0} is the name of a file, and a folder of several files will be made: give it another name, or write \
