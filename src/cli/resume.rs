@@ -64,12 +64,14 @@ pub(crate) fn earlier(
         return Ok(None);
     };
     let path = folder.join(LOG);
-    // A link that leads nowhere is there: what it leads to may be on a disk that is away.
-    if path.symlink_metadata().is_err() {
+    if !path.exists() {
         check_unfinished(folder)?;
-        let missing = path.display();
-        voice.note(&format!("{missing} is not there: the run begins anew"));
-        return Ok(None);
+        // What a link leads to may be on a disk that is away: that is an error below.
+        if path.symlink_metadata().is_err() {
+            let missing = path.display();
+            voice.note(&format!("{missing} is not there: the run begins anew"));
+            return Ok(None);
+        }
     }
     let log = match args.keep_sound {
         true => Log::read_sound(&path)?,
