@@ -319,6 +319,13 @@ fn what_is_wrong_is_said_in_one_line() {
     refused(&desk, "out -o a.ply --colormap no.toml", 1, &["no.toml"]);
     refused(&desk, "out -o a.ply --age-darken 7", 2, &["--age-darken"]);
     refused(&desk, "out -o a.ply --prothallus -3r", 2, &["--prothallus"]);
+    // As long as the rock is wide, in mesh units: an r was forgotten.
+    refused(
+        &desk,
+        "out -o a.ply --prothallus 6",
+        2,
+        &["--prothallus", "0.1r to 200r", "mesh units"],
+    );
     refused(&desk, "out -o a.ply --prothallus 3r,#zz", 2, &["#zz"]);
     refused(
         &desk,

@@ -312,6 +312,21 @@ mod tests {
     }
 
     #[test]
+    fn a_number_is_read_behind_its_word_and_nothing_else() {
+        let folder = std::env::temp_dir().join(format!("thallus-memory-{}", std::process::id()));
+        fs::write(
+            &folder,
+            "anon 7\ninactive_file 4096\nMax address space unlimited\n",
+        )
+        .unwrap();
+        let file = folder.to_str().unwrap();
+        let found = ["", "inactive_file ", "Max address space", "gone"].map(|w| number(file, w));
+        fs::remove_file(&folder).unwrap();
+        assert_eq!(found, [None, Some(4096.0), None, None]);
+        assert_eq!(number(file, ""), None);
+    }
+
+    #[test]
     fn contacts_are_as_measured_and_never_fewer_than_one() {
         assert!((expected(0.5, 1.0, 0.01) - 9.0).abs() < 0.1);
         assert!((expected(0.1, 1.0, 0.01) / 73.0 - 1.0).abs() < 0.05);

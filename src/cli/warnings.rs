@@ -99,8 +99,10 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let apart = (STRAY * corners.len() as f64) as usize;
     let extent = [0, 1, 2].map(|axis| {
         let mut along: Vec<f64> = corners.iter().map(|c| c[axis]).collect();
-        along.sort_unstable_by(f64::total_cmp);
-        along[along.len() - 1 - apart] - along[apart]
+        let last = along.len() - 1 - apart;
+        let (_, low, _) = along.select_nth_unstable_by(apart, f64::total_cmp);
+        let low = *low;
+        *along.select_nth_unstable_by(last, f64::total_cmp).1 - low
     });
     let most = extent.iter().map(|e| e * e).sum::<f64>().sqrt();
     let diagonal = units.diagonal();

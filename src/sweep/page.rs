@@ -470,6 +470,13 @@ mod tests {
         assert_eq!(spread(0.0, 2.5, 2), "0.000 ± 2.500");
         assert_eq!(spread(3e-7, 1e-8, 2), "3.00e-7 ± 1e-8");
         assert_eq!(spread(f64::NAN, 0.0, 0), NONE);
+        let some = Summary {
+            mean: 0.5,
+            deviation: 0.25,
+            runs: 2,
+        };
+        assert_eq!(spread_of(&some, 2), "0.5000 ± 0.2500");
+        assert_eq!(spread_of(&some, 3), "0.5000 ± 0.2500 (of 2)");
     }
 
     #[test]

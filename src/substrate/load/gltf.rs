@@ -7,7 +7,6 @@
 //! morphed meshes are read at rest. Cameras and animations are not looked at, materials only where
 //! textures are asked for (`gltf_material.rs`), nor are extensions that concern only them.
 
-use std::borrow::Cow;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -158,21 +157,22 @@ fn parse_document(
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
-    let mut json = Cow::Borrowed(json);
-    if let (Err(_), Some(plain)) = (read_json(&json, format), with_plain_numbers(&json)) {
-        // Where that does not help, the fault is told as it is in the file.
-        if read_json(&plain, format).is_ok() {
-            json = Cow::Owned(plain);
+    let plain;
+    let (json, root) = match read_json(json, format) {
+        Ok(root) => (json, root),
+        Err(fault) => {
+            plain = with_plain_numbers(json).unwrap_or_default();
+            // Where that does not help, the fault is told as it is in the file.
+            (&plain[..], read_json(&plain, format).map_err(|_| fault)?)
         }
-    }
-    let root = read_json(&json, format)?;
+    };
     let buffers = Buffers::new(&root, format, chunk, base);
     let accessors = Accessors {
         root: &root,
         buffers,
         format,
     };
-    let looks = texturing.is_some().then(|| Looks::read(&json));
+    let looks = texturing.is_some().then(|| Looks::read(json));
     let mut scene = SceneWalk {
         root: &root,
         looks: looks.as_ref(),
