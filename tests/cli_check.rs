@@ -179,6 +179,9 @@ fn check_warns_in_words() {
         .replace("v 10 ", "v 50000010 ")
         .replace("v 0 ", "v 50000000 ");
     desk.put("far.obj", far);
+    let spike = |high| move |i, j| if (i, j) == (20, 20) { high } else { 0.0 };
+    desk.put("stray.obj", sheet(40, spike(5000.0)));
+    desk.put("spiky.obj", sheet(40, spike(50.0)));
     desk.put("large.obj", PLANE.replace("10", "1000000"));
     desk.put("small.obj", PLANE.replace("10", "0.0000001"));
     for (mesh, said) in [
@@ -188,6 +191,10 @@ fn check_warns_in_words() {
             "1 edge with more than two triangles (near (5, 0, 5))",
         ),
         ("far.obj", "from its origin"),
+        (
+            "stray.obj",
+            "a few vertices lie far off; remove them, or give --radius",
+        ),
         ("large.obj", "units across"),
         ("small.obj", "units across"),
     ] {
@@ -195,4 +202,6 @@ fn check_warns_in_words() {
         let words = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains(said), "{mesh}: {words}");
     }
+    let spiky = desk.done("check spiky.obj").out;
+    assert!(!spiky.contains("far off"), "{spiky}");
 }
