@@ -387,9 +387,9 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o a.glb --width 960", 2, &["--width", "a.glb"]),
         ("out -o a.usd --draw skin", 2, &["--draw"]),
         (
-            "out -o a.gif --mesh-up z",
+            "out -o a.gif --up z",
             2,
-            &["--mesh-up", "pictures, which are as the mesh is"],
+            &["--up", "pictures, which are as the mesh is"],
         ),
         ("out -o f --ground bark", 2, &["--ground", "--what picture"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),

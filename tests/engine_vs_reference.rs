@@ -44,6 +44,7 @@ fn engine_run(
             file: String::new(),
             hash: String::new(),
         },
+        mesh_up: None,
         radius: params.radius,
         curvature_radius: params.curvature_radius,
         bias: params.bias,

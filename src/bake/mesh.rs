@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Baked, order};
-use crate::export::{TexturedMesh, TriMesh, UpAxis};
+use crate::export::{TexturedMesh, TriMesh};
 
 /// Bits of all that vertices may differ in: the substrate's vertex, UV, normal and tangent.
 type Key = (u32, [u32; 2], [u32; 3], [u32; 4]);
@@ -14,7 +14,7 @@ impl Baked<'_> {
     pub fn mesh(&self) -> TexturedMesh {
         let mut mesh = TexturedMesh {
             shape: TriMesh {
-                up: UpAxis::of(self.substrate),
+                up: self.substrate.up_axis(),
                 ..TriMesh::default()
             },
             ..TexturedMesh::default()

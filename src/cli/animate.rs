@@ -22,7 +22,7 @@ use super::animate_picture;
 use super::axes::Convention;
 use super::export::smooth_on;
 use super::failure::Failure;
-use super::grown::{Grown, load};
+use super::grown::Grown;
 use super::interrupt::Stop;
 use super::memory::{self, Frames};
 use super::number::{duration, plural};
@@ -71,14 +71,8 @@ impl Growth {
     fn read(args: &AnimateArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
         grown.tell_of_more(args.run.voice());
-        grown.spare(&args.output, args.mesh.as_deref())?;
-        let mesh = match &args.mesh {
-            Some(mesh) => mesh.clone(),
-            None => grown.mesh_file()?,
-        };
-        let substrate = load(&mesh)?;
-        let cluster = grown.elements.to_cluster(&substrate);
-        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+        grown.spare(&args.output, &args.mesh)?;
+        let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
         Ok(Self {
             grown,
             substrate,
@@ -144,7 +138,7 @@ fn skins(
     let shape = super::skin::shape(&args.shape, &in_radii);
     let paint = paint(&args.color, &in_radii)?;
     lichen.check_memory(&shape, Frames::Meshes)?;
-    let up = Some(UpAxis::of(&lichen.substrate));
+    let up = Some(lichen.substrate.up_axis());
     let frames = SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
     let frames = frames.map_err(|e| Failure::Usage(e.into()))?;
     let bar = bar(args);
@@ -214,7 +208,7 @@ fn scenes(
     (moments, what): (&[Presence], What),
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let up = Some(UpAxis::of(&lichen.substrate));
+    let up = Some(lichen.substrate.up_axis());
     let bar = bar(args);
     match target {
         Target::Film { format, .. } => {

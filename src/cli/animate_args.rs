@@ -13,6 +13,7 @@ use thallus::export::{FILM_FORMATS, FilmFormat};
 
 use super::args::choice;
 use super::axes::AxesArgs;
+use super::mesh_args::MeshArgs;
 use super::render_args::{ShotArgs, What, what};
 use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ShapeArgs};
@@ -22,9 +23,8 @@ pub(crate) struct AnimateArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
-    /// The mesh that the lichen grew on [default: the one that recipe.toml beside the elements names]
-    #[arg(long, value_name = "MESH")]
-    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
     /// What to show: a coloured mesh; a point an element; the branches; or pictures of the lichen on

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use thallus::export::{SCENE_FORMATS, SceneFormat, UpAxis, What};
+use thallus::export::{SCENE_FORMATS, SceneFormat, What};
 use thallus::growth::{Boundary, Join, Law, Steps};
 use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
+use thallus::substrate::UpAxis;
 
 use super::analyze_args::AnalyzeArgs;
 use super::animate_args::AnimateArgs;
 use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
+use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::run_args::RUN;
 use super::skin_args::SkinArgs;
@@ -111,9 +113,8 @@ pub(crate) struct ExportArgs {
     /// of parents as lines that taper from the seed
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "points|instances|curves", default_value = "points")]
     pub(crate) what: What,
-    /// The mesh that it grew on, for smooth normals [default: where the run's recipe.toml says]
-    #[arg(long, value_name = "MESH")]
-    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[command(flatten)]
     pub(crate) axes: AxesArgs,
     /// Overwrite the file if it is there
@@ -156,6 +157,8 @@ pub(crate) struct GrowArgs {
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
     #[command(flatten)]
+    pub(crate) stand: StandArgs,
+    #[command(flatten)]
     pub(crate) walk: WalkArgs,
     /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly. Flags
     /// override it; it overrides the preset
@@ -164,7 +167,7 @@ pub(crate) struct GrowArgs {
     /// Go on with the run of a folder, killed, interrupted or finished, as if it had never stopped:
     /// the files come out the same. A larger size (--elements, --reach, --cover) extends it; MESH
     /// says where its mesh lies now
-    #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "WalkArgs"])]
+    #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "StandArgs", "WalkArgs"])]
     pub(crate) resume: Option<PathBuf>,
     /// With --resume: go on from what is sound before a place where run.log is damaged
     #[arg(long, help_heading = RUN)]
@@ -247,6 +250,16 @@ pub(crate) struct PlaceArgs {
     at_triangle: Option<SeedPlace>,
 }
 
+/// How the mesh stands.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Mesh")]
+pub(crate) struct StandArgs {
+    /// Up axis of the mesh, for a file that does not keep to its format's: 'top' and 'highest', pictures and
+    /// exports go by it [default: y for OBJ and glTF, z for STL and PLY]
+    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
+    pub(crate) mesh_up: Option<UpAxis>,
+}
+
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Walk (changes accuracy and speed rather than look)")]
 pub(crate) struct WalkArgs {
@@ -319,7 +332,10 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
 impl GrowArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        settings(&self.look, &self.stop, &self.place, &self.walk)
+        Settings {
+            mesh_up: self.stand.mesh_up,
+            ..settings(&self.look, &self.stop, &self.place, &self.walk)
+        }
     }
 }
 
@@ -386,7 +402,7 @@ mod tests {
     #[test]
     fn every_flag_arrives() {
         let flags = "--preset foliose --radius 0.5% --curvature-radius 12r --bias -0.25 --gain 2 \
-                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --launch 2 --kill 20 \
+                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --mesh-up z --launch 2 --kill 20 \
                      --join touch --law brownian --steps small --boundary absorb --reach 30r";
         let expected = Settings {
             preset: Some("foliose".to_owned()),
@@ -397,6 +413,7 @@ mod tests {
             min_stick: Some(0.1),
             seed: Some(u64::MAX),
             at: Some(SeedPlace::Point([-1.0, -2.0, 3.0])),
+            mesh_up: Some(UpAxis::Z),
             launch: Some(2.0),
             kill: Some(20.0),
             join: Some(Join::Touch),

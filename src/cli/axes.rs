@@ -12,9 +12,6 @@ pub(crate) struct AxesArgs {
     /// and tables]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     up: Option<UpAxis>,
-    /// Up axis of the mesh [default: y for OBJ and glTF, z for STL and PLY]
-    #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
-    mesh_up: Option<UpAxis>,
     /// What a unit of the mesh is: glTF is in metres, and USD says it
     #[arg(
         long,
@@ -75,17 +72,16 @@ impl AxesArgs {
         }
     }
 
-    /// To the axes and units of the format, or as asked.
+    /// To the axes and units of the format, or as asked, for a mesh whose up axis is this, if that is known.
     pub(crate) fn placement(
         &self,
         format: &Convention,
-        mesh_up: Option<UpAxis>,
+        from: Option<UpAxis>,
     ) -> Result<Placement, Failure> {
         let scale = match format.metres {
             true => self.scale * self.unit.meters(),
             false => self.scale,
         };
-        let from = self.mesh_up.or(mesh_up);
         let to = match (format.axes, self.up) {
             (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
                 return Err(Failure::usage(format!(

@@ -86,16 +86,13 @@ impl Lichen {
     fn read(args: &BakeArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
         grown.tell_of_more(args.run.voice());
-        grown.spare(&args.output.join(GLB), args.mesh.as_deref())?;
-        let mesh = match &args.mesh {
-            Some(mesh) => mesh.clone(),
-            None => grown.mesh_file()?,
-        };
+        grown.spare(&args.output.join(GLB), &args.mesh)?;
+        let mesh = grown.file_of(&args.mesh)?;
         let (loaded, texturing) = load_textured(&mesh).map_err(anyhow::Error::new)?;
         let failed = |e| anyhow::Error::msg(check::load_error(&mesh, &e));
         let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
-        let cluster = grown.elements.to_cluster(&substrate);
-        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+        let substrate = substrate.with_up(grown.up(&args.mesh));
+        let cluster = grown.cluster(&substrate, &mesh)?;
         Ok(Self {
             mesh,
             substrate,
@@ -154,8 +151,8 @@ fn placement(args: &BakeArgs, substrate: &Substrate) -> Result<Placement, Failur
         axes: Axes::Fixed(UpAxis::Y),
         metres: true,
     };
-    let up = UpAxis::of(substrate);
-    args.axes.placement(&convention, Some(up))
+    let up = Some(substrate.up_axis());
+    args.axes.placement(&convention, up)
 }
 
 /// What another run wrote is not told apart from what stands there otherwise.

@@ -6,6 +6,7 @@ use clap::Args;
 use thallus::bake::{MAPS, Map};
 
 use super::axes::AxesArgs;
+use super::mesh_args::MeshArgs;
 use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ReliefArgs};
 
@@ -14,10 +15,8 @@ pub(crate) struct BakeArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
-    /// The mesh that the lichen grew on, with its UVs [default: the one that recipe.toml beside the
-    /// elements names]
-    #[arg(long, value_name = "MESH")]
-    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
     #[command(flatten)]

@@ -13,6 +13,7 @@ use super::args::ExportArgs;
 use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::{Grown, load};
+use super::mesh_args::MeshArgs;
 use super::number::plural;
 use super::terminal::{self, Voice};
 
@@ -26,8 +27,8 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     };
     let mut grown = Grown::read(&args.from)?;
     grown.tell_of_more(Voice { quiet: false });
-    grown.spare(&args.output, args.mesh.as_deref())?;
-    let up = smooth(&mut grown, args.mesh.as_deref())?;
+    grown.spare(&args.output, &args.mesh)?;
+    let up = smooth(&mut grown, &args.mesh)?;
     let placement = args.axes.placement(&convention, up)?;
     let measured = measure(&grown.elements.sample(), grown.curvature_radius());
     let meters_per_unit = args.axes.meters_per_unit(&convention);
@@ -46,31 +47,29 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
 
 /// Gives elements the smooth normals of their mesh, and its up axis, as far as it is known. The
 /// lichen is whole without a mesh: its normals are then those of the flat triangles.
-fn smooth(grown: &mut Grown, mesh: Option<&Path>) -> Result<Option<UpAxis>, Failure> {
-    if let Some(mesh) = mesh {
-        return place(&mut grown.elements, mesh).map(Some);
-    }
-    let placed = match grown.mesh_file() {
-        Ok(mesh) => place(&mut grown.elements, &mesh),
+fn smooth(grown: &mut Grown, mesh: &MeshArgs) -> Result<Option<UpAxis>, Failure> {
+    let up = grown.up(mesh);
+    let placed = match grown.file_of(mesh) {
+        Ok(file) => place(&mut grown.elements, &file, up),
         Err(unknown) => Err(Failure::Failed(unknown.into())),
     };
     match placed {
         Ok(up) => Ok(Some(up)),
-        Err(Failure::Failed(error)) => {
+        Err(Failure::Failed(error)) if mesh.file.is_none() => {
             terminal::warn(&format!(
                 "{error:#}; normals are those of the flat triangles: give the mesh with --mesh"
             ));
-            Ok(grown.up_by_name())
+            Ok(grown.up_unseen(mesh))
         }
         Err(other) => Err(other),
     }
 }
 
-fn place(elements: &mut Elements, mesh: &Path) -> Result<UpAxis, Failure> {
-    let substrate = load(mesh)?;
+fn place(elements: &mut Elements, mesh: &Path, up: Option<UpAxis>) -> Result<UpAxis, Failure> {
+    let substrate = load(mesh)?.with_up(up);
     let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
     smooth_on(elements, &substrate).map_err(not_here)?;
-    Ok(UpAxis::of(&substrate))
+    Ok(substrate.up_axis())
 }
 
 /// Gives elements the smooth normals of their mesh, and its own numbers of the triangles.

@@ -9,7 +9,7 @@ use thallus::log::{Log, LogWriter};
 use thallus::run::{
     Execution, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
 };
-use thallus::substrate::{Substrate, load_soup};
+use thallus::substrate::{Substrate, UpAxis, load_soup};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
@@ -35,7 +35,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let output = output(&args, &mesh, voice)?;
     interrupt::listen(execution.cancel.clone());
 
-    let (substrate, seconds) = load(&mesh)?;
+    let (substrate, seconds) = load(&mesh, settings.mesh_up)?;
     let recipe = recipe(&args, settings, &substrate, &mesh, voice)?;
     warnings::warnings(&substrate, recipe.radius)
         .iter()
@@ -281,8 +281,8 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
     })
 }
 
-/// The mesh, and the seconds that it took.
-pub(super) fn load(mesh: &Path) -> Result<(Substrate, Timings), Failure> {
+/// The mesh, with this axis up if that is said, and the seconds that it took.
+pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timings), Failure> {
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
@@ -294,7 +294,7 @@ pub(super) fn load(mesh: &Path) -> Result<(Substrate, Timings), Failure> {
         precompute,
         ..Timings::default()
     };
-    Ok((substrate, seconds))
+    Ok((substrate.with_up(up), seconds))
 }
 
 /// The complete recipe, for the mesh that was loaded.

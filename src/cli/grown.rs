@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::cluster::Cluster;
-use thallus::export::{Elements, UpAxis, read_elements};
+use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings, shell_path};
-use thallus::substrate::{Substrate, SubstrateError};
+use thallus::substrate::{Substrate, SubstrateError, UpAxis};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
+use super::mesh_args::MeshArgs;
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
@@ -127,12 +128,12 @@ impl Grown {
     }
 
     /// Refuses to write a file over what was read, or what the run needs to go on, whoever asks for it.
-    pub(crate) fn spare(&self, output: &Path, mesh: Option<&Path>) -> Result<(), Failure> {
+    pub(crate) fn spare(&self, output: &Path, mesh: &MeshArgs) -> Result<(), Failure> {
         let Ok(place) = output.canonicalize() else {
             return Ok(());
         };
         let beside = [output::RECIPE, LOG].map(|name| self.table.with_file_name(name));
-        let mesh = mesh.map(Path::to_owned).or_else(|| self.mesh_file().ok());
+        let mesh = self.file_of(mesh).ok();
         let read = [self.table.clone()].into_iter().chain(beside).chain(mesh);
         match read
             .into_iter()
@@ -146,16 +147,32 @@ impl Grown {
         }
     }
 
-    /// The lichen on its mesh: this one, or the one that the recipe names.
-    pub(crate) fn on_mesh(&self, mesh: Option<&Path>) -> Result<(Substrate, Cluster), Failure> {
-        let mesh = match mesh {
-            Some(mesh) => mesh.to_owned(),
-            None => self.mesh_file()?,
-        };
-        let substrate = load(&mesh)?;
-        let cluster = self.elements.to_cluster(&substrate);
-        let cluster = cluster.with_context(|| mesh.display().to_string())?;
+    /// The lichen on its mesh.
+    pub(crate) fn on_mesh(&self, mesh: &MeshArgs) -> Result<(Substrate, Cluster), Failure> {
+        let file = self.file_of(mesh)?;
+        let substrate = load(&file)?.with_up(self.up(mesh));
+        let cluster = self.cluster(&substrate, &file)?;
         Ok((substrate, cluster))
+    }
+
+    /// The elements on a mesh, which came from this file.
+    pub(crate) fn cluster(&self, substrate: &Substrate, file: &Path) -> Result<Cluster, Failure> {
+        let cluster = self.elements.to_cluster(substrate);
+        Ok(cluster.with_context(|| file.display().to_string())?)
+    }
+
+    /// The mesh that was given, or the one that the recipe names.
+    pub(crate) fn file_of(&self, mesh: &MeshArgs) -> Result<PathBuf, NoMesh> {
+        match &mesh.file {
+            Some(file) => Ok(file.clone()),
+            None => self.mesh_file(),
+        }
+    }
+
+    /// The up axis of the mesh, where that is not the one of its format.
+    pub(crate) fn up(&self, mesh: &MeshArgs) -> Option<UpAxis> {
+        let grown_with = self.recipe.as_ref().and_then(|recipe| recipe.mesh_up);
+        mesh.up.or(grown_with)
     }
 
     /// The mesh that the recipe names: seen from here, else from the recipe's folder.
@@ -200,8 +217,13 @@ impl Grown {
         said.filter(sound)
     }
 
-    /// The up axis by the convention of the format that the mesh's name says.
-    pub(crate) fn up_by_name(&self) -> Option<UpAxis> {
+    /// The up axis of the mesh without a look at it: as it was said, or by the convention of the format that its
+    /// name says.
+    pub(crate) fn up_unseen(&self, mesh: &MeshArgs) -> Option<UpAxis> {
+        self.up(mesh).or_else(|| self.up_by_name())
+    }
+
+    fn up_by_name(&self) -> Option<UpAxis> {
         let named = self.recipe.as_ref()?.mesh.as_ref()?;
         let extension = Path::new(named).extension()?.to_str()?;
         match extension.to_ascii_lowercase().as_str() {

@@ -21,6 +21,7 @@ mod grow;
 mod grown;
 mod interrupt;
 mod memory;
+mod mesh_args;
 mod number;
 mod output;
 mod preset;

@@ -141,7 +141,7 @@ impl Lichens {
     fn read(args: &RenderArgs) -> Result<Self, Failure> {
         let first = Grown::read(&args.from)?;
         first.tell_of_more(args.run.voice());
-        let (substrate, cluster) = first.on_mesh(args.mesh.as_deref())?;
+        let (substrate, cluster) = first.on_mesh(&args.mesh)?;
         let diagonal = substrate.units().diagonal();
         let radius = first.elements.radius;
         let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;

@@ -10,6 +10,7 @@ use thallus::picture::{Background, Camera, Ground};
 use thallus::skin::parse_color;
 
 use super::args::choice;
+use super::mesh_args::MeshArgs;
 use super::render_by::Quantity;
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs};
@@ -20,9 +21,8 @@ pub(crate) struct RenderArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
-    /// The mesh that the lichen grew on [default: the one that recipe.toml beside the elements names]
-    #[arg(long, value_name = "MESH")]
-    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     /// The picture to write, a PNG
     #[arg(short, long, value_name = "FILE.png")]
     pub(crate) output: PathBuf,

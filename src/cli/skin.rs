@@ -7,9 +7,7 @@ use anyhow::Context;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use thallus::cluster::Cluster;
-use thallus::export::{
-    MeshFormat, OutputError, TriMesh, UpAxis, mesh_format_of, write_file_atomically,
-};
+use thallus::export::{MeshFormat, OutputError, TriMesh, mesh_format_of, write_file_atomically};
 use thallus::run::Length;
 use thallus::skin::{self, Paint, Shape, decimate};
 use thallus::substrate::Substrate;
@@ -32,9 +30,10 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let started = Instant::now();
     let grown = Grown::read(&args.from)?;
     grown.tell_of_more(voice);
-    let mesh = args.mesh.as_deref();
-    files.iter().try_for_each(|file| grown.spare(file, mesh))?;
-    let (substrate, cluster) = grown.on_mesh(mesh)?;
+    files
+        .iter()
+        .try_for_each(|file| grown.spare(file, &args.mesh))?;
+    let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
     let convention = Convention {
         extension: format.extension,
         axes: format.axes,
@@ -42,7 +41,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     };
     let placement = args
         .axes
-        .placement(&convention, Some(UpAxis::of(&substrate)))?;
+        .placement(&convention, Some(substrate.up_axis()))?;
     let meters_per_unit = args.axes.meters_per_unit(&convention);
     let units = InUnits::of(&substrate, &cluster);
     let in_radii = |length: Length| units.in_radii(length);

@@ -8,6 +8,7 @@ use thallus::run::Length;
 use thallus::skin::PALETTE;
 
 use super::axes::AxesArgs;
+use super::mesh_args::MeshArgs;
 use super::run_args::{RUN, RunArgs};
 
 #[derive(Debug, Args)]
@@ -15,9 +16,8 @@ pub(crate) struct SkinArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
-    /// The mesh that the lichen grew on [default: the one that recipe.toml beside the elements names]
-    #[arg(long, value_name = "MESH")]
-    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "FILE", help = output_help())]
     pub(crate) output: PathBuf,
     #[command(flatten)]

@@ -43,7 +43,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         ..Execution::default()
     };
     interrupt::listen(execution.cancel.clone());
-    let (substrate, _) = grow::load(&mesh)?;
+    let (substrate, _) = grow::load(&mesh, grid.base.mesh_up)?;
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;

@@ -10,7 +10,7 @@ use thallus::picture::Ground;
 use thallus::run::Settings;
 use thallus::sweep::Axis;
 
-use super::args::{LookArgs, PlaceArgs, StopArgs, WalkArgs, settings};
+use super::args::{LookArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings};
 use super::render_args::{Size, ground};
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs};
@@ -52,6 +52,8 @@ pub(crate) struct SweepArgs {
     pub(crate) stop: SizeArgs,
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
+    #[command(flatten)]
+    pub(crate) stand: StandArgs,
     #[command(flatten)]
     pub(crate) walk: WalkArgs,
     /// A recipe file for what all cells share. Flags override it; it overrides the preset
@@ -283,7 +285,10 @@ fn wrong(message: String) -> clap::Error {
 impl SweepArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        settings(&self.look, &self.stop.0, &self.place, &self.walk)
+        Settings {
+            mesh_up: self.stand.mesh_up,
+            ..settings(&self.look, &self.stop.0, &self.place, &self.walk)
+        }
     }
 }
 

@@ -31,7 +31,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let cancel = Arc::default();
     interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
-    let (substrate, _) = grow::load(&mesh)?;
+    let (substrate, _) = grow::load(&mesh, grid.base.mesh_up)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
     let sources = sources(&parts, &args.output, &plan, voice)?;

@@ -42,6 +42,7 @@ mod usda;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+pub use crate::substrate::UpAxis;
 pub use atomic::write_file_atomically;
 pub use elements::{Attribute, Elements, TableError, Values};
 pub use film::{FILM_FORMATS, Film, FilmFormat};
@@ -54,7 +55,7 @@ pub use output_dir::OutputDir;
 pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
-pub use scene::{Placement, Scene, UpAxis};
+pub use scene::{Placement, Scene};
 pub use scene_format::{Axes, SCENE_FORMATS, SceneFormat, SceneFormatError, What};
 pub use table::{Table, TableColumn, TableValues};
 pub use texture::Texture;

@@ -3,27 +3,7 @@
 use super::elements::{Attribute, Elements, Values};
 use super::ply;
 use crate::morphometry::{Morphometry, Sample};
-use crate::substrate::Substrate;
-
-/// The axis that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpAxis {
-    /// +Y, as in OBJ, glTF, Houdini and Maya.
-    #[default]
-    Y,
-    /// +Z, as in STL, PLY, Blender and 3ds Max.
-    Z,
-}
-
-impl UpAxis {
-    /// That of a substrate's file.
-    pub fn of(substrate: &Substrate) -> Self {
-        match substrate.up().z > 0.5 {
-            true => Self::Z,
-            false => Self::Y,
-        }
-    }
-}
+use crate::substrate::UpAxis;
 
 /// How the mesh file's coordinates become those of the file to write: turned about x, then scaled.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,11 +4,12 @@ use std::fmt;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::scene::{Scene, UpAxis};
+use super::scene::Scene;
 use super::{AgeColor, gltf, obj, ply, pov, usda};
 use super::{
     CSV, ElementFormat, Extension, NPY, NPZ, PARQUET, UnknownFormat, by_extension, dotted,
 };
+use crate::substrate::UpAxis;
 
 /// What of a lichen is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,8 +10,9 @@ use std::io::{self, Write};
 use super::AgeColor;
 use super::columns::{Column, Kind, Scalar, columns};
 use super::lobe::Lobe;
-use super::scene::{Scene, UpAxis, range};
+use super::scene::{Scene, range};
 use crate::color::to_linear;
+use crate::substrate::UpAxis;
 
 pub(super) fn write_points(
     scene: &Scene,

@@ -49,6 +49,11 @@ pub enum GrowError {
         /// What it was.
         value: f64,
     },
+    /// The recipe has another axis up than the substrate.
+    #[error(
+        "the recipe has another axis up than the substrate: give its mesh_up to Substrate::with_up"
+    )]
+    Up,
     /// The element is larger than the mesh.
     #[error(
         "the element radius {radius} is larger than the mesh (bounding-box diagonal {diagonal}); \
@@ -146,6 +151,9 @@ impl<'a> Run<'a> {
     /// [`GrowError::PastTheEnd`] when the stop rule would have ended the run before the last one.
     pub fn new(substrate: &'a Substrate, recipe: &Recipe, begun: Begun) -> Result<Self, GrowError> {
         check_lengths(substrate, recipe)?;
+        if !substrate.has_up(recipe.mesh_up) {
+            return Err(GrowError::Up);
+        }
         let parameters = parameters(substrate, recipe);
         let mut run = Self {
             substrate,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use crate::substrate::UpAxis;
 
 /// Which mesh a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +32,9 @@ pub struct Recipe {
     pub version: String,
     /// The mesh.
     pub mesh: MeshId,
+    /// Which axis of the mesh is up, where that is not the one of its format's convention: it decides where
+    /// `top` and `highest` are.
+    pub mesh_up: Option<UpAxis>,
     /// Element radius r.
     pub radius: f64,
     /// Curvature radius L.

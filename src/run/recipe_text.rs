@@ -14,12 +14,14 @@ use super::parameter as info;
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 use crate::input;
+use crate::substrate::UpAxis;
 
 /// Every key that a recipe may have.
 pub(super) const KEYS: &[&str] = &[
     "version",
     "mesh",
     "mesh-hash",
+    "mesh-up",
     "preset",
     "radius",
     "curvature-radius",
@@ -89,6 +91,7 @@ struct Draft {
     version: Option<String>,
     mesh: Option<String>,
     mesh_hash: Option<String>,
+    mesh_up: Option<UpAxis>,
     preset: Option<String>,
     radius: Option<Length>,
     curvature_radius: Option<Length>,
@@ -189,6 +192,11 @@ impl Settings {
         );
         say("mesh", self.mesh.as_deref().map(quoted), "");
         say("mesh-hash", self.mesh_hash.as_deref().map(quoted), "");
+        say(
+            "mesh-up",
+            self.mesh_up.map(|up| name(&up)),
+            "y or z: the axis of the mesh that is up",
+        );
         say("preset", self.preset.as_deref().map(quoted), "");
         say("radius", self.radius.map(length), "of an element");
         say(
@@ -245,6 +253,7 @@ impl From<&Recipe> for Settings {
             version: Some(recipe.version.clone()),
             mesh: Some(recipe.mesh.file.clone()),
             mesh_hash: Some(recipe.mesh.hash.clone()),
+            mesh_up: recipe.mesh_up,
             preset: None,
             radius: Some(Length::Units(recipe.radius)),
             curvature_radius: Some(Length::Units(recipe.curvature_radius)),
@@ -290,6 +299,7 @@ impl TryFrom<Draft> for Settings {
             version: draft.version,
             mesh: draft.mesh,
             mesh_hash: draft.mesh_hash,
+            mesh_up: draft.mesh_up,
             preset: draft.preset,
             radius: draft.radius,
             curvature_radius: draft.curvature_radius,
@@ -586,10 +596,12 @@ mod tests {
             at in place(),
             stop in stop(),
             choices in (any::<bool>(), steps(), any::<bool>(), any::<bool>()),
+            mesh_up in prop_oneof![Just(None), Just(Some(UpAxis::Y)), Just(Some(UpAxis::Z))],
         ) -> Recipe {
             Recipe {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 mesh: MeshId { file, hash: "ab12".to_owned() },
+                mesh_up,
                 radius,
                 curvature_radius: radii * radius,
                 bias: numbers.0,

@@ -7,7 +7,7 @@ use super::preset;
 use super::settings_error::SettingsError;
 use super::{Length, MeshId, Recipe, StopRule};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
-use crate::substrate::Substrate;
+use crate::substrate::{Substrate, UpAxis};
 
 /// What decides the result, as far as it has been said. Lengths are not resolved yet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Settings {
     pub mesh: Option<String>,
     /// Hash of the mesh that they were resolved for.
     pub mesh_hash: Option<String>,
+    /// Which axis of the mesh is up, where its file does not keep to its format's convention.
+    pub mesh_up: Option<UpAxis>,
     /// Name of a preset that lies under them.
     pub preset: Option<String>,
     /// Element radius r.
@@ -68,6 +70,7 @@ impl Settings {
             version: self.version.or(base.version),
             mesh: self.mesh.or(base.mesh),
             mesh_hash: self.mesh_hash.or(base.mesh_hash),
+            mesh_up: self.mesh_up.or(base.mesh_up),
             preset: self.preset.or(base.preset),
             radius: self.radius.or(base.radius),
             curvature_radius: self.curvature_radius.or(base.curvature_radius),
@@ -95,6 +98,7 @@ impl Settings {
             version: left(self.version, others.version.as_ref()),
             mesh: left(self.mesh, others.mesh.as_ref()),
             mesh_hash: left(self.mesh_hash, others.mesh_hash.as_ref()),
+            mesh_up: left(self.mesh_up, others.mesh_up.as_ref()),
             preset: left(self.preset, others.preset.as_ref()),
             radius: left(self.radius, others.radius.as_ref()),
             curvature_radius: left(self.curvature_radius, others.curvature_radius.as_ref()),
@@ -131,16 +135,22 @@ impl Settings {
     /// Resolves them for a mesh, `file` being its path as the user gave it.
     ///
     /// # Errors
-    /// As [`Settings::complete`]; when a length does not suit the mesh, or the seed element has no
-    /// place on it.
+    /// As [`Settings::complete`]; when a length does not suit the mesh, the seed element has no place on it, or
+    /// another axis is said to be up than [the substrate was told](Substrate::with_up).
     pub fn resolve(self, substrate: &Substrate, file: &str) -> Result<Recipe, SettingsError> {
+        if let Some(said) = self.mesh_up.filter(|up| *up != substrate.up_axis()) {
+            return Err(SettingsError::OtherUp { said });
+        }
         let mesh = MeshId {
             file: file.to_owned(),
             hash: substrate.mesh_hash().to_owned(),
         };
         let complete = self.complete()?;
         let is_auto = complete.radius == Length::Auto;
-        let recipe = complete.measured(substrate.units().diagonal(), mesh)?;
+        let recipe = Recipe {
+            mesh_up: substrate.unusual_up(),
+            ..complete.measured(substrate.units().diagonal(), mesh)?
+        };
         let at = recipe.at.locate(substrate, recipe.seed, 0)?;
         check_room(substrate, at.triangle, &recipe, is_auto)?;
         Ok(recipe)
@@ -165,6 +175,7 @@ impl Settings {
 /// Settings with nothing left unsaid, still without a mesh to measure their lengths by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complete {
+    mesh_up: Option<UpAxis>,
     radius: Length,
     curvature_radius: Length,
     bias: f64,
@@ -185,6 +196,7 @@ impl From<Settings> for Complete {
     /// What is unsaid becomes the default.
     fn from(settings: Settings) -> Self {
         Self {
+            mesh_up: settings.mesh_up,
             radius: settings.radius.unwrap_or(Length::Auto),
             curvature_radius: settings.curvature_radius.unwrap_or(Length::Radii(10.0)),
             bias: settings.bias.unwrap_or(0.5),
@@ -255,6 +267,7 @@ impl Complete {
         Ok(Recipe {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             mesh,
+            mesh_up: self.mesh_up,
             radius,
             curvature_radius,
             bias: self.bias,

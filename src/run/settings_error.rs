@@ -2,6 +2,7 @@
 
 use super::preset::UnknownPreset;
 use crate::growth::PlaceError;
+use crate::substrate::UpAxis;
 
 /// What cannot be grown, with the flag, the value, its range and what it does.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -92,6 +93,14 @@ pub enum SettingsError {
     /// The seed element has no place.
     #[error(transparent)]
     Place(#[from] PlaceError),
+    /// Another axis of the mesh is up.
+    #[error(
+        "mesh-up is {said:?}, and the substrate has the other axis up: give it with Substrate::with_up"
+    )]
+    OtherUp {
+        /// What was said.
+        said: UpAxis,
+    },
     /// The mesh is not the one that the recipe was made for.
     #[error(
         "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's \

@@ -54,7 +54,7 @@ use march::{Marched, march};
 use refine::{NEVER, Tree};
 
 use crate::cluster::Cluster;
-use crate::export::{TriMesh, UpAxis, VertexAttribute};
+use crate::export::{TriMesh, VertexAttribute};
 use crate::substrate::Substrate;
 
 /// The shape of a skin. Lengths are in element radii.
@@ -380,6 +380,6 @@ fn finish(
         colors,
         attributes,
         triangles: marched.triangles,
-        up: UpAxis::of(substrate),
+        up: substrate.up_axis(),
     }
 }

@@ -21,6 +21,7 @@ mod soup;
 mod surface_point;
 mod texturing;
 mod units;
+mod up;
 mod weld;
 
 use std::ops::Range;
@@ -40,6 +41,7 @@ pub use soup::Soup;
 pub use surface_point::SurfacePoint;
 pub use texturing::{Material, Texture, Texturing};
 pub use units::Units;
+pub use up::UpAxis;
 
 use adjacency::{Adjacency, VertexCorners};
 use bvh::{Bvh, box_distance_sq, box_farthest_sq};
@@ -108,7 +110,9 @@ pub struct Substrate {
     bvh: Bvh,
     report: SubstrateReport,
     hash: String,
-    up: DVec3,
+    up: UpAxis,
+    /// That of the file's format.
+    usual_up: UpAxis,
     coarser: coarse::Kept,
 }
 
@@ -128,16 +132,21 @@ impl Substrate {
     /// As [`from_soup`](Self::from_soup).
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
         let Loaded { soup, hash, format } = loaded;
-        let up = match format {
-            Format::Obj | Format::Gltf | Format::Glb => DVec3::Y,
-            Format::Stl | Format::Ply => DVec3::Z,
-        };
         let substrate = Self::from_soup(soup)?;
         Ok(Self {
             hash,
-            up,
+            up: format.up(),
+            usual_up: format.up(),
             ..substrate
         })
+    }
+
+    /// The same with this axis up, for a file that does not keep to its format's convention; with none, as the
+    /// format has it. Nothing is turned, but other places are above.
+    #[must_use]
+    pub fn with_up(self, up: Option<UpAxis>) -> Self {
+        let up = up.unwrap_or(self.usual_up);
+        Self { up, ..self }
     }
 
     /// Cleans and prepares triangles from anywhere.
@@ -189,7 +198,8 @@ impl Substrate {
             bvh,
             report,
             hash: String::new(),
-            up: DVec3::Y,
+            up: UpAxis::Y,
+            usual_up: UpAxis::Y,
             coarser: coarse::Kept::default(),
         }
     }
@@ -209,9 +219,24 @@ impl Substrate {
         &self.report
     }
 
-    /// The file's up axis: +Y in OBJ and glTF, +Z in STL and PLY.
+    /// Which way is up: +Y in OBJ and glTF, +Z in STL and PLY, or as [told](Self::with_up).
     pub fn up(&self) -> DVec3 {
+        self.up.direction()
+    }
+
+    /// The axis of that.
+    pub fn up_axis(&self) -> UpAxis {
         self.up
+    }
+
+    /// Whether this axis is up, or without one that of the file's format.
+    pub fn has_up(&self, up: Option<UpAxis>) -> bool {
+        self.up == up.unwrap_or(self.usual_up)
+    }
+
+    /// The up axis where it is not that of the file's format.
+    pub fn unusual_up(&self) -> Option<UpAxis> {
+        (self.up != self.usual_up).then_some(self.up)
     }
 
     /// BLAKE3 hash of the file and the buffers that it refers to; empty for a soup from elsewhere.

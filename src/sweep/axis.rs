@@ -7,13 +7,14 @@ use crate::run::{ELEMENTS, Settings};
 const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
 
 /// Settings that are no axes, and what to do instead.
-const FIXED: [(&str, &str); 4] = [
+const FIXED: [(&str, &str); 5] = [
     (
         "seed",
         "several seeds a cell are --seeds N (seeds = N in a grid file)",
     ),
     ("mesh", "a sweep is on one mesh"),
     ("mesh-hash", "a sweep is on one mesh"),
+    ("mesh-up", "a sweep is on one mesh"),
     ("version", "it says which program made a recipe"),
 ];
 

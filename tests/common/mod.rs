@@ -16,6 +16,7 @@ pub(crate) fn recipe(r: f64, elements: u64) -> Recipe {
             file: "test".into(),
             hash: String::new(),
         },
+        mesh_up: None,
         radius: r,
         curvature_radius: 10.0 * r,
         bias: 0.5,
