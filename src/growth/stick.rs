@@ -177,16 +177,17 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     pub fn count(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> usize {
         let reach = self.parameters.curvature_radius;
         let ball = reach + self.parameters.radius;
-        let mut searched = false;
+        let mut others = std::mem::take(&mut scratch.others);
+        others.clear();
         let mut n = 0;
-        self.within(p, reach, &mut |_, element| {
-            let other = element.at.triangle;
-            if other != triangle && !searched {
-                scratch.reach(self.substrate, triangle, p, ball);
-                searched = true;
-            }
-            n += usize::from(other == triangle || scratch.has_reached(other));
+        self.within(p, reach, &mut |_, element| match element.at.triangle {
+            other if other == triangle => n += 1,
+            other => others.push(other),
         });
+        if !others.is_empty() {
+            n += scratch.count_joined(self.substrate, (triangle, &others), p, ball);
+        }
+        scratch.others = others;
         n
     }
 }

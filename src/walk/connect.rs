@@ -23,6 +23,8 @@ pub struct Connectivity {
     spread: Vec<u32>,
     search: u32,
     reached: Vec<u32>,
+    /// For whoever asks about many triangles at once: room to list them.
+    pub(crate) others: Vec<u32>,
 }
 
 impl Connectivity {
@@ -40,7 +42,7 @@ impl Connectivity {
         radius: f64,
     ) -> bool {
         from == to || {
-            self.search(substrate, from, centre, radius, Some(to));
+            self.search(substrate, from, centre, radius, Some(&[to]));
             self.has_reached(to)
         }
     }
@@ -49,6 +51,18 @@ impl Connectivity {
     /// [`has_reached`](Self::has_reached).
     pub fn reach(&mut self, substrate: &Substrate, from: u32, centre: DVec3, radius: f64) {
         self.search(substrate, from, centre, radius, None);
+    }
+
+    /// How many of some triangles the surface joins to another inside a ball.
+    pub fn count_joined(
+        &mut self,
+        substrate: &Substrate,
+        (from, others): (u32, &[u32]),
+        centre: DVec3,
+        radius: f64,
+    ) -> usize {
+        self.search(substrate, from, centre, radius, Some(others));
+        others.iter().filter(|t| self.has_reached(**t)).count()
     }
 
     /// Whether the last search came to a triangle.
@@ -61,19 +75,28 @@ impl Connectivity {
         &self.reached
     }
 
-    /// Goes on until a triangle is found, or no more are.
+    /// Goes on until all that are wanted are found, or no more are.
     fn search(
         &mut self,
         substrate: &Substrate,
         from: u32,
         centre: DVec3,
         radius: f64,
-        wanted: Option<u32>,
+        wanted: Option<&[u32]>,
     ) {
         self.begin(substrate);
         self.mark(from);
-        let mut next = 0;
-        while next < self.reached.len() && !wanted.is_some_and(|t| self.has_reached(t)) {
+        let (mut next, mut found) = (0, 0);
+        while next < self.reached.len() {
+            if let Some(wanted) = wanted {
+                found += wanted[found..]
+                    .iter()
+                    .take_while(|t| self.has_reached(**t))
+                    .count();
+                if found == wanted.len() {
+                    return;
+                }
+            }
             let t = self.reached[next];
             next += 1;
             self.spread(substrate, t, centre, radius * radius);
