@@ -92,8 +92,7 @@ impl Faces<'_> {
     }
 
     fn uvs(&self, face: usize) -> Option<[[f64; 2]; 3]> {
-        let source = self.substrate.source_triangle(face as u32);
-        self.texturing.uvs.get(source as usize).copied().flatten()
+        self.texturing.uvs_of(self.substrate, face as u32)
     }
 }
 

@@ -251,7 +251,7 @@ fn corners(
     let (mut missing, mut images) = (0, 0.0);
     for t in 0..substrate.triangles().len() as u32 {
         let source = substrate.source_triangle(t);
-        let uvs = texturing.uvs.get(source as usize).copied().flatten();
+        let uvs = texturing.uvs_of(substrate, t);
         missing += usize::from(uvs.is_none());
         let corners = uvs.map(|uvs| uvs.map(|uv| DVec2::from(uv) * scale - 0.5));
         if let Some(corners) = corners {

@@ -35,8 +35,7 @@ impl Baked<'_> {
         seen: &mut HashMap<Key, u32>,
         mesh: &mut TexturedMesh,
     ) -> u32 {
-        let source = self.substrate.source_triangle(triangle) as usize;
-        let uvs = self.texturing.uvs.get(source).copied().flatten();
+        let uvs = self.texturing.uvs_of(self.substrate, triangle);
         let uv = uvs.map_or([0.0; 2], |uvs| uvs[k].map(|x| x as f32));
         let frame = &self.frames[triangle as usize];
         let normal = frame.normals[k].to_array();

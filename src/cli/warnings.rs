@@ -134,7 +134,10 @@ fn open_edges(report: &SubstrateReport) -> Option<String> {
     let edges = plural(report.boundary_edges, "open edge", "open edges");
     let places = places(&report.boundary_places);
     (report.boundary_edges > 0).then(|| {
-        format!("{edges}: lichen stops there ({places}); fill holes that should not be there")
+        format!(
+            "{edges}: lichen stops there ({places}); fill holes that should not be there, and where there seem to \
+             be none, merge vertices by distance"
+        )
     })
 }
 
@@ -162,17 +165,24 @@ fn dense(report: &SubstrateReport, radius: f64) -> Option<String> {
     })
 }
 
+/// Share of the triangles that may be dropped without a word.
+const LOST: f64 = 0.2;
+
 fn lost(report: &SubstrateReport) -> Option<String> {
-    let dropped = report.degenerate_triangles + report.duplicate_triangles;
-    let share = dropped as f64 / report.triangles_read.max(1) as f64;
-    let percent = percent(share);
-    (share > 0.2).then(|| {
-        format!(
-            "{percent} of the triangles were dropped as degenerate or duplicate: if that is \
-             unexpected, coordinates may have been rounded at export; move the mesh to its origin \
-             and export it again"
-        )
-    })
+    let share = |dropped: usize| dropped as f64 / report.triangles_read.max(1) as f64;
+    let [flat, twice] = [report.degenerate_triangles, report.duplicate_triangles].map(share);
+    let cause = match flat >= twice {
+        true => {
+            "most as they have no area: if that is unexpected, coordinates may have been rounded at export; move \
+             the mesh to its origin and export it again"
+        }
+        false => {
+            "most as the same are there already: if that is unexpected, look for a second copy of the object or of \
+             its faces"
+        }
+    };
+    let dropped = percent(flat + twice);
+    (flat + twice > LOST).then(|| format!("{dropped} of the triangles were dropped, {cause}"))
 }
 
 /// Positions are written as 32-bit floats, which round at 2⁻²⁴ of their size.

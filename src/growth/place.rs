@@ -111,11 +111,9 @@ fn in_triangle(
     uv: Option<[f64; 2]>,
 ) -> Result<SurfacePoint, PlaceError> {
     let last = substrate.report().triangles_read as u32 - 1;
-    let t = substrate
-        .from_source_triangle(triangle)
-        .ok_or(PlaceError::NoTriangle { triangle, last })?;
-    let at = |[u, v]: [f64; 2]| SurfacePoint::from_weights(t, [1.0 - u - v, u, v]);
-    Ok(uv.map_or(SurfacePoint::centroid(t), at))
+    let weights = uv.map_or([1.0; 3], |[u, v]| [1.0 - u - v, u, v]);
+    let place = substrate.from_source(triangle, weights);
+    place.ok_or(PlaceError::NoTriangle { triangle, last })
 }
 
 fn highest(substrate: &Substrate) -> SurfacePoint {

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::simplify::simplify;
-use super::{Substrate, SurfacePoint, weld};
+use super::{Substrate, SurfacePoint, caps, weld};
 
 /// A copy with fewer triangles than this share of the surface's is worth having.
 const WORTH: f64 = 0.25;
@@ -116,6 +116,7 @@ impl Coarse {
             units: *fine.units(),
             vertices,
             source: (0..triangles.len() as u32).collect(),
+            parts: caps::Parts::new(),
             triangles,
             degenerate: 0,
             duplicate: 0,

@@ -11,6 +11,7 @@
 
 mod adjacency;
 mod bvh;
+mod caps;
 mod coarse;
 mod geometry;
 mod load;
@@ -104,7 +105,10 @@ pub struct Substrate {
     crossings: Vec<Crossing>,
     frames: Vec<Frame>,
     corners: VertexCorners,
+    /// The triangles' places in the file.
     source: Vec<u32>,
+    /// What is there part of another.
+    parts: caps::Parts,
     numbers: Vec<u32>,
     components: Vec<Component>,
     bvh: Bvh,
@@ -193,6 +197,7 @@ impl Substrate {
             frames,
             corners: adjacency.corners,
             source: welded.source,
+            parts: welded.parts,
             numbers,
             components,
             bvh,
@@ -302,17 +307,33 @@ impl Substrate {
         self.numbers[triangle as usize]
     }
 
-    /// The number that a triangle had in the file, polygons being counted as their triangles.
+    /// The number that a triangle had in the file, polygons being counted as their triangles. Two have the same
+    /// where a corner of others lies on the edge of one.
     pub fn source_triangle(&self, triangle: u32) -> u32 {
-        self.source[triangle as usize]
+        let place = self.source[triangle as usize];
+        self.parts.get(&place).map_or(place, |part| part.of)
     }
 
-    /// The triangle with this number in the file, unless it was dropped or never was.
-    pub fn from_source_triangle(&self, source: u32) -> Option<u32> {
-        self.source
-            .iter()
-            .position(|&s| s == source)
-            .map(|t| t as u32)
+    /// Whether a triangle is part of one of the file.
+    pub fn is_part(&self, triangle: u32) -> bool {
+        self.parts.contains_key(&self.source[triangle as usize])
+    }
+
+    /// Weights of a triangle's corners in that one: its own, unless it is a part.
+    pub fn source_weights(&self, triangle: u32) -> [[f64; 3]; 3] {
+        let part = self.parts.get(&self.source[triangle as usize]);
+        part.map_or(caps::WHOLE, |part| part.weights)
+    }
+
+    /// The point with these weights in the triangle of this number in the file, unless that was dropped or never
+    /// was.
+    pub fn from_source(&self, source: u32, weights: [f64; 3]) -> Option<SurfacePoint> {
+        let triangles = 0..self.triangles.len() as u32;
+        let here = triangles.filter(|&t| self.source_triangle(t) == source);
+        let least = |w: [f64; 3]| w.into_iter().fold(f64::INFINITY, f64::min);
+        let places = here.map(|t| (t, caps::weights_within(self.source_weights(t), weights)));
+        let best = places.max_by(|(_, a), (_, b)| least(*a).total_cmp(&least(*b)));
+        best.map(|(t, weights)| SurfacePoint::from_weights(t, weights))
     }
 
     /// Corners of a triangle, local units.

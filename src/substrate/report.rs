@@ -1,5 +1,7 @@
 //! What loading found, what it repaired and what is left, for the user to read.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
 use super::adjacency::Adjacency;
@@ -131,6 +133,14 @@ fn repairs(mut notes: Vec<String>, welded: &Welded) -> Vec<String> {
     let dropped = |n: usize, what: &str| format!("{n} {what} dropped");
     if welded.degenerate > 0 {
         notes.push(dropped(welded.degenerate, "degenerate triangles (no area)"));
+    }
+    let parts = welded.parts.len();
+    if parts > 0 {
+        let of: HashSet<u32> = welded.parts.values().map(|part| part.of).collect();
+        notes.push(format!(
+            "{parts} triangles made of {}, on whose edges others have corners",
+            of.len()
+        ));
     }
     if welded.duplicate > 0 {
         notes.push(dropped(welded.duplicate, "duplicate triangles"));

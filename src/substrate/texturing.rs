@@ -1,5 +1,7 @@
 //! What a mesh file says about the texture of its triangles.
 
+use super::Substrate;
+
 /// Texture coordinates and materials, by the number that a triangle has in the file
 /// ([`Substrate::source_triangle`](super::Substrate::source_triangle)).
 ///
@@ -49,6 +51,22 @@ pub struct Texture {
 }
 
 impl Texturing {
+    /// Coordinates of the corners of a substrate's triangle, as far as the file has any.
+    pub fn uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
+        let source = substrate.source_triangle(triangle) as usize;
+        let uvs = self.uvs.get(source).copied().flatten()?;
+        let at = |weights: [f64; 3]| {
+            [0, 1].map(|axis| {
+                let all = uvs.iter().zip(weights);
+                all.map(|(uv, weight)| weight * uv[axis]).sum()
+            })
+        };
+        match substrate.is_part(triangle) {
+            false => Some(uvs),
+            true => Some(substrate.source_weights(triangle).map(at)),
+        }
+    }
+
     /// Adds the next triangle.
     pub(super) fn push(&mut self, corners: [Option<[f64; 2]>; 3], material: Option<u32>) {
         let sound = |uv: Option<[f64; 2]>| uv.filter(|uv| uv.iter().all(|x| x.is_finite()));

@@ -2,6 +2,8 @@
 //!
 //! Exporters split vertices at UV and normal seams, so vertices are welded by position before
 //! adjacency is built, or every seam would be a wall (DESIGN section 2).
+//! Triangles without area go, but for those that hold others together, which become parts of them
+//! (`caps.rs`).
 //!
 //! Two vertices are one
 //!
@@ -19,6 +21,7 @@ use glam::DVec3;
 
 use super::Soup;
 use super::adjacency::{flatten, unite};
+use super::caps::{self, Parts};
 use super::units::Units;
 
 /// A soup after welding: no two vertices at one place, no degenerate or duplicate triangle.
@@ -29,6 +32,8 @@ pub(super) struct Welded {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Number of each kept triangle in the soup.
     pub(super) source: Vec<u32>,
+    /// Which of these are parts of a triangle in the soup.
+    pub(super) parts: Parts,
     pub(super) degenerate: usize,
     pub(super) duplicate: usize,
     /// Vertices that stood where another one does.
@@ -58,6 +63,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
     drop(positions);
     let merged = used - vertices.len();
     let read = triangles.len();
+    let parts = caps::flip(&vertices, &mut triangles);
     let mut source: Vec<u32> = (0..read as u32).collect();
     retain_pairs(&mut triangles, &mut source, |t| {
         !is_degenerate(&vertices, t)
@@ -75,6 +81,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
         vertices,
         triangles,
         source,
+        parts,
         degenerate,
         duplicate,
         merged,
@@ -146,7 +153,7 @@ fn merge_equal(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]
 
 /// The first of two places by x, then y, then z: which of many stands for all must not depend on
 /// their order.
-fn lower(a: DVec3, b: DVec3) -> DVec3 {
+pub(super) fn lower(a: DVec3, b: DVec3) -> DVec3 {
     if b.to_array() < a.to_array() { b } else { a }
 }
 
@@ -209,7 +216,7 @@ fn rounded_bits(x: f64) -> u32 {
     (x as f32 + 0.0).to_bits()
 }
 
-fn is_degenerate(vertices: &[DVec3], t: [u32; 3]) -> bool {
+pub(super) fn is_degenerate(vertices: &[DVec3], t: [u32; 3]) -> bool {
     let [a, b, c] = t.map(|i| vertices[i as usize]);
     let longest = (b - a)
         .length_squared()

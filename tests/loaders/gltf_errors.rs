@@ -128,6 +128,9 @@ fn containers_are_checked() {
         &json.unwrap_err().to_string(),
         &["'1.0', not 2", "export it as glTF 2.0"],
     );
+    let number = br#"{"asset": {"version": 1}, "nodes": {}}"#;
+    let json = parse_soup(number, Format::Gltf, None);
+    assert_says(&json.unwrap_err().to_string(), &["version '1', not 2"]);
     let json = parse_soup(b"{\n\"asset\": }", Format::Gltf, None);
     assert_says(&json.unwrap_err().to_string(), &["JSON line 2, column 10"]);
 }

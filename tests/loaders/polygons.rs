@@ -2,6 +2,8 @@
 
 use super::*;
 
+use thallus::substrate::Substrate;
+
 fn polygon(outline: &[[f64; 3]]) -> String {
     let mut text = String::new();
     for [x, y, z] in outline {
@@ -190,4 +192,73 @@ proptest! {
             outline.iter().map(|[x, y]| [*x, *y, f64::from(tilt) * x - y]).collect();
         check(&tilted);
     }
+}
+
+/// A direction and two across, not along any axis.
+const TURNED: [[f64; 3]; 3] = [[0.48, 0.6, 0.64], [-0.8, 0.6, 0.0], [-0.36, -0.512, 0.78]];
+
+fn place([x, y, z]: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| x * TURNED[0][k] + y * TURNED[1][k] + z * TURNED[2][k])
+}
+
+/// Round-off says on which side of the line through its neighbours such a corner lies.
+#[test]
+fn a_quad_is_not_cut_along_three_corners_on_a_line() {
+    for tenth in 1..10 {
+        let on = 0.1 * f64::from(tenth);
+        let outline = [[0.0, 0.0], [on, 0.1 * on], [1.0, 0.1], [0.3, 0.9]];
+        for first in 0..4 {
+            let mut outline = outline.map(|[x, y]| place([x, y, 0.0]));
+            outline.rotate_left(first);
+            let soup = parsed(polygon(&outline), Format::Obj);
+            for t in &soup.triangles {
+                let corners = t.map(|v| soup.positions[v as usize]);
+                let area = turn(corners).iter().map(|x| x * x).sum::<f64>().sqrt();
+                assert!(area > 0.01, "{outline:?} {t:?}");
+            }
+        }
+    }
+}
+
+/// Each face of a cube has corners on its edges, and so have its neighbours.
+#[test]
+fn a_body_of_polygons_with_corners_on_their_edges_is_closed() {
+    let mut text = String::new();
+    let mut known: Vec<[i32; 3]> = Vec::new();
+    let mut faces = String::new();
+    for axis in 0..3 {
+        for high in [0, 7] {
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            let outline = (0..7).map(|i| [i, 0]).chain((0..7).map(|i| [7, i]));
+            let outline = outline
+                .chain((0..7).map(|i| [7 - i, 7]))
+                .chain((0..7).map(|i| [0, 7 - i]));
+            faces += "f";
+            for [a, b] in outline {
+                let mut corner = [0; 3];
+                (corner[axis], corner[u], corner[v]) = (high, a, b);
+                let number = known.iter().position(|k| *k == corner).unwrap_or_else(|| {
+                    let [x, y, z] = place(corner.map(|x| f64::from(x) / 7.0));
+                    text += &format!("v {x:?} {y:?} {z:?}\n");
+                    known.push(corner);
+                    known.len() - 1
+                });
+                faces += &format!(" {}", number + 1);
+            }
+            faces += "\n";
+        }
+    }
+    let substrate = Substrate::from_soup(parsed(text + &faces, Format::Obj)).unwrap();
+    let report = substrate.report();
+    assert_eq!((report.boundary_edges, report.non_manifold_edges), (0, 0));
+    assert_eq!(
+        (report.components.len(), report.degenerate_triangles),
+        (1, 0)
+    );
+    let face = turn([[0.0; 3], TURNED[0], TURNED[1]])
+        .iter()
+        .map(|x| x * x)
+        .sum::<f64>()
+        .sqrt();
+    assert!(report.area > 5.0 * face, "{}", report.area);
 }

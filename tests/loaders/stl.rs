@@ -176,6 +176,8 @@ fn ascii_errors_name_the_line() {
         ),
         (loop_of("vertex 0 0\n"), "line 4", "three numbers"),
         (loop_of("vertex 0 0 inf\n"), "line 4", "not finite"),
+        // A damaged byte does not make it binary.
+        (loop_of("vertex 0 0 \u{10}0\n"), "line 4", "three numbers"),
         (
             "solid\nfacet\nouter loop\nvertex 0 0 0\n".into(),
             "line 4",

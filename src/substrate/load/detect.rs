@@ -64,6 +64,9 @@ pub(super) fn decide(bytes: &[u8], named: Option<Format>) -> Parsed<Format> {
     let cure = "give it an OBJ, glTF, GLB, STL or PLY file, or export the model as one";
     match (recognised(bytes), named) {
         (Some(other), _) => unknown(other, cure),
+        (None, Some(Format::Obj)) if bytes[..bytes.len().min(HEAD)].contains(&0) => {
+            unknown("this is no text, as OBJ is", cure)
+        }
         (None, Some(format)) => Ok(format),
         (None, None) => unknown("neither its name nor its content is known", cure),
     }
@@ -131,6 +134,6 @@ fn recognised(bytes: &[u8]) -> Option<&'static str> {
         .map(|(_, what)| *what)
 }
 
-fn contains(text: &[u8], word: &[u8]) -> bool {
+pub(super) fn contains(text: &[u8], word: &[u8]) -> bool {
     text.windows(word.len()).any(|window| window == word)
 }

@@ -19,7 +19,7 @@ use super::gltf_accessor::Accessors;
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
 use super::gltf_material::Looks;
 use super::gltf_primitive::{Collector, SharedPositions, Tally};
-use super::gltf_schema::{Asset, Instancing, Node, OnlyAsset, Root};
+use super::gltf_schema::{Instancing, Node, OnlyAsset, Root};
 use super::text::quoted;
 use super::{Format, counted, no_triangles};
 
@@ -189,10 +189,14 @@ fn parse_document(
 
 fn read_json(json: &[u8], format: Format) -> Parsed<Root<'_>> {
     match serde_json::from_slice::<Root>(json) {
-        Ok(root) => check_version(&root.asset, format).map(|()| root),
+        Ok(root) => check_version(&root.asset.version, format).map(|()| root),
         Err(error) => {
             if let Ok(only) = serde_json::from_slice::<OnlyAsset>(json) {
-                check_version(&only.asset, format)?;
+                let version = only.asset.version;
+                let text = version
+                    .as_str()
+                    .map_or_else(|| version.to_string(), str::to_owned);
+                check_version(&text, format)?;
             }
             let place = format!("JSON line {}, column {}", error.line(), error.column());
             let text = error.to_string();
@@ -230,11 +234,11 @@ fn plain(value: &mut Value) {
 /// Whole numbers below this are exact as f64.
 const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
-fn check_version(asset: &Asset, format: Format) -> Parsed<()> {
-    if asset.version.starts_with("2.") {
+fn check_version(version: &str, format: Format) -> Parsed<()> {
+    if version.starts_with("2.") {
         return Ok(());
     }
-    let problem = format!("glTF version {}, not 2", quoted(asset.version.as_bytes()));
+    let problem = format!("glTF version {}, not 2", quoted(version.as_bytes()));
     Err(LoadFault::malformed(
         format,
         "asset",

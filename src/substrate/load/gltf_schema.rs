@@ -37,9 +37,14 @@ pub(super) struct Root<'a> {
 
 /// Read alone when the whole document cannot be: another version has another schema.
 #[derive(Deserialize)]
-pub(super) struct OnlyAsset<'a> {
-    #[serde(borrow)]
-    pub(super) asset: Asset<'a>,
+pub(super) struct OnlyAsset {
+    pub(super) asset: OnlyVersion,
+}
+
+#[derive(Deserialize)]
+pub(super) struct OnlyVersion {
+    /// A number in some files of version 1.
+    pub(super) version: serde_json::Value,
 }
 
 #[derive(Deserialize)]

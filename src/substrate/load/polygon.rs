@@ -15,6 +15,9 @@ use super::{Format, counted};
 /// square, a second for this many.
 const MOST_CORNERS: usize = 1 << 14;
 
+/// Share of a quad that a triangle of it must have.
+const FLAT: f64 = 1e-10;
+
 /// Refuses a polygon that would take too long to cut.
 pub(super) fn check_corners(
     count: usize,
@@ -103,8 +106,10 @@ impl Triangulator {
         let along_ac = facing([p, q, r]).min(facing([p, r, s]));
         let along_bd = facing([q, r, s]).min(facing([q, s, p]));
         self.fanned += usize::from(!(along_ac >= 0.0 || along_bd >= 0.0));
-        // The first diagonal unless only the other leaves two triangles that face the same way.
-        if along_bd > 0.0 && along_ac <= 0.0 {
+        // The first diagonal unless only the other leaves two triangles that face the same way. One along
+        // which three corners lie leaves none, but for round-off.
+        let none = FLAT * dot(normal, normal);
+        if along_bd > none && along_ac <= none {
             out.extend([[b, c, d], [b, d, a]]);
         } else {
             out.extend([[a, b, c], [a, c, d]]);

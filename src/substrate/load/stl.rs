@@ -12,6 +12,7 @@ use std::io::BufRead;
 use crate::substrate::Soup;
 
 use super::Format::Stl;
+use super::detect::contains;
 use super::error::{LoadFault, Parsed};
 use super::text::{finite, number, quoted};
 use super::words::Words;
@@ -48,11 +49,14 @@ pub(super) fn looks_ascii(head: &[u8]) -> bool {
     let solid = text
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    // A binary header that begins with 'solid' has a facet count, and so a control byte, behind it.
-    solid
-        && !text
-            .iter()
-            .any(|&b| b == 0 || (b < 32 && !b.is_ascii_whitespace()))
+    // A binary header that begins with 'solid' has a facet count, and so a control byte, behind it; a text may
+    // have one by accident.
+    let is_control = |&b: &u8| b == 0 || (b < 32 && !b.is_ascii_whitespace());
+    let goes_on = || {
+        let text = text.to_ascii_lowercase();
+        contains(&text, b"outer loop") && contains(&text, b"vertex")
+    };
+    solid && (!text.iter().any(is_control) || goes_on())
 }
 
 /// Decides how a file that is taken for STL is written; the exact size outweighs the first word.
