@@ -121,6 +121,7 @@ impl Coarse {
             degenerate: 0,
             duplicate: 0,
             merged: 0,
+            seams: 0,
         });
         if surface.components().len() != fine.components().len() {
             return None;

@@ -17,6 +17,7 @@ mod geometry;
 mod load;
 mod order;
 mod report;
+mod seams;
 mod simplify;
 mod soup;
 mod surface_point;
@@ -165,23 +166,29 @@ impl Substrate {
             _ => {}
         }
         let notes = std::mem::take(&mut soup.notes);
-        let welded = weld::weld(soup);
+        let mut welded = weld::weld(soup);
         if welded.triangles.is_empty() {
             return Err(SubstrateError::OnlyDegenerate {
                 degenerate: welded.degenerate,
             });
         }
-        Ok(Self::prepared(welded, read, notes))
+        let ordered = seams::order_closed(&mut welded);
+        Ok(Self::prepared(welded, ordered, read, notes))
     }
 
     /// A substrate of cleaned triangles.
-    fn from_welded(welded: weld::Welded) -> Self {
+    fn from_welded(mut welded: weld::Welded) -> Self {
         let read = welded.triangles.len();
-        Self::prepared(welded, read, Vec::new())
+        let ordered = order::order(&mut welded);
+        Self::prepared(welded, ordered, read, Vec::new())
     }
 
-    fn prepared(mut welded: weld::Welded, read: usize, notes: Vec<String>) -> Self {
-        let (adjacency, components) = order::order(&mut welded);
+    fn prepared(
+        welded: weld::Welded,
+        (adjacency, components): (Adjacency, Vec<Component>),
+        read: usize,
+        notes: Vec<String>,
+    ) -> Self {
         let bvh = Bvh::new(&welded.vertices, &welded.triangles);
         let report = report::report(read, notes, &welded, &adjacency);
         let charts = of_corners(&welded, Chart::new);

@@ -145,6 +145,12 @@ fn repairs(mut notes: Vec<String>, welded: &Welded) -> Vec<String> {
     if welded.duplicate > 0 {
         notes.push(dropped(welded.duplicate, "duplicate triangles"));
     }
+    if welded.seams > 0 {
+        notes.push(format!(
+            "{} open edges joined to others a rounding error away",
+            welded.seams
+        ));
+    }
     if welded.merged > 0 {
         notes.push(format!(
             "{} vertices welded to others at the same place",

@@ -15,7 +15,8 @@
 //! - or when both are one with a third.
 //!
 //! Vertices 2⁻³² of the diagonal apart are never one by the second; the smallest element is
-//! thousands of times as large. Nothing here depends on the order of vertices or triangles.
+//! thousands of times as large. (Open edges may be one where their ends are farther apart: `seams.rs`.)
+//! Nothing here depends on the order of vertices or triangles.
 
 use glam::DVec3;
 
@@ -38,6 +39,8 @@ pub(super) struct Welded {
     pub(super) duplicate: usize,
     /// Vertices that stood where another one does.
     pub(super) merged: usize,
+    /// Open edges that were one with another but for rounding.
+    pub(super) seams: usize,
 }
 
 /// Twice a triangle's area over its longest edge squared, at or below which it has no area.
@@ -59,7 +62,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
     } = soup;
     let units = Units::of(&positions, &triangles);
     let used = count_used(positions.len(), &triangles);
-    let mut vertices = merge_vertices(&units, &positions, &mut triangles);
+    let vertices = merge_vertices(&units, &positions, &mut triangles);
     drop(positions);
     let merged = used - vertices.len();
     let read = triangles.len();
@@ -69,23 +72,43 @@ pub(super) fn weld(soup: Soup) -> Welded {
         !is_degenerate(&vertices, t)
     });
     let degenerate = read - triangles.len();
-    let mut seen = HashIndex::with_capacity(triangles.len());
-    let mut kept: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
-    retain_pairs(&mut triangles, &mut source, |t| {
-        insert_new(&mut seen, &mut kept, sorted(t))
-    });
-    let duplicate = read - degenerate - triangles.len();
-    forget_unused(&mut vertices, &mut triangles);
-    Welded {
+    let mut welded = Welded {
         units,
         vertices,
         triangles,
         source,
         parts,
         degenerate,
-        duplicate,
+        duplicate: 0,
         merged,
+        seams: 0,
+    };
+    welded.tidy();
+    welded
+}
+
+impl Welded {
+    /// Of triangles with the same corners the first stays, and vertices that none uses go.
+    pub(super) fn tidy(&mut self) {
+        let before = self.triangles.len();
+        let mut seen = HashIndex::with_capacity(before);
+        let mut kept: Vec<[u32; 3]> = Vec::with_capacity(before);
+        retain_pairs(&mut self.triangles, &mut self.source, |t| {
+            insert_new(&mut seen, &mut kept, sorted(t))
+        });
+        self.duplicate += before - self.triangles.len();
+        forget_unused(&mut self.vertices, &mut self.triangles);
     }
+}
+
+/// Puts the lowest of the places that are one where the one that stands for them is, and that one in the
+/// corners.
+pub(super) fn stand_for(one: &[u32], places: &mut [DVec3], triangles: &mut [[u32; 3]]) {
+    for (i, &root) in one.iter().enumerate() {
+        places[root as usize] = lower(places[root as usize], places[i]);
+    }
+    let corners = triangles.as_flattened_mut();
+    corners.iter_mut().for_each(|c| *c = one[*c as usize]);
 }
 
 fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
@@ -110,13 +133,10 @@ fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> 
 /// Replaces corner indices by those of merged vertices and returns the merged positions.
 fn merge_vertices(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let mut places = merge_equal(units, positions, triangles);
-    let one = noise_classes(units, &places);
+    let [min, _] = units.bounding_box();
+    let one = classes(&places, min, NOISE * units.diagonal());
     if one.iter().enumerate().any(|(i, &root)| root as usize != i) {
-        for (i, &root) in one.iter().enumerate() {
-            places[root as usize] = lower(places[root as usize], places[i]);
-        }
-        let corners = triangles.as_flattened_mut();
-        corners.iter_mut().for_each(|c| *c = one[*c as usize]);
+        stand_for(&one, &mut places, triangles);
         forget_unused(&mut places, triangles);
     }
     places
@@ -163,9 +183,8 @@ pub(super) fn lower(a: DVec3, b: DVec3) -> DVec3 {
 /// places within a noise of each other an axis can part them in one grid only, so three axes leave
 /// one grid in which they share a cell. That takes four look-ups a place, however many crowd; and
 /// only places that have company are looked up at all.
-fn noise_classes(units: &Units, places: &[DVec3]) -> Vec<u32> {
-    let [min, _] = units.bounding_box();
-    let per_unit = 1.0 / (units.diagonal() * NOISE);
+pub(super) fn classes(places: &[DVec3], min: DVec3, noise: f64) -> Vec<u32> {
+    let per_unit = 1.0 / noise;
     let cell = |i: u32| {
         let noises = (places[i as usize] - min) * per_unit;
         // Half a room away from a room's wall, in which a flat mesh would lie otherwise.

@@ -1,0 +1,176 @@
+//! Seams that are open by a rounding error.
+//!
+//! Where two parts of a mesh were worked out apart, one place comes out as two that are a step of f32
+//! from each other, and welding leaves a crack. No hole is to be seen there, and lichen stops. Two
+//! open edges whose ends are so near to each other are one: both are far longer than that, and there
+//! are no more than these two. Elsewhere vertices that near are left apart.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::adjacency::Adjacency;
+use super::adjacency::{flatten, unite};
+use super::weld::{Welded, classes, is_degenerate, stand_for};
+use super::{Component, order};
+
+/// Steps of an f32 of the mesh's largest coordinate that ends may be apart.
+const STEPS: f64 = 2.0;
+
+/// The same as a share of the diagonal at most: what lies far from its origin may be written exactly.
+const MOST: f64 = 3e-7;
+
+/// An edge of a seam is as many times as long as its ends may be apart. Those that share a
+/// [class](classes) are within four.
+const LONG: f64 = 32.0;
+
+/// [Orders](order::order) the triangles, with seams closed.
+pub(super) fn order_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
+    let ordered = order::order(welded);
+    welded.seams = close(welded, &ordered.0.boundary);
+    match welded.seams {
+        0 => ordered,
+        _ => order::order(welded),
+    }
+}
+
+/// Joins the open edges that are one but for rounding, and says how many.
+fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
+    let apart = apart(welded);
+    let pairs = pairs(welded, open, apart);
+    if pairs.is_empty() {
+        return 0;
+    }
+    let mut one: Vec<u32> = (0..welded.vertices.len() as u32).collect();
+    for (u, v) in pairs.iter().flatten() {
+        unite(&mut one, *u, *v);
+    }
+    flatten(&mut one);
+    let (mut vertices, mut triangles) = (welded.vertices.clone(), welded.triangles.clone());
+    stand_for(&one, &mut vertices, &mut triangles);
+    if triangles.iter().any(|t| is_degenerate(&vertices, *t)) {
+        return 0;
+    }
+    (welded.vertices, welded.triangles) = (vertices, triangles);
+    welded.tidy();
+    2 * pairs.len()
+}
+
+/// How far places may be apart that are meant to be one, local units.
+fn apart(welded: &Welded) -> f64 {
+    let units = &welded.units;
+    let step = f64::from(f32::EPSILON) * units.offset();
+    let most = MOST * units.diagonal();
+    units.length_to_local((STEPS * step).min(most))
+}
+
+/// The ends of open edges that are one.
+fn pairs(welded: &Welded, open: &[[u32; 2]], apart: f64) -> Vec<[(u32, u32); 2]> {
+    let place = |v: u32| welded.vertices[v as usize];
+    let is_long = |[u, v]: &&[u32; 2]| place(*u).distance(place(*v)) > LONG * apart;
+    let long: Vec<[u32; 2]> = open.iter().filter(is_long).copied().collect();
+    let mut ends: Vec<u32> = long.as_flattened().to_vec();
+    ends.sort_unstable();
+    ends.dedup();
+    let places: Vec<DVec3> = ends.iter().map(|&v| place(v)).collect();
+    let low = places.iter().fold(DVec3::ZERO, |low, p| low.min(*p));
+    let class = classes(&places, low, apart);
+    let class: HashMap<u32, u32> = ends.iter().copied().zip(class).collect();
+    let mut alike: HashMap<[u32; 2], Vec<[u32; 2]>> = HashMap::new();
+    for &[u, v] in &long {
+        let [u, v] = if class[&u] < class[&v] {
+            [u, v]
+        } else {
+            [v, u]
+        };
+        alike
+            .entry([class[&u], class[&v]])
+            .or_default()
+            .push([u, v]);
+    }
+    let pair = |edges: Vec<[u32; 2]>| match edges.as_slice() {
+        [[u, v], [x, y]] => Some([(*u, *x), (*v, *y)]),
+        _ => None,
+    };
+    let mut pairs: Vec<_> = alike.into_values().filter_map(pair).collect();
+    pairs.sort_unstable();
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Soup, Substrate};
+
+    /// A sheet of two halves, each of n × n quads, that meet at x = 1 but for so much.
+    fn halves(n: u32, apart: f64, shift: f64) -> Soup {
+        let mut soup = Soup::default();
+        for half in 0..2u32 {
+            let base = soup.positions.len() as u32;
+            for i in 0..=n {
+                for j in 0..=n {
+                    let [x, y] = [i, j].map(|k| f64::from(k) / f64::from(n));
+                    let bump = 0.1 * (3.0 * y).sin();
+                    let seam = apart * f64::from(u32::from(half == 1 && i == 0));
+                    soup.positions
+                        .push([shift + x + f64::from(half) + seam, y, bump + seam]);
+                }
+            }
+            let at = |i, j| base + i * (n + 1) + j;
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                soup.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        soup
+    }
+
+    fn open_edges(soup: Soup) -> (usize, usize) {
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let report = substrate.report();
+        (report.boundary_edges, report.components.len())
+    }
+
+    #[test]
+    fn seams_a_rounding_error_wide_are_closed() {
+        let step = f64::from(f32::EPSILON);
+        for n in [1, 7, 40] {
+            let around = 6 * n as usize;
+            for steps in [0.0, 0.5, 1.0, 1.9] {
+                assert_eq!(
+                    open_edges(halves(n, steps * 2.0 * step, 0.0)),
+                    (around, 1),
+                    "{steps}"
+                );
+            }
+            // A gap that is one.
+            assert_eq!(
+                open_edges(halves(n, 1e-4, 0.0)),
+                (around + 2 * n as usize, 2)
+            );
+        }
+    }
+
+    /// Far from the origin a step of f32 may be a gap that somebody made.
+    #[test]
+    fn gaps_far_from_the_origin_stay() {
+        assert_eq!(open_edges(halves(7, 0.01, 1e6)), (56, 2));
+    }
+
+    /// Edges hardly longer than a step of f32 are left as they are.
+    #[test]
+    fn small_triangles_keep_their_shape() {
+        let mut soup = halves(40, 0.0, 0.0);
+        let all = soup.triangles.len();
+        let step = f64::from(f32::EPSILON);
+        for (k, corner) in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].iter().enumerate() {
+            soup.positions
+                .push([8.0 * step * corner[0] + 0.5, 8.0 * step * corner[1], 3.0]);
+            let last = soup.positions.len() as u32;
+            if k == 2 {
+                soup.triangles.push([last - 3, last - 2, last - 1]);
+            }
+        }
+        let substrate = Substrate::from_soup(soup).unwrap();
+        assert_eq!(substrate.triangles().len(), all + 1);
+    }
+}
