@@ -437,6 +437,16 @@ fn the_camera_that_is_told_takes_the_same_picture() {
     assert!(apart / (a.len() as f64) < 3.0, "{}", apart / a.len() as f64);
     made(&desk, &format!("out -o c.png {SMALL} --camera 210,50"));
     assert!(decoded(&desk, "c.png").3 != a);
+    let past = r#"{"eye":[0,5,0],"target":[0,9,0.1]}"#;
+    for (camera, looks_past) in [(past, true), ("auto", false), ("30,50", false)] {
+        let words = format!("out -o d.png {SMALL} --force --camera {camera}");
+        let output = run(&desk, &words);
+        assert_eq!(
+            said(&output).contains("looks past it"),
+            looks_past,
+            "{camera}"
+        );
+    }
 }
 
 /// A picture straight down on an element, whose colour is then in the middle.

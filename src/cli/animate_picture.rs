@@ -23,6 +23,7 @@ use super::memory::Frames;
 use super::preview::{bare, by_age, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
+use super::render_camera::warn_unseen;
 use super::skin::{InUnits, shape};
 use super::skin_paint::paint;
 
@@ -126,6 +127,7 @@ impl<'a> Shots<'a> {
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
         let camera = view.zoomed(&camera, middle(&discs), aspect);
+        warn_unseen(&camera, &discs, aspect, args.run.voice());
         drop(grown);
         Ok(Self {
             camera,

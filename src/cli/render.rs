@@ -25,7 +25,7 @@ use super::number::{count, duration};
 use super::preview::{bare, granules, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
-use super::render_camera::CameraText;
+use super::render_camera::{CameraText, warn_unseen};
 use super::skin::{check_free, shape, spinner, start_threads};
 use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
@@ -339,6 +339,7 @@ fn take(
         .camera
         .camera(&lichens.substrate, &granular, aspect)?;
     let camera = view.shot.zoomed(&camera, middle(&dressed.discs), aspect);
+    warn_unseen(&camera, &dressed.discs, aspect, args.run.voice());
     let settings = Settings {
         width: view.size.width,
         height: view.size.height,

@@ -8,10 +8,11 @@ use std::str::FromStr;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::input;
-use thallus::picture::{Camera, World};
+use thallus::picture::{Camera, Disc, World};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
+use super::terminal::Voice;
 
 /// The value of the flag.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,6 +128,19 @@ impl View {
             Self::Given(camera) => camera.on(substrate)?,
             Self::File(name) => read(Path::new(name))?.on(substrate)?,
         })
+    }
+}
+
+/// Says so where the camera looks past all lichen.
+pub(super) fn warn_unseen(camera: &Camera, discs: &[Disc], aspect: f32, voice: Voice) {
+    let is_inside = |place: [f32; 2]| place.iter().all(|x| (0.0..=1.0).contains(x));
+    let mut places = discs
+        .iter()
+        .filter_map(|disc| camera.project(disc.center, aspect));
+    if !places.any(is_inside) {
+        voice.warn(
+            "no lichen is in the picture: the camera looks past it; --camera auto finds the side that shows most of it",
+        );
     }
 }
 
