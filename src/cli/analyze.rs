@@ -15,7 +15,7 @@ use super::analyze_args::AnalyzeArgs;
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
-use super::number::{count, plural, short};
+use super::number::{elements, short};
 use super::output::check_names_folder;
 use super::skin::{check_free, spinner, start_threads};
 use super::terminal::{self, Voice};
@@ -32,7 +32,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     let mut grown = Grown::read(&args.from)?;
     grown.tell_of_more(voice);
     let ground = ground(args, &mut grown, voice)?;
-    let doing = plural(grown.elements.len(), "element", "elements");
+    let doing = elements(grown.elements.len());
     let spinner = spinner(voice, &format!("measuring {doing}"));
     let metric = ground
         .as_ref()
@@ -106,8 +106,8 @@ fn say_json(analysis: &Analysis) -> Result<(), Failure> {
 }
 
 fn text(from: &Path, analysis: &Analysis) -> String {
-    let elements = count(analysis.elements as u64);
-    let mut lines = vec![format!("{}: {elements} elements", from.display())];
+    let elements = elements(analysis.elements);
+    let mut lines = vec![format!("{}: {elements}", from.display())];
     let form = SCALARS.iter().filter(|s| !s.name.contains("dimension_"));
     lines.extend(form.map(|s| scalar_line(s, analysis)));
     if let Some(pace) = analysis.front.pace {

@@ -23,7 +23,7 @@ use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::memory;
-use super::number::{count, duration, plural};
+use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
 use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
@@ -118,8 +118,8 @@ impl Lichen {
         seconds: &mut Seconds,
     ) -> Result<Baked<'_>, Failure> {
         let started = Instant::now();
-        let elements = count(self.cluster.len() as u64);
-        let spinner = spinner(voice, &format!("baking {elements} elements"));
+        let elements = elements(self.cluster.len());
+        let spinner = spinner(voice, &format!("baking {elements}"));
         let baked = bake::bake(&self.substrate, &self.texturing, look, settings);
         spinner.finish_and_clear();
         seconds.bake = started.elapsed().as_secs_f64();
@@ -433,11 +433,11 @@ fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> {
         let json = serde_json::to_string_pretty(report).context("writing JSON")?;
         terminal::say(&json)?;
     } else if !args.run.quiet {
-        let (elements, size) = (count(report.elements as u64), report.size);
+        let (elements, size) = (elements(report.elements), report.size);
         let seconds = duration(report.seconds.total);
         let glb = Path::new(&report.folder).join(GLB);
         terminal::say(&format!(
-            "{}: {elements} elements in {} maps of {size} x {size}, in {seconds}",
+            "{}: {elements} in {} maps of {size} x {size}, in {seconds}",
             glb.display(),
             MAPS.len()
         ))?;

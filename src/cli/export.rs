@@ -14,7 +14,7 @@ use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::mesh_args::MeshArgs;
-use super::number::plural;
+use super::number::{elements, plural};
 use super::terminal::{self, Voice};
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
@@ -36,7 +36,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     write_file_atomically(&args.output, args.force, |out| {
         format.write(args.what, &scene, &age_color, out)
     })?;
-    let elements = plural(scene.elements.len(), "element", "elements");
+    let elements = elements(scene.elements.len());
     let what = match args.what {
         What::Curves => plural(scene.streams.len(), "branch", "branches") + " of " + &elements,
         _ => elements,

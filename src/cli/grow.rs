@@ -14,7 +14,7 @@ use thallus::substrate::{Substrate, UpAxis, load_soup};
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::After;
-use super::number::{count, duration, percent, short};
+use super::number::{duration, elements, percent, short};
 use super::output::{FILES, Finished, check_names_folder};
 use super::progress::{Display, Goal};
 use super::terminal::{self, Voice};
@@ -343,9 +343,9 @@ enum How {
 /// What came of it, and how the command ends.
 fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result<(), Failure> {
     let summary = format!(
-        "{}: {} elements, effective radius {}, covering {}, grown in {}; it ended because {}",
+        "{}: {}, effective radius {}, covering {}, grown in {}; it ended because {}",
         folder.display(),
-        count(report.elements as u64),
+        elements(report.elements),
         short(report.effective_radius),
         percent(report.covered_share),
         duration(report.seconds.grow),

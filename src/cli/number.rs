@@ -56,6 +56,11 @@ pub(crate) fn plural(n: usize, one: &str, many: &str) -> String {
     }
 }
 
+/// `1 element`, `20,000 elements`.
+pub(crate) fn elements(n: usize) -> String {
+    plural(n, "element", "elements")
+}
+
 /// A time to come or gone by: `42 s`, `3 min 20 s`, `2 h 5 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.min(1e12) as u64;

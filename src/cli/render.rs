@@ -21,7 +21,7 @@ use thallus::substrate::Substrate;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::memory;
-use super::number::{count, duration};
+use super::number::{duration, elements};
 use super::preview::{bare, granules, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
@@ -408,10 +408,10 @@ fn conclude(args: &RenderArgs, report: &Report) -> Result<(), Failure> {
         terminal::say(&json)?;
     } else if !args.run.quiet {
         let Report { width, height, .. } = report;
-        let elements = count(report.elements as u64);
+        let elements = elements(report.elements);
         let seconds = duration(report.seconds.total);
         terminal::say(&format!(
-            "{}: {width} x {height}, {elements} elements, in {seconds}",
+            "{}: {width} x {height}, {elements}, in {seconds}",
             report.file
         ))?;
     }

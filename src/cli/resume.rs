@@ -14,7 +14,7 @@ use thallus::run::{Recipe, shell_path};
 use super::args::GrowArgs;
 use super::ended;
 use super::failure::Failure;
-use super::number::{count, plural};
+use super::number::{count, elements, plural};
 use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE, REPORT};
 use super::terminal::Voice;
 
@@ -145,8 +145,8 @@ fn tell(log: &Log, lost: u64, voice: Voice) {
             count(lost)
         ));
     }
-    let elements = count(log.begun.elements.len() as u64);
-    voice.note(&format!("{path}: going on from {elements} elements"));
+    let elements = elements(log.begun.elements.len());
+    voice.note(&format!("{path}: going on from {elements}"));
 }
 
 /// Puts the recipe and an empty log into the folder, so that the run can be killed from here on.

@@ -16,7 +16,7 @@ use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::memory;
-use super::number::{count, duration};
+use super::number::{count, duration, elements};
 use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
 use super::skin_paint::{InRadii, paint};
 use super::terminal::{self, Voice};
@@ -150,7 +150,7 @@ fn grow_skin(
     report: &mut Report,
 ) -> Result<TriMesh, Failure> {
     let started = Instant::now();
-    let doing = format!("putting a skin on {} elements", count(cluster.len() as u64));
+    let doing = format!("putting a skin on {}", elements(cluster.len()));
     let spinner = spinner(voice, &doing);
     let mesh = skin::skin(substrate, cluster, shape, paint);
     spinner.finish_and_clear();
@@ -302,9 +302,9 @@ fn conclude(args: &SkinArgs, report: &Report) -> Result<(), Failure> {
         ))?;
     }
     if !args.run.quiet {
-        let elements = count(report.elements as u64);
+        let elements = elements(report.elements);
         let seconds = duration(report.seconds.total);
-        terminal::say(&format!("  a skin on {elements} elements in {seconds}"))?;
+        terminal::say(&format!("  a skin on {elements} in {seconds}"))?;
     }
     Ok(())
 }

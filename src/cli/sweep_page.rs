@@ -11,7 +11,7 @@ use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan, Results, page};
 
 use super::failure::Failure;
-use super::number::{count, duration, plural, short};
+use super::number::{count, duration, elements, plural, short};
 use super::sweep_picture::Pictures;
 use super::sweep_record::GRID;
 use super::sweep_view::PictureStyle;
@@ -100,7 +100,7 @@ impl Page<'_> {
             return "the size of its cell".to_owned();
         };
         let size = match rule {
-            StopRule::Elements(n) => plural(n as usize, "element", "elements"),
+            StopRule::Elements(n) => elements(n as usize),
             StopRule::Reach(length) => format!("R_e = {} mesh units", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
         };

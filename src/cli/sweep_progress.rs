@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use thallus::sweep::{Outcome, Plan};
 
-use super::number::{count, duration};
+use super::number::{count, duration, elements};
 use super::progress::{FULL, bar};
 use super::sweep_run::{End, lock};
 use super::terminal::{self, Voice};
@@ -99,14 +99,14 @@ fn left(seconds: f64, share: f64) -> f64 {
 }
 
 fn words(end: &End, outcome: Option<&Outcome>, took: Duration) -> String {
-    let elements = outcome.and_then(|o| o.measures.iter().find(|(name, _)| name == "elements"));
-    match (end, elements) {
+    let grown = outcome.and_then(|o| o.measures.iter().find(|(name, _)| name == "elements"));
+    match (end, grown) {
         (End::Failed(reason), _) => reason.clone(),
         (End::Elsewhere, _) => "another process grows it".to_owned(),
         (End::Interrupted, _) => "interrupted".to_owned(),
         (End::Finished, Some((_, n))) => {
             let seconds = duration(took.as_secs_f64());
-            format!("{} elements in {seconds}", count(*n as u64))
+            format!("{} in {seconds}", elements(*n as usize))
         }
         (End::Finished, None) => "done".to_owned(),
     }

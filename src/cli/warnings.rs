@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use thallus::run::Settings;
 use thallus::substrate::{Substrate, SubstrateReport};
 
-use super::number::{count, percent, place, plural, short};
+use super::number::{count, elements, percent, place, plural, short};
 
 /// Everything about a mesh that its owner should know before growing elements of this radius.
 pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
@@ -73,7 +73,7 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
         true => format!("give --radius {}, join the pieces, or", short(finer)),
         false => "join the pieces, or".to_owned(),
     };
-    let number = plural(room as usize, "element", "elements");
+    let number = elements(room as usize);
     (room < FEWEST).then(|| {
         format!(
             "the largest piece has room for about {number} of radius {}: {cure} remove what lies \

@@ -162,6 +162,7 @@ impl Stopped {
     /// Why the run ended, as the end of a sentence.
     pub fn words(self, rule: &StopRule) -> String {
         match (self, rule) {
+            (Self::Elements, StopRule::Elements(1)) => "it has the element asked for".to_owned(),
             (Self::Elements, StopRule::Elements(n)) => format!("it has the {n} elements asked for"),
             (Self::Reach, StopRule::Reach(length)) => {
                 format!("its effective radius reached the {length:?} asked for")
