@@ -137,6 +137,22 @@ fn the_corner_of_a_cube_is_where_each_format_has_it() {
     );
 }
 
+/// Numbers of the mesh file are in every table.
+#[test]
+fn tables_name_the_triangles_of_the_mesh_file() {
+    let desk = Desk::new();
+    desk.done("export many -o a.ply");
+    desk.done("export many -o a.csv");
+    let ply = thallus::export::read_elements(&desk.path("a.ply")).unwrap();
+    let csv = fs::read_to_string(desk.path("a.csv")).unwrap();
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let column = names.iter().position(|n| *n == "source_triangle").unwrap();
+    let expected: Vec<u32> = lines.map(|cells| cells[column].parse().unwrap()).collect();
+    assert!(expected.iter().any(|&t| t != expected[0]));
+    assert_eq!(ply.source_triangle, Some(expected));
+}
+
 #[test]
 fn units_and_scale_reach_every_length() {
     let desk = Desk::new();

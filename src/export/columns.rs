@@ -90,11 +90,15 @@ pub(super) fn columns(e: &Elements) -> Vec<Column<'_>> {
         Column::f32("v", |i| e.uv[i][1]),
         Column::f32("probability", |i| e.probability[i]),
     ];
-    if let Some(source) = &e.source_triangle {
-        columns.push(Column::i32("source_triangle", |i| source[i] as i32));
-    }
+    columns.extend(source_column(e));
     columns.extend(attribute_columns(e));
     columns
+}
+
+/// The triangles' own numbers in the mesh file, where they are known.
+pub(super) fn source_column(e: &Elements) -> Option<Column<'_>> {
+    let source = e.source_triangle.as_ref()?;
+    Some(Column::i32("source_triangle", |i| source[i] as i32))
 }
 
 /// The columns of the attributes alone.

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::columns::{Column, Kind, attribute_columns};
+use super::columns::{Column, Kind, attribute_columns, source_column};
 use super::elements::Row;
 use super::scene::Scene;
 use super::{AgeColor, Elements};
@@ -36,7 +36,17 @@ pub(super) fn write(
     color: AgeColor<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    write_with_edges(elements, color, &[], out)
+    write_columns(elements, &attribute_columns(elements), color, &[], out)
+}
+
+/// The same with all that is known about the elements, for another program.
+pub(super) fn write_points(
+    scene: &Scene,
+    color: AgeColor<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let elements = &scene.elements;
+    write_columns(elements, &all_columns(elements), color, &[], out)
 }
 
 /// The same with an edge from each parent to each child.
@@ -47,18 +57,24 @@ pub(super) fn write_curves(
 ) -> io::Result<()> {
     let links = scene.streams.iter().flat_map(|s| s.windows(2));
     let edges: Vec<[u32; 2]> = links.map(|pair| [pair[0], pair[1]]).collect();
-    write_with_edges(&scene.elements, color, &edges, out)
+    let elements = &scene.elements;
+    write_columns(elements, &all_columns(elements), color, &edges, out)
 }
 
-fn write_with_edges(
+fn all_columns(elements: &Elements) -> Vec<Column<'_>> {
+    let source = source_column(elements).into_iter();
+    source.chain(attribute_columns(elements)).collect()
+}
+
+fn write_columns(
     elements: &Elements,
+    attributes: &[Column<'_>],
     color: AgeColor<'_>,
     edges: &[[u32; 2]],
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let wide = Wide::of(elements);
-    let attributes = attribute_columns(elements);
-    out.write_all(header(elements.len(), &wide, &attributes).as_bytes())?;
+    out.write_all(header(elements.len(), &wide, attributes).as_bytes())?;
     if !edges.is_empty() {
         let count = edges.len();
         write!(

@@ -70,7 +70,7 @@ pub const SCENE_FORMATS: &[SceneFormat] = &[
         purpose: "points or curves (edges) with every attribute: Blender, MeshLab",
         axes: Axes::Usual(UpAxis::Z),
         metres: false,
-        points: |s, c, out| ply::write(&s.elements, c, out),
+        points: ply::write_points,
         instances: None,
         curves: Some(ply::write_curves),
     },
