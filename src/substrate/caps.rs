@@ -172,7 +172,8 @@ impl<'a> Flips<'a> {
         self.edges.remove(&edge(a, b));
         self.give(edge(x, middle), cap, other);
         self.give(edge(y, apex), other, cap);
-        self.edges.insert(edge(middle, apex), vec![other, cap]);
+        let between = self.edges.entry(edge(middle, apex)).or_default();
+        between.extend([other, cap]);
         for (half, is_flat) in [other, cap].into_iter().zip(are_flat) {
             if is_flat {
                 self.remember(half);
@@ -187,9 +188,9 @@ impl<'a> Flips<'a> {
             corners.sort_unstable();
             corners
         };
-        let mut others = self.edges.get(&edge)?.iter();
         // The same cap once more joins nothing.
-        let mut others = others.by_ref().filter(|&&t| sorted(t) != sorted(cap));
+        let others = self.edges.get(&edge)?.iter();
+        let mut others = others.filter(|&&t| sorted(t) != sorted(cap));
         let other = *others.next()?;
         others.next().is_none().then_some(other)
     }

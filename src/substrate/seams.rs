@@ -5,7 +5,7 @@
 //! open edges whose ends are so near to each other are one: both are far longer than that, and there
 //! are no more than these two. Elsewhere vertices that near are left apart.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -36,11 +36,26 @@ pub(super) fn order_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
 
 /// Joins the open edges that are one but for rounding, and says how many.
 fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
-    let apart = apart(welded);
-    let pairs = pairs(welded, open, apart);
-    if pairs.is_empty() {
-        return 0;
+    let mut pairs = pairs(welded, open, apart(welded));
+    while !pairs.is_empty() {
+        let (vertices, triangles) = joined(welded, &pairs);
+        let is_flat = |(_, t): &(&[u32; 3], &[u32; 3])| is_degenerate(&vertices, **t);
+        let flat = welded.triangles.iter().zip(&triangles).filter(is_flat);
+        let spoilt: HashSet<u32> = flat.flat_map(|(t, _)| *t).collect();
+        if spoilt.is_empty() {
+            (welded.vertices, welded.triangles) = (vertices, triangles);
+            welded.tidy();
+            return 2 * pairs.len();
+        }
+        // Where a triangle would have no area any more the seam stays.
+        pairs
+            .retain(|pair| !{ pair.iter() }.any(|(u, v)| spoilt.contains(u) || spoilt.contains(v)));
     }
+    0
+}
+
+/// Vertices and triangles with these vertices made one.
+fn joined(welded: &Welded, pairs: &[[(u32, u32); 2]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut one: Vec<u32> = (0..welded.vertices.len() as u32).collect();
     for (u, v) in pairs.iter().flatten() {
         unite(&mut one, *u, *v);
@@ -48,12 +63,7 @@ fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
     flatten(&mut one);
     let (mut vertices, mut triangles) = (welded.vertices.clone(), welded.triangles.clone());
     stand_for(&one, &mut vertices, &mut triangles);
-    if triangles.iter().any(|t| is_degenerate(&vertices, *t)) {
-        return 0;
-    }
-    (welded.vertices, welded.triangles) = (vertices, triangles);
-    welded.tidy();
-    2 * pairs.len()
+    (vertices, triangles)
 }
 
 /// How far places may be apart that are meant to be one, local units.
@@ -148,6 +158,25 @@ mod tests {
                 (around + 2 * n as usize, 2)
             );
         }
+    }
+
+    /// A needle whose short edge is as short as the seam is wide stays, and so does the seam about it alone.
+    #[test]
+    fn a_needle_does_not_keep_other_seams_open() {
+        let step = f64::from(f32::EPSILON);
+        let mut soup = halves(7, 2.0 * step, 0.0);
+        let all = soup.triangles.len();
+        let base = soup.positions.len() as u32;
+        let needle = [
+            [0.5, 0.5, 4.0],
+            [0.9, 0.5, 4.0],
+            [0.9, 0.5 + 2.0 * step, 4.0],
+        ];
+        soup.positions.extend(needle);
+        soup.triangles.push([base, base + 1, base + 2]);
+        let substrate = Substrate::from_soup(soup).unwrap();
+        assert_eq!(substrate.triangles().len(), all + 1);
+        assert_eq!(substrate.report().boundary_edges, 6 * 7 + 3);
     }
 
     /// Far from the origin a step of f32 may be a gap that somebody made.
