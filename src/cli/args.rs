@@ -257,7 +257,7 @@ pub(crate) struct StandArgs {
     /// Up axis of the mesh, for a file that does not keep to its format's: 'top' and 'highest', pictures and
     /// exports go by it [default: y for OBJ and glTF, z for STL and PLY]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
-    pub(crate) mesh_up: Option<UpAxis>,
+    mesh_up: Option<UpAxis>,
 }
 
 #[derive(Debug, Args)]
@@ -332,10 +332,8 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
 impl GrowArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        Settings {
-            mesh_up: self.stand.mesh_up,
-            ..settings(&self.look, &self.stop, &self.place, &self.walk)
-        }
+        let place = (&self.place, &self.stand);
+        settings(&self.look, &self.stop, place, &self.walk)
     }
 }
 
@@ -343,10 +341,11 @@ impl GrowArgs {
 pub(super) fn settings(
     look: &LookArgs,
     stop: &StopArgs,
-    place: &PlaceArgs,
+    (place, stand): (&PlaceArgs, &StandArgs),
     walk: &WalkArgs,
 ) -> Settings {
     Settings {
+        mesh_up: stand.mesh_up,
         preset: look.preset.clone(),
         radius: look.radius,
         curvature_radius: look.curvature_radius,

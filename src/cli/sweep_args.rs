@@ -285,10 +285,8 @@ fn wrong(message: String) -> clap::Error {
 impl SweepArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        Settings {
-            mesh_up: self.stand.mesh_up,
-            ..settings(&self.look, &self.stop.0, &self.place, &self.walk)
-        }
+        let place = (&self.place, &self.stand);
+        settings(&self.look, &self.stop.0, place, &self.walk)
     }
 }
 
