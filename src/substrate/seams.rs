@@ -9,8 +9,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::adjacency::Adjacency;
-use super::adjacency::{flatten, unite};
+use super::adjacency::{Adjacency, flatten, unite};
 use super::weld::{Welded, classes, is_degenerate, stand_for};
 use super::{Component, order};
 
