@@ -7,7 +7,7 @@ use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings, shell_path};
-use thallus::substrate::{Substrate, SubstrateError, UpAxis};
+use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
@@ -225,12 +225,7 @@ impl Grown {
 
     fn up_by_name(&self) -> Option<UpAxis> {
         let named = self.recipe.as_ref()?.mesh.as_ref()?;
-        let extension = Path::new(named).extension()?.to_str()?;
-        match extension.to_ascii_lowercase().as_str() {
-            "obj" | "gltf" | "glb" => Some(UpAxis::Y),
-            "stl" | "ply" => Some(UpAxis::Z),
-            _ => None,
-        }
+        Format::by_name(Path::new(named)).map(Format::up)
     }
 }
 

@@ -5,16 +5,18 @@ use std::path::Path;
 use super::error::{LoadFault, Parsed};
 use super::{Format, HEAD, obj, ply_header, stl};
 
-/// The format that the file's name claims.
-pub(super) fn by_extension(path: &Path) -> Option<Format> {
-    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-    match extension.as_str() {
-        "obj" => Some(Format::Obj),
-        "gltf" => Some(Format::Gltf),
-        "glb" => Some(Format::Glb),
-        "stl" => Some(Format::Stl),
-        "ply" => Some(Format::Ply),
-        _ => None,
+impl Format {
+    /// The format that a file's name claims.
+    pub fn by_name(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "obj" => Some(Self::Obj),
+            "gltf" => Some(Self::Gltf),
+            "glb" => Some(Self::Glb),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
     }
 }
 

@@ -139,7 +139,7 @@ fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
         .map_err(unreadable)?;
     file.rewind().map_err(unreadable)?;
 
-    let named = detect::by_extension(path);
+    let named = Format::by_name(path);
     let mut hasher = blake3::Hasher::new();
     let streamed = detect::is_ascii_stl(&head, length, named);
     let (mut soup, format) = if streamed {
