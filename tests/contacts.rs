@@ -10,7 +10,7 @@ use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surrounding
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, grow};
 use thallus::substrate::{Substrate, SurfacePoint};
-use thallus::walk::{Connectivity, trace};
+use thallus::walk::{Ball, Connectivity, Place, trace};
 
 fn random_point(substrate: &Substrate, stream: &mut Stream) -> SurfacePoint {
     let count = substrate.triangles().len() as f64;
@@ -166,7 +166,7 @@ fn sheets_equal_brute_force() {
             let radius = size * [0.01, 0.05, 0.2][(stream.uniform() * 3.0) as usize];
             let centre = substrate.position(&at);
             let expected = joined_by_brute_force(&substrate, at.triangle, centre, radius);
-            scratch.reach(&substrate, at.triangle, centre, radius);
+            scratch.reach(&substrate, at.triangle, &Ball { centre, radius });
             let mut most = scratch.reached().to_vec();
             most.sort_unstable();
             let truth: Vec<u32> = (0..expected.len() as u32)
@@ -177,6 +177,64 @@ fn sheets_equal_brute_force() {
         }
     }
     assert!(asked > 100);
+}
+
+/// Places in a ball, on whatever sheet.
+fn places_in(substrate: &Substrate, ball: &Ball, stream: &mut Stream) -> Vec<Place> {
+    let near = substrate.triangles_within(ball.centre, ball.radius);
+    let one = |_| {
+        let triangle = near[(stream.uniform() * near.len() as f64) as usize];
+        let at = SurfacePoint {
+            triangle,
+            ..random_point(substrate, stream)
+        };
+        (triangle, substrate.position(&at))
+    };
+    let places = (0..60).map(one);
+    let is_inside = |place: &Place| place.1.distance(ball.centre) < ball.radius;
+    places.filter(is_inside).collect()
+}
+
+#[test]
+fn lines_between_places_answer_as_a_search_of_the_ball() {
+    let mut stream = Stream::new(6, Purpose::Walker, 0);
+    let (mut one, mut all) = (Connectivity::new(), Connectivity::new());
+    let mut fine = meshes();
+    fine.push(("fine rock".into(), common::rock(60)));
+    fine.push(("rough rock".into(), common::noisy_rock(60, 0.02)));
+    fine.push(("jagged rock".into(), common::noisy_rock(60, 0.1)));
+    fine.push(("finer slab".into(), common::slab(60, 1.0, 0.01)));
+    let (mut joined, mut apart, mut looked, mut held) = (0, 0, 0, 0);
+    for (name, substrate) in fine {
+        let size = substrate
+            .units()
+            .length_to_local(substrate.units().diagonal());
+        for _ in 0..30 {
+            let at = random_point(&substrate, &mut stream);
+            let ball = Ball {
+                centre: substrate.position(&at),
+                radius: size * [0.02, 0.05, 0.15][(stream.uniform() * 3.0) as usize],
+            };
+            let from = (at.triangle, ball.centre);
+            let mut others = places_in(&substrate, &ball, &mut stream);
+            all.reach(&substrate, at.triangle, &ball);
+            let n = others.iter().filter(|o| all.has_reached(o.0)).count();
+            let counted = one.count_joined(&substrate, (from, &mut others), &ball);
+            assert_eq!(counted, n, "{name}: {ball:?}");
+            for &other in &others {
+                let expected = all.has_reached(other.0);
+                let found = one.joined(&substrate, [from, other], &ball);
+                assert_eq!(found, expected, "{name}: {ball:?}, {other:?}");
+                if expected {
+                    looked += one.reached().len();
+                    held += all.reached().len();
+                }
+            }
+            (joined, apart) = (joined + n, apart + others.len() - n);
+        }
+    }
+    assert!(joined > 5_000 && apart > 1_000, "{joined} and {apart}");
+    assert!(3 * looked < 2 * held, "{looked} of {held} triangles");
 }
 
 fn parameters(radius: f64) -> Parameters {

@@ -19,7 +19,7 @@ use super::step::RandomStep;
 use super::walker::Walk;
 use crate::cluster::ElementIndex;
 use crate::substrate::Chart;
-use crate::walk::Stand;
+use crate::walk::{Ball, Stand};
 
 /// Radii beyond contact within which elements near a walker are asked for.
 const SPAN: f64 = 2.0;
@@ -117,8 +117,11 @@ impl<I: ElementIndex> Walk<'_, I> {
             let distance = element.position.distance(here.position);
             let triangle = element.at.triangle;
             if triangle != here.triangle && !searched {
-                let ball = reach + radius;
-                scratch.reach(around.substrate, here.triangle, here.position, ball);
+                let ball = Ball {
+                    centre: here.position,
+                    radius: reach + radius,
+                };
+                scratch.reach(around.substrate, here.triangle, &ball);
                 searched = true;
             }
             let same = triangle == here.triangle || scratch.has_reached(triangle);

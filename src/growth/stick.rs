@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::flight::Asked;
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
-use crate::walk::Connectivity;
+use crate::walk::{Ball, Connectivity};
 
 /// The sticking law with its constants worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,16 +176,20 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
     pub fn count(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> usize {
         let reach = self.parameters.curvature_radius;
-        let ball = reach + self.parameters.radius;
+        let ball = Ball {
+            centre: p,
+            radius: reach + self.parameters.radius,
+        };
         let mut others = std::mem::take(&mut scratch.others);
         others.clear();
         let mut n = 0;
         self.within(p, reach, &mut |_, element| match element.at.triangle {
             other if other == triangle => n += 1,
-            other => others.push(other),
+            other => others.push((other, element.position)),
         });
         if !others.is_empty() {
-            n += scratch.count_joined(self.substrate, (triangle, &others), p, ball);
+            let asked = ((triangle, p), &mut others[..]);
+            n += scratch.count_joined(self.substrate, asked, &ball);
         }
         scratch.others = others;
         n

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Parameters;
 use crate::cluster::{Cluster, Element, ElementIndex};
 use crate::substrate::Substrate;
-use crate::walk::Connectivity;
+use crate::walk::{Ball, Connectivity, Place};
 
 /// The surface and the lichen on it, as they are while one walker walks.
 pub struct Surroundings<'a, I> {
@@ -31,14 +31,12 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// Centres in contact are within r of the midpoint. The half radius to spare lets the surface
     /// between them be rough; over the rim of a fin it allows detours up to 3r, and through a fin
     /// none. The rule is the same seen from either place.
-    pub fn same_sheet(
-        &self,
-        scratch: &mut Connectivity,
-        (triangle, p): (u32, DVec3),
-        (other, q): (u32, DVec3),
-    ) -> bool {
-        let ball = 1.5 * self.parameters.radius;
-        scratch.joined(self.substrate, [triangle, other], (p + q) * 0.5, ball)
+    pub fn same_sheet(&self, scratch: &mut Connectivity, one: Place, other: Place) -> bool {
+        let ball = Ball {
+            centre: (one.1 + other.1) * 0.5,
+            radius: 1.5 * self.parameters.radius,
+        };
+        scratch.joined(self.substrate, [one, other], &ball)
     }
 
     /// The nearest element on the sheet of a place, which is given by its triangle and its position

@@ -12,7 +12,7 @@ use super::{Boundary, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
-use crate::walk::{Connectivity, End, Stand};
+use crate::walk::{Ball, Connectivity, End, Stand};
 
 /// Places tried in a row before the surface counts as full.
 const MOST_TRIES: usize = 20_000;
@@ -411,9 +411,11 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// The distance to the nearest element on the same sheet inside a ball, or the ball's radius.
     fn nearest_on_sheet(&mut self, here: &Stand, ball: f64) -> f64 {
         let around = &self.around;
-        let larger = ball + around.parameters.radius;
-        self.scratch
-            .reach(around.substrate, here.triangle, here.position, larger);
+        let larger = Ball {
+            centre: here.position,
+            radius: ball + around.parameters.radius,
+        };
+        self.scratch.reach(around.substrate, here.triangle, &larger);
         let overgrown = |t: &u32| around.cluster.is_on(*t);
         if !self.scratch.reached().iter().any(overgrown) {
             return ball;

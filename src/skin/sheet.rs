@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::lichen::Granule;
 use crate::substrate::Substrate;
-use crate::walk::Connectivity;
+use crate::walk::{Ball, Connectivity};
 
 /// Height over the other's plane, in element radii and as a share of the distance, from which two
 /// places are in doubt.
@@ -57,9 +57,11 @@ impl<'a> Sheet<'a> {
         if along > TURNED && height < STEP * self.radius + SLOPE * away.length() {
             return true;
         }
-        let middle = 0.5 * (p + element.position);
-        let ball = BALL * f64::from(away.length());
-        self.search
-            .joined(self.substrate, [home, element.home], middle, ball)
+        let ball = Ball {
+            centre: 0.5 * (p + element.position),
+            radius: BALL * f64::from(away.length()),
+        };
+        let places = [(home, p), (element.home, element.position)];
+        self.search.joined(self.substrate, places, &ball)
     }
 }

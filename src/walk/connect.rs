@@ -8,11 +8,17 @@
 //! face of a plate made of twelve triangles reaches its rim, and so the other face. Here the
 //! question is asked for the ball in hand, by a search over edges and vertices that touch it. It
 //! costs nothing to prepare or store, whatever the size of the triangles, and where triangles are
-//! large it looks at one or two.
+//! large it looks at one or two. Where they are small a line from place to place mostly answers it:
+//! what is joined by a line inside the ball is joined, and where a line fails the ball is searched.
 
-use glam::DVec3;
-
+use super::section::{Ball, Place, leads};
 use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
+
+/// Triangles for each place that are searched on all sides before lines are followed.
+const FEW: usize = 4;
+
+/// Places, of those joined before, of which the nearest is the one to make for.
+const LAST: usize = 32;
 
 /// Scratch space for searches over triangles: stored by whoever searches, never part of a result.
 #[derive(Default)]
@@ -22,9 +28,12 @@ pub struct Connectivity {
     /// The search that last went to all about each vertex.
     spread: Vec<u32>,
     search: u32,
+    /// How many of those reached it has spread from.
+    next: usize,
     reached: Vec<u32>,
-    /// For whoever asks about many triangles at once: room to list them.
-    pub(crate) others: Vec<u32>,
+    path: Vec<u32>,
+    /// For whoever asks about many places at once: room to list them.
+    pub(crate) others: Vec<Place>,
 }
 
 impl Connectivity {
@@ -33,36 +42,30 @@ impl Connectivity {
         Self::default()
     }
 
-    /// True when the surface joins two triangles inside a ball.
-    pub fn joined(
-        &mut self,
-        substrate: &Substrate,
-        [from, to]: [u32; 2],
-        centre: DVec3,
-        radius: f64,
-    ) -> bool {
-        from == to || {
-            self.search(substrate, from, centre, radius, Some(&[to]));
-            self.has_reached(to)
+    /// True when the surface joins two places inside a ball.
+    pub fn joined(&mut self, substrate: &Substrate, [from, to]: [Place; 2], ball: &Ball) -> bool {
+        from.0 == to.0 || {
+            self.search(substrate, from, ball, &mut [to]);
+            self.has_reached(to.0)
         }
     }
 
     /// Searches all that the surface joins to a triangle inside a ball; ask with
     /// [`has_reached`](Self::has_reached).
-    pub fn reach(&mut self, substrate: &Substrate, from: u32, centre: DVec3, radius: f64) {
-        self.search(substrate, from, centre, radius, None);
+    pub fn reach(&mut self, substrate: &Substrate, from: u32, ball: &Ball) {
+        self.begin(substrate, from);
+        self.flood(substrate, ball, usize::MAX, &[]);
     }
 
-    /// How many of some triangles the surface joins to another inside a ball.
+    /// How many of some places the surface joins to another inside a ball. Puts them in order.
     pub fn count_joined(
         &mut self,
         substrate: &Substrate,
-        (from, others): (u32, &[u32]),
-        centre: DVec3,
-        radius: f64,
+        (from, others): (Place, &mut [Place]),
+        ball: &Ball,
     ) -> usize {
-        self.search(substrate, from, centre, radius, Some(others));
-        others.iter().filter(|t| self.has_reached(**t)).count()
+        self.search(substrate, from, ball, others);
+        others.iter().filter(|o| self.has_reached(o.0)).count()
     }
 
     /// Whether the last search came to a triangle.
@@ -76,41 +79,75 @@ impl Connectivity {
     }
 
     /// Goes on until all that are wanted are found, or no more are.
-    fn search(
-        &mut self,
-        substrate: &Substrate,
-        from: u32,
-        centre: DVec3,
-        radius: f64,
-        wanted: Option<&[u32]>,
-    ) {
-        self.begin(substrate);
-        self.mark(from);
-        let (mut next, mut found) = (0, 0);
-        while next < self.reached.len() {
-            if let Some(wanted) = wanted {
-                found += wanted[found..]
-                    .iter()
-                    .take_while(|t| self.has_reached(**t))
-                    .count();
-                if found == wanted.len() {
-                    return;
-                }
-            }
-            let t = self.reached[next];
-            next += 1;
-            self.spread(substrate, t, centre, radius * radius);
+    fn search(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
+        self.begin(substrate, from.0);
+        if wanted.is_empty() || self.flood(substrate, ball, FEW * wanted.len(), wanted) {
+            return;
         }
+        self.follow(substrate, from, ball, wanted);
+        self.flood(substrate, ball, usize::MAX, wanted);
     }
 
-    fn begin(&mut self, substrate: &Substrate) {
+    fn begin(&mut self, substrate: &Substrate, from: u32) {
         let sizes = [substrate.triangles().len(), substrate.vertices().len()];
         if [self.stamp.len(), self.spread.len()] != sizes || self.search == u32::MAX {
             [self.stamp, self.spread] = sizes.map(|n| vec![0; n]);
             self.search = 0;
         }
         self.search += 1;
+        self.next = 0;
         self.reached.clear();
+        self.mark(from);
+    }
+
+    /// Spreads on all sides until all that are wanted are found or the ball is searched, which is
+    /// true, or so many triangles are reached.
+    fn flood(&mut self, substrate: &Substrate, ball: &Ball, most: usize, wanted: &[Place]) -> bool {
+        let mut found = 0;
+        while self.next < self.reached.len() {
+            if !wanted.is_empty() {
+                let more = wanted[found..].iter();
+                found += more.take_while(|w| self.has_reached(w.0)).count();
+                if found == wanted.len() {
+                    return true;
+                }
+            }
+            if self.reached.len() > most {
+                return false;
+            }
+            let t = self.reached[self.next];
+            self.next += 1;
+            self.spread(substrate, t, ball);
+        }
+        true
+    }
+
+    /// Follows lines from places to those that are found, the nearest ones first.
+    fn follow(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
+        let away = |w: &Place| w.1.distance_squared(from.1);
+        wanted.sort_unstable_by(|a, b| away(a).total_cmp(&away(b)));
+        let mut path = std::mem::take(&mut self.path);
+        for (i, &place) in wanted.iter().enumerate() {
+            if self.has_reached(place.0) {
+                continue;
+            }
+            let before = &wanted[i.saturating_sub(LAST)..i];
+            let to = self.nearest_of(before, place).unwrap_or(from);
+            let there = |t| self.has_reached(t);
+            // Where a line fails all has to be searched.
+            if !leads(substrate, [place, to], ball, there, &mut path) {
+                break;
+            }
+            path.iter().for_each(|t| self.mark(*t));
+        }
+        self.path = path;
+    }
+
+    /// Of those that are found.
+    fn nearest_of(&self, places: &[Place], to: Place) -> Option<Place> {
+        let found = places.iter().filter(|place| self.has_reached(place.0));
+        let away = |place: &Place| place.1.distance_squared(to.1);
+        found.min_by(|a, b| away(a).total_cmp(&away(b))).copied()
     }
 
     fn mark(&mut self, triangle: u32) {
@@ -122,7 +159,8 @@ impl Connectivity {
     }
 
     /// Marks what lies about the vertices in the ball, and across other edges that touch it.
-    fn spread(&mut self, substrate: &Substrate, t: u32, centre: DVec3, limit: f64) {
+    fn spread(&mut self, substrate: &Substrate, t: u32, ball: &Ball) {
+        let (centre, limit) = (ball.centre, ball.radius * ball.radius);
         let [a, b, c] = substrate.triangles()[t as usize];
         let mut is_inside = |v: u32| {
             // Those that the search has been to are, and most have been.

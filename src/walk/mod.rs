@@ -5,11 +5,13 @@
 
 mod connect;
 mod plane;
+mod section;
 mod stand;
 mod trace;
 
 pub use connect::Connectivity;
 pub use plane::TrianglePlane;
+pub use section::{Ball, Place};
 pub use stand::{Moved, Stand};
 pub use trace::{End, MOST_CROSSINGS, Trace, Visitor, trace, trace_visiting};
 

@@ -58,6 +58,15 @@ pub(crate) fn sphere(n: u32) -> Substrate {
 
 /// A rough, bumpy rock of 8·n² triangles.
 pub(crate) fn rock(n: u32) -> Substrate {
+    noisy_rock(n, 0.0)
+}
+
+/// Such a rock with each vertex moved outwards or inwards by chance, up to `noise` from its middle.
+pub(crate) fn noisy_rock(n: u32, noise: f64) -> Substrate {
+    let chance = |u: [f64; 3]| {
+        let mixed = u.map(|x| ((x * 1e6).round() * 0.618_034).fract());
+        ((mixed[0] + 3.7 * mixed[1] + 7.9 * mixed[2]).sin() * 43_758.5).fract()
+    };
     let bumps = |[x, y, z]: [f64; 3]| {
         0.15 * (3.0 * x + 1.0).sin() * (2.5 * y).cos()
             + 0.1 * (5.0 * z + 2.0 * x).sin()
@@ -65,7 +74,7 @@ pub(crate) fn rock(n: u32) -> Substrate {
     };
     let shape = |d: [f64; 3]| {
         let u = d.map(|x| x / norm(d));
-        let r = 1.0 + bumps(u);
+        let r = 1.0 + bumps(u) + noise * chance(u);
         [u[0] * r * 1.2, u[1] * r * 0.8, u[2] * r]
     };
     let (positions, triangles) = octahedron(n, shape);
