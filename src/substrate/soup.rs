@@ -4,7 +4,7 @@
 ///
 /// Every polygon is already triangulated and every node transform applied. Vertices may be split
 /// at seams, unreferenced, duplicated or degenerate: [`Substrate::from_soup`] deals with that.
-/// Every index is in range and every position finite; loaders refuse what is not.
+/// Every index is in range and every position finite; loaders refuse triangles without one.
 ///
 /// [`Substrate::from_soup`]: crate::substrate::Substrate::from_soup
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -104,6 +104,14 @@ fn lines_and_points_are_ignored_with_a_note_and_materials_may_be_missing() {
 }
 
 #[test]
+fn vertices_that_no_face_uses_need_no_position() {
+    let soup = parsed(with("v nan nan nan\nv 1 -inf 2\nf 1 2 3\n"), Format::Obj);
+    assert_eq!(soup.positions[3..], [[0.0; 3]; 2]);
+    let note = "2 vertices without a finite position that no face uses ignored";
+    assert_eq!(soup.notes, [note]);
+}
+
+#[test]
 fn errors_name_the_line_and_the_cure() {
     let cases: [(&str, &[&str]); 8] = [
         (
@@ -116,10 +124,10 @@ fn errors_name_the_line_and_the_cure() {
         ("f 1 2 99999999999999999999\n", &["line 4"]),
         ("v 1 2\nf 1 2 3\n", &["line 4", "three numbers"]),
         (
-            "v 1 2 nan\nf 1 2 3\n",
+            "v 1 2 nan\nf 1 2 4\n",
             &["line 4", "(1, 2, NaN) is not finite", "repair"],
         ),
-        ("v 1 -inf 2\nf 1 2 3\n", &["line 4", "-inf"]),
+        ("v 1 -inf 2\nf 1 2 3 4\n", &["line 4", "-inf"]),
     ];
     for (rest, parts) in cases {
         assert_says(&refused(with(rest), Format::Obj), parts);

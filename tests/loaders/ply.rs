@@ -128,6 +128,17 @@ fn faces_may_stand_before_their_vertices_and_strips_are_unrolled() {
 }
 
 #[test]
+fn vertices_that_no_face_uses_need_no_position() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+                end_header\nnan nan nan\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n";
+    let soup = parsed(text, Format::Ply);
+    assert_eq!(soup.positions[0], [0.0; 3]);
+    let note = "1 vertex without a finite position that no face uses ignored";
+    assert_eq!(soup.notes, [note]);
+}
+
+#[test]
 fn errors_name_the_place_and_the_cure() {
     let list = "uchar int vertex_indices";
     let cases: [(String, &[&str]); 10] = [

@@ -18,7 +18,7 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
 use super::polygon::{Triangulator, check_corners};
-use super::text::{finite, integer, line_of, number, quoted};
+use super::text::{integer, line_of, number, quoted, used_are_finite};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Statements that make something other than flat faces, and what to call it.
@@ -188,7 +188,7 @@ fn read_position(text: &[u8], statement: &Statement) -> Parsed<[f64; 3]> {
             )
         })?;
     }
-    finite(position, Obj, place)
+    Ok(position)
 }
 
 struct FaceReader<'a> {
@@ -320,6 +320,12 @@ impl<'a> FaceReader<'a> {
                 .map(|what| format!("{what} ignored")),
         );
         soup.notes.extend(self.triangulator.notes());
+        let text = self.text;
+        used_are_finite(&mut soup, Obj, |vertex| {
+            let mut vertices = Statements::new(text).filter(|s| is_vertex(s.bytes));
+            let start = vertices.nth(vertex).map_or(0, |s| s.start);
+            format!("line {}", line_of(text, start))
+        })?;
         Ok(soup)
     }
 }

@@ -11,7 +11,7 @@ use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
 use super::polygon::{Triangulator, check_corners};
-use super::text::{finite, integer, line_of, number, quoted, single};
+use super::text::{integer, line_of, number, quoted, single, used_are_finite};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Reads a PLY file's bytes.
@@ -214,6 +214,8 @@ struct Reader<'a, B> {
     too_short: usize,
     /// Elements that hold points or edges, for the message when there is nothing else.
     others: Vec<String>,
+    /// Vertices without a finite position, and where the next one begins.
+    unfit: Vec<(usize, String)>,
 }
 
 /// One row's list of vertex indices; −1 is kept for strips.
@@ -231,6 +233,7 @@ impl<'a, B: Body> Reader<'a, B> {
             texcoords: None,
             too_short: 0,
             others: Vec::new(),
+            unfit: Vec::new(),
         }
     }
 
@@ -321,9 +324,10 @@ impl<'a, B: Body> Reader<'a, B> {
                     texture[axis] = value;
                 }
             }
-            let body = &self.body;
-            let place = || format!("vertex {vertex} ({})", body.place());
-            self.soup.positions.push(finite(position, Ply, place)?);
+            if position.iter().any(|x| !x.is_finite()) {
+                self.unfit.push((vertex, self.body.place()));
+            }
+            self.soup.positions.push(position);
             if let Some(texcoords) = self.texcoords.as_mut().filter(|_| texture_axes.is_some()) {
                 texcoords.of_vertices.push(texture);
             }
@@ -509,6 +513,12 @@ impl<'a, B: Body> Reader<'a, B> {
             .map(|what| format!("{what} ignored"))
             .collect();
         soup.notes.extend(self.triangulator.notes());
+        let unfit = self.unfit;
+        used_are_finite(&mut soup, Ply, |vertex| {
+            let place = unfit.binary_search_by_key(&vertex, |one| one.0);
+            let place = place.map_or("", |i| unfit[i].1.as_str());
+            format!("vertex {vertex} ({place})")
+        })?;
         Ok(soup)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Format;
 use super::error::{LoadFault, Parsed};
+use super::{Soup, counted};
 
 /// Longest excerpt of a file that a message quotes, in bytes.
 const QUOTE: usize = 40;
@@ -55,6 +56,37 @@ pub(super) fn integer(token: &[u8]) -> Option<i64> {
         value = value * 10 + i64::from(digit - b'0');
     }
     Some(if negative { -value } else { value })
+}
+
+/// Refuses positions that are no places in space where triangles use them.
+///
+/// The others come from scans that keep a vertex for every direction they looked in: they become the
+/// origin, and a note says how many.
+pub(super) fn used_are_finite(
+    soup: &mut Soup,
+    format: Format,
+    place: impl Fn(usize) -> String,
+) -> Parsed<()> {
+    let is_place = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
+    if soup.positions.iter().all(is_place) {
+        return Ok(());
+    }
+    for &corner in soup.triangles.as_flattened() {
+        let corner = corner as usize;
+        finite(soup.positions[corner], format, || place(corner))?;
+    }
+    let mut passed_over = 0;
+    for position in soup.positions.iter_mut().filter(|p| !is_place(p)) {
+        *position = [0.0; 3];
+        passed_over += 1;
+    }
+    let (one, many) = (
+        "vertex without a finite position that no face uses",
+        "vertices without a finite position that no face uses",
+    );
+    soup.notes
+        .push(counted(passed_over, one, many) + " ignored");
+    Ok(())
 }
 
 /// Refuses a position that is not a place in space.
