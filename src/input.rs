@@ -39,7 +39,14 @@ pub fn regular(path: &Path) -> io::Result<File> {
 pub fn text(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     let mut limited = Stream::open(path)?.take(LONGEST_TEXT);
-    limited.read_to_string(&mut text)?;
+    limited
+        .read_to_string(&mut text)
+        .map_err(|e| match e.kind() {
+            ErrorKind::InvalidData => {
+                io::Error::new(e.kind(), "it is not text: this is another file")
+            }
+            _ => e,
+        })?;
     match limited.limit() {
         0 => Err(io::Error::new(
             ErrorKind::InvalidData,

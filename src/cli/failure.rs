@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use thallus::run::{GrowError, RecipeFileError, SettingsError};
 use thallus::sweep::{GridError, GridFileError};
 
+use super::refusal::{in_words, of_given};
 use super::{INTERRUPTED, terminal};
 
 /// What went wrong, by exit code.
@@ -86,8 +87,8 @@ fn one_line(text: &str) -> String {
 
 impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Self {
-        let text = error.to_string();
-        Self::usage(text.trim_start_matches("error: "))
+        let text = one_line(&of_given(error).to_string());
+        Self::usage(in_words(text.trim_start_matches("error: ")))
     }
 }
 

@@ -27,6 +27,7 @@ mod output;
 mod preset;
 mod preview;
 mod progress;
+mod refusal;
 mod render;
 mod render_args;
 mod render_by;

@@ -1,0 +1,94 @@
+//! What the command line's parsers say, in the words of the user.
+
+use std::env;
+
+use clap::error::{ContextKind, ContextValue};
+
+/// Of the flags that exclude one that was given, those that were given too.
+pub(crate) fn of_given(mut refusal: clap::Error) -> clap::Error {
+    let Some(ContextValue::Strings(all)) = refusal.get(ContextKind::PriorArg) else {
+        return refusal;
+    };
+    let typed: Vec<String> = env::args().collect();
+    let is_given = |usage: &&String| {
+        let flag = usage.split([' ', '=']).next();
+        typed.iter().any(|word| word.split('=').next() == flag)
+    };
+    let given: Vec<String> = all.iter().filter(is_given).cloned().collect();
+    match given.as_slice() {
+        [] => {}
+        [one] => {
+            refusal.insert(ContextKind::PriorArg, ContextValue::String(one.clone()));
+        }
+        _ => {
+            refusal.insert(ContextKind::PriorArg, ContextValue::Strings(given));
+        }
+    }
+    refusal
+}
+
+/// A refusal with the reason put as what to give instead.
+pub(crate) fn in_words(refusal: &str) -> String {
+    const REASONS: [(&str, &str); 5] = [
+        ("invalid float literal", "give a number"),
+        ("cannot parse float from empty string", "give a number"),
+        ("invalid digit found in string", "give a whole number"),
+        (
+            "cannot parse integer from empty string",
+            "give a whole number",
+        ),
+        (
+            "number too large to fit in target type",
+            "give a smaller number",
+        ),
+    ];
+    for (reason, words) in REASONS {
+        if let Some(said) = refusal.trim_end().strip_suffix(reason) {
+            return format!("{said}{words}");
+        }
+    }
+    within_bounds(refusal).unwrap_or_else(|| refusal.to_owned())
+}
+
+/// `…: 0 is not in 1..=9`.
+fn within_bounds(refusal: &str) -> Option<String> {
+    let (said, bounds) = refusal.trim_end().rsplit_once(" is not in ")?;
+    let (said, _) = said.rsplit_once(": ")?;
+    let (least, most) = bounds.split_once("..=")?;
+    let most = most.parse::<u32>().ok()?;
+    Some(match most {
+        u32::MAX => format!("{said}: give a whole number from {least}"),
+        _ => format!("{said}: give a whole number from {least} to {most}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_words;
+
+    #[test]
+    fn reasons_say_what_to_give() {
+        let cases = [
+            (
+                "'x' for '--a <B>': invalid float literal",
+                "'x' for '--a <B>': give a number",
+            ),
+            (
+                "'': cannot parse integer from empty string",
+                "'': give a whole number",
+            ),
+            (
+                "'0' for '--a': 0 is not in 1..=9",
+                "'0' for '--a': give a whole number from 1 to 9",
+            ),
+            (
+                "'0' for '--a': 0 is not in 1..=4294967295",
+                "'0' for '--a': give a whole number from 1",
+            ),
+            ("unexpected argument '--a'", "unexpected argument '--a'"),
+        ];
+        for (refusal, words) in cases {
+            assert_eq!(in_words(refusal), words);
+        }
+    }
+}
