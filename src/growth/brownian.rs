@@ -111,19 +111,26 @@ impl<I: ElementIndex> Walk<'_, I> {
             second: f64::INFINITY,
             elsewhere: false,
         };
-        let mut searched = false;
         let (around, scratch) = (&self.around, &mut *self.scratch);
+        let mut others = std::mem::take(&mut scratch.others);
+        others.clear();
+        around.within(here.position, reach, &mut |_, element| {
+            if element.at.triangle != here.triangle {
+                others.push((element.at.triangle, element.position));
+            }
+        });
+        if !others.is_empty() {
+            let ball = Ball {
+                centre: here.position,
+                radius: reach + radius,
+            };
+            let place = (here.triangle, here.position);
+            scratch.find(around.substrate, (place, &mut others), &ball);
+        }
+        scratch.others = others;
         around.within(here.position, reach, &mut |id, element| {
             let distance = element.position.distance(here.position);
             let triangle = element.at.triangle;
-            if triangle != here.triangle && !searched {
-                let ball = Ball {
-                    centre: here.position,
-                    radius: reach + radius,
-                };
-                scratch.reach(around.substrate, here.triangle, &ball);
-                searched = true;
-            }
             let same = triangle == here.triangle || scratch.has_reached(triangle);
             // Nearer than contact without touching: joined by the surface only farther out.
             if same && distance > contact {

@@ -45,7 +45,7 @@ impl Connectivity {
     /// True when the surface joins two places inside a ball.
     pub fn joined(&mut self, substrate: &Substrate, [from, to]: [Place; 2], ball: &Ball) -> bool {
         from.0 == to.0 || {
-            self.search(substrate, from, ball, &mut [to]);
+            self.find(substrate, (from, &mut [to]), ball);
             self.has_reached(to.0)
         }
     }
@@ -57,6 +57,22 @@ impl Connectivity {
         self.flood(substrate, ball, usize::MAX, &[]);
     }
 
+    /// Searches until all of some places are found that the surface joins to another inside a ball.
+    /// Puts them in order; ask with [`has_reached`](Self::has_reached), for their triangles only.
+    pub fn find(
+        &mut self,
+        substrate: &Substrate,
+        (from, wanted): (Place, &mut [Place]),
+        ball: &Ball,
+    ) {
+        self.begin(substrate, from.0);
+        if wanted.is_empty() || self.flood(substrate, ball, FEW * wanted.len(), wanted) {
+            return;
+        }
+        self.follow(substrate, from, ball, wanted);
+        self.flood(substrate, ball, usize::MAX, wanted);
+    }
+
     /// How many of some places the surface joins to another inside a ball. Puts them in order.
     pub fn count_joined(
         &mut self,
@@ -64,7 +80,7 @@ impl Connectivity {
         (from, others): (Place, &mut [Place]),
         ball: &Ball,
     ) -> usize {
-        self.search(substrate, from, ball, others);
+        self.find(substrate, (from, others), ball);
         others.iter().filter(|o| self.has_reached(o.0)).count()
     }
 
@@ -76,16 +92,6 @@ impl Connectivity {
     /// The triangles that the last search came to, in the order of the search.
     pub fn reached(&self) -> &[u32] {
         &self.reached
-    }
-
-    /// Goes on until all that are wanted are found, or no more are.
-    fn search(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
-        self.begin(substrate, from.0);
-        if wanted.is_empty() || self.flood(substrate, ball, FEW * wanted.len(), wanted) {
-            return;
-        }
-        self.follow(substrate, from, ball, wanted);
-        self.flood(substrate, ball, usize::MAX, wanted);
     }
 
     fn begin(&mut self, substrate: &Substrate, from: u32) {

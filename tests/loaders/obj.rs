@@ -107,7 +107,7 @@ fn lines_and_points_are_ignored_with_a_note_and_materials_may_be_missing() {
 fn vertices_that_no_face_uses_need_no_position() {
     let soup = parsed(with("v nan nan nan\nv 1 -inf 2\nf 1 2 3\n"), Format::Obj);
     assert_eq!(soup.positions[3..], [[0.0; 3]; 2]);
-    let note = "2 vertices without a finite position that no face uses ignored";
+    let note = "2 unused vertices without a finite position ignored";
     assert_eq!(soup.notes, [note]);
 }
 

@@ -134,7 +134,7 @@ fn vertices_that_no_face_uses_need_no_position() {
                 end_header\nnan nan nan\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n";
     let soup = parsed(text, Format::Ply);
     assert_eq!(soup.positions[0], [0.0; 3]);
-    let note = "1 vertex without a finite position that no face uses ignored";
+    let note = "1 unused vertex without a finite position ignored";
     assert_eq!(soup.notes, [note]);
 }
 

@@ -81,11 +81,10 @@ pub(super) fn used_are_finite(
         passed_over += 1;
     }
     let (one, many) = (
-        "vertex without a finite position that no face uses",
-        "vertices without a finite position that no face uses",
+        "unused vertex without a finite position ignored",
+        "unused vertices without a finite position ignored",
     );
-    soup.notes
-        .push(counted(passed_over, one, many) + " ignored");
+    soup.notes.push(counted(passed_over, one, many));
     Ok(())
 }
 
