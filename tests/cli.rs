@@ -70,7 +70,19 @@ fn wrong_usage_is_2() {
         2,
         &["3mm", "mesh units have no name"],
     );
-    desk.fails("grow plane.obj --threads 0", 2, &["--threads"]);
+    desk.fails(
+        "grow plane.obj --threads 0",
+        2,
+        &["--threads", "give a whole number from 1 to 1024"],
+    );
+    let only_those_typed = "cannot be used with: --bias <B>; --seed <N>";
+    desk.fails(
+        "grow --resume out --seed 3 --bias=0.2",
+        2,
+        &[only_those_typed],
+    );
+    fs::write(desk.0.path().join("binary"), [0xff, 0xfe]).unwrap();
+    desk.fails("grow plane.obj --recipe binary", 1, &["binary", "not text"]);
     desk.fails("grow plane.obj --elements -4", 2, &["-4"]);
     assert!(!desk.path("out").exists());
 }

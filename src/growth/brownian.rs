@@ -19,7 +19,7 @@ use super::step::RandomStep;
 use super::walker::Walk;
 use crate::cluster::ElementIndex;
 use crate::substrate::Chart;
-use crate::walk::{Ball, Stand};
+use crate::walk::Stand;
 
 /// Radii beyond contact within which elements near a walker are asked for.
 const SPAN: f64 = 2.0;
@@ -112,22 +112,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             elsewhere: false,
         };
         let (around, scratch) = (&self.around, &mut *self.scratch);
-        let mut others = std::mem::take(&mut scratch.others);
-        others.clear();
-        around.within(here.position, reach, &mut |_, element| {
-            if element.at.triangle != here.triangle {
-                others.push((element.at.triangle, element.position));
-            }
-        });
-        if !others.is_empty() {
-            let ball = Ball {
-                centre: here.position,
-                radius: reach + radius,
-            };
-            let place = (here.triangle, here.position);
-            scratch.find(around.substrate, (place, &mut others), &ball);
-        }
-        scratch.others = others;
+        around.count_within(scratch, (here.triangle, here.position), reach);
         around.within(here.position, reach, &mut |id, element| {
             let distance = element.position.distance(here.position);
             let triangle = element.at.triangle;

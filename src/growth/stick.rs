@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::flight::Asked;
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
-use crate::walk::{Ball, Connectivity};
+use crate::walk::{Ball, Connectivity, Place};
 
 /// The sticking law with its constants worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,8 +174,18 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// n: elements of the same sheet with their centre within L of a place.
     ///
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
-    pub fn count(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> usize {
-        let reach = self.parameters.curvature_radius;
+    pub fn count(&self, scratch: &mut Connectivity, place: Place) -> usize {
+        self.count_within(scratch, place, self.parameters.curvature_radius)
+    }
+
+    /// Elements with their centre within `reach` of a place that the surface joins to it inside the
+    /// ball of radius reach + r. If any are in other triangles, `scratch` has reached theirs.
+    pub(super) fn count_within(
+        &self,
+        scratch: &mut Connectivity,
+        (triangle, p): Place,
+        reach: f64,
+    ) -> usize {
         let ball = Ball {
             centre: p,
             radius: reach + self.parameters.radius,

@@ -45,7 +45,7 @@ impl Connectivity {
     /// True when the surface joins two places inside a ball.
     pub fn joined(&mut self, substrate: &Substrate, [from, to]: [Place; 2], ball: &Ball) -> bool {
         from.0 == to.0 || {
-            self.find(substrate, (from, &mut [to]), ball);
+            self.find(substrate, from, ball, &mut [to]);
             self.has_reached(to.0)
         }
     }
@@ -57,14 +57,8 @@ impl Connectivity {
         self.flood(substrate, ball, usize::MAX, &[]);
     }
 
-    /// Searches until all of some places are found that the surface joins to another inside a ball.
-    /// Puts them in order; ask with [`has_reached`](Self::has_reached), for their triangles only.
-    pub fn find(
-        &mut self,
-        substrate: &Substrate,
-        (from, wanted): (Place, &mut [Place]),
-        ball: &Ball,
-    ) {
+    /// Searches until all that are wanted are found, or no more are.
+    fn find(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
         self.begin(substrate, from.0);
         if wanted.is_empty() || self.flood(substrate, ball, FEW * wanted.len(), wanted) {
             return;
@@ -73,14 +67,15 @@ impl Connectivity {
         self.flood(substrate, ball, usize::MAX, wanted);
     }
 
-    /// How many of some places the surface joins to another inside a ball. Puts them in order.
+    /// How many of some places the surface joins to another inside a ball. Puts them in order. Which
+    /// they are says [`has_reached`](Self::has_reached), of their triangles.
     pub fn count_joined(
         &mut self,
         substrate: &Substrate,
         (from, others): (Place, &mut [Place]),
         ball: &Ball,
     ) -> usize {
-        self.find(substrate, (from, others), ball);
+        self.find(substrate, from, ball, others);
         others.iter().filter(|o| self.has_reached(o.0)).count()
     }
 
