@@ -14,12 +14,13 @@ use glam::{DVec2, DVec3};
 
 use super::Steps;
 use super::flight::Way;
+use super::orbit::USUALLY_NEAR;
 use super::passage::{Arrival, Lune};
 use super::step::RandomStep;
 use super::walker::Walk;
 use crate::cluster::ElementIndex;
 use crate::substrate::Chart;
-use crate::walk::Stand;
+use crate::walk::{Ball, Place, Stand};
 
 /// Radii beyond contact within which elements near a walker are asked for.
 const SPAN: f64 = 2.0;
@@ -112,18 +113,30 @@ impl<I: ElementIndex> Walk<'_, I> {
             elsewhere: false,
         };
         let (around, scratch) = (&self.around, &mut *self.scratch);
-        around.count_within(scratch, (here.triangle, here.position), reach);
+        let mut all: Vec<(u32, Place)> = Vec::with_capacity(USUALLY_NEAR);
         around.within(here.position, reach, &mut |id, element| {
-            let distance = element.position.distance(here.position);
-            let triangle = element.at.triangle;
-            let same = triangle == here.triangle || scratch.has_reached(triangle);
+            all.push((id, (element.at.triangle, element.position)));
+        });
+        let ball = Ball {
+            centre: here.position,
+            radius: reach + radius,
+        };
+        let mut others = std::mem::take(&mut scratch.others);
+        others.clear();
+        let places = all.iter().map(|(_, place)| *place);
+        others.extend(places.filter(|place| place.0 != here.triangle));
+        let place = (here.triangle, here.position);
+        scratch.find(around.substrate, place, &ball, &mut others);
+        scratch.others = others;
+        for (id, (triangle, position)) in all {
+            let distance = position.distance(here.position);
             // Nearer than contact without touching: joined by the surface only farther out.
-            if same && distance > contact {
-                near.add((distance, id, element.position));
+            if scratch.has_reached(triangle) && distance > contact {
+                near.add((distance, id, position));
             } else {
                 near.elsewhere = true;
             }
-        });
+        }
         near
     }
 

@@ -174,18 +174,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// n: elements of the same sheet with their centre within L of a place.
     ///
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
-    pub fn count(&self, scratch: &mut Connectivity, place: Place) -> usize {
-        self.count_within(scratch, place, self.parameters.curvature_radius)
-    }
-
-    /// Elements with their centre within `reach` of a place that the surface joins to it inside the
-    /// ball of radius reach + r. If any are in other triangles, `scratch` has reached theirs.
-    pub(super) fn count_within(
-        &self,
-        scratch: &mut Connectivity,
-        (triangle, p): Place,
-        reach: f64,
-    ) -> usize {
+    pub fn count(&self, scratch: &mut Connectivity, (triangle, p): Place) -> usize {
+        let reach = self.parameters.curvature_radius;
         let ball = Ball {
             centre: p,
             radius: reach + self.parameters.radius,

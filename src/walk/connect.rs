@@ -57,8 +57,9 @@ impl Connectivity {
         self.flood(substrate, ball, usize::MAX, &[]);
     }
 
-    /// Searches until all that are wanted are found, or no more are.
-    fn find(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
+    /// Searches until all places that are wanted are found, or no more are; puts them in order. Ask with
+    /// [`has_reached`](Self::has_reached), for their triangles only.
+    pub fn find(&mut self, substrate: &Substrate, from: Place, ball: &Ball, wanted: &mut [Place]) {
         self.begin(substrate, from.0);
         if wanted.is_empty() || self.flood(substrate, ball, FEW * wanted.len(), wanted) {
             return;
@@ -67,8 +68,7 @@ impl Connectivity {
         self.flood(substrate, ball, usize::MAX, wanted);
     }
 
-    /// How many of some places the surface joins to another inside a ball. Puts them in order. Which
-    /// they are says [`has_reached`](Self::has_reached), of their triangles.
+    /// How many of some places the surface joins to another inside a ball. Puts them in order.
     pub fn count_joined(
         &mut self,
         substrate: &Substrate,
