@@ -4,7 +4,8 @@
 mod desk;
 
 use std::fs;
-use std::process::Output;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 
@@ -104,6 +105,25 @@ fn every_map_and_the_mesh_are_written_and_said() {
     let in_cm = sidecar("cm")["highest_meters"].as_f64().unwrap();
     let in_m = sidecar("png")["highest_meters"].as_f64().unwrap();
     assert!((in_cm * 100.0 / in_m - 1.0).abs() < 1e-9);
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_it_leaves_nothing() {
+    let desk = desk();
+    let mut command = desk.call("bake", "out -o maps --size 4096 --samples 8");
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    for _ in 0..300 {
+        std::thread::sleep(Duration::from_millis(10));
+        if desk.path("maps").exists() {
+            break;
+        }
+    }
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &id]).status();
+    assert!(kill.unwrap().success(), "it ended before");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(desk.0.path()), ["cube.obj", "out", "rock.obj"]);
 }
 
 #[test]

@@ -339,6 +339,10 @@ fn every_format_is_exported() {
     for (extension, start) in starts {
         head(&format!("out.{extension}"), start);
     }
+    let quiet = ["export", "run", "-o", "quiet.ply", "--quiet"];
+    let output = thallus(desk.path(), &quiet);
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
 }
 
 /// A file system of 64 kB, unmounted when dropped. Only root may have one.

@@ -438,13 +438,20 @@ fn the_camera_that_is_told_takes_the_same_picture() {
     made(&desk, &format!("out -o c.png {SMALL} --camera 210,50"));
     assert!(decoded(&desk, "c.png").3 != a);
     let past = r#"{"eye":[0,5,0],"target":[0,9,0.1]}"#;
-    for (camera, looks_past) in [(past, true), ("auto", false), ("30,50", false)] {
+    let cases = [
+        (past, "the camera looks past it"),
+        ("200,-60", "the mesh hides it"),
+        ("auto", ""),
+        ("30,50", ""),
+    ];
+    for (camera, why) in cases {
         let words = format!("out -o d.png {SMALL} --force --camera {camera}");
-        let output = run(&desk, &words);
+        let said = said(&run(&desk, &words));
+        assert!(said.contains(why), "{camera}: {said}");
         assert_eq!(
-            said(&output).contains("looks past it"),
-            looks_past,
-            "{camera}"
+            said.contains("no lichen"),
+            !why.is_empty(),
+            "{camera}: {said}"
         );
     }
 }

@@ -127,7 +127,7 @@ impl<'a> Shots<'a> {
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
         let camera = view.zoomed(&camera, middle(&discs), aspect);
-        warn_unseen(&camera, &discs, aspect, args.run.voice());
+        warn_unseen(&camera, &grown, aspect, args.run.voice());
         drop(grown);
         Ok(Self {
             camera,

@@ -15,7 +15,7 @@ use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
-use super::run_args::RUN;
+use super::run_args::{RUN, RunArgs};
 use super::skin_args::SkinArgs;
 use super::sweep_args::SweepArgs;
 
@@ -120,6 +120,8 @@ pub(crate) struct ExportArgs {
     /// Overwrite the file if it is there
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }
 
 fn export_help() -> String {

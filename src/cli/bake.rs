@@ -22,6 +22,7 @@ use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::check;
 use super::failure::Failure;
 use super::grown::Grown;
+use super::interrupt::{Held, Stop};
 use super::memory;
 use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
@@ -50,6 +51,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     let placement = placement(args, &lichen.substrate)?;
     memory::check_maps(&lichen.substrate, &lichen.cluster, settings.size)?;
     let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
+    let folder = Held::listen(folder);
     let mut seconds = Seconds {
         load: started.elapsed().as_secs_f64(),
         ..Seconds::default()
@@ -68,7 +70,15 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         format: args.maps.format,
         normal: args.maps.normal,
     };
-    writer.write_all(folder, voice, &mut seconds)?;
+    let (folder, stop) = folder.take().ok_or(Failure::Interrupted)?;
+    let written = writer.write_all(folder, &stop, voice, &mut seconds);
+    written.map_err(|e| {
+        if stop.is_told() {
+            Failure::Interrupted
+        } else {
+            e
+        }
+    })?;
     seconds.total = started.elapsed().as_secs_f64();
     let report = Report::new(args, &lichen, &baked, &writer, seconds);
     conclude(args, &report)
@@ -218,12 +228,13 @@ impl Writer<'_> {
     fn write_all(
         &self,
         mut folder: OutputDir,
+        stop: &Stop,
         voice: Voice,
         seconds: &mut Seconds,
     ) -> Result<(), Failure> {
         let started = Instant::now();
         let spinner = spinner(voice, &format!("writing to {}", folder.path().display()));
-        let written = self.write_into(&mut folder);
+        let written = self.write_into(&mut folder, stop);
         let written = written
             .and_then(|()| self.remove_others(&mut folder))
             .and_then(|()| folder.commit());
@@ -233,19 +244,23 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn write_into(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+    fn write_into(&self, folder: &mut OutputDir, stop: &Stop) -> Result<(), OutputError> {
         let files: Vec<std::io::Result<Vec<u8>>> =
             MAPS.par_iter().map(|m| self.encoded(m)).collect();
         let mut worn = HashMap::new();
         for (map, file) in MAPS.iter().zip(files) {
             folder.write(&self.file_name(map), |out| {
+                stop.check()?;
                 let file = file?;
                 out.write_all(&file)?;
                 worn.insert(map.name, file);
                 Ok(())
             })?;
         }
-        folder.write(GLB, |out| self.write_glb(&worn, out))?;
+        folder.write(GLB, |out| {
+            stop.check()?;
+            self.write_glb(&worn, out)
+        })?;
         let sidecar = self.sidecar();
         folder.write(SIDECAR, |out| {
             serde_json::to_writer_pretty(&mut *out, &sidecar)?;

@@ -15,6 +15,7 @@ use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::mesh_args::MeshArgs;
 use super::number::{elements, plural};
+use super::skin::start_threads;
 use super::terminal::{self, Voice};
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
@@ -25,10 +26,12 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
         axes: format.axes,
         metres: format.metres,
     };
+    start_threads(args.run.threads)?;
+    let voice = args.run.voice();
     let mut grown = Grown::read(&args.from)?;
-    grown.tell_of_more(Voice { quiet: false });
+    grown.tell_of_more(voice);
     grown.spare(&args.output, &args.mesh)?;
-    let up = smooth(&mut grown, &args.mesh)?;
+    let up = smooth(&mut grown, &args.mesh, voice)?;
     let placement = args.axes.placement(&convention, up)?;
     let measured = measure(&grown.elements.sample(), grown.curvature_radius());
     let meters_per_unit = args.axes.meters_per_unit(&convention);
@@ -36,6 +39,9 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     write_file_atomically(&args.output, args.force, |out| {
         format.write(args.what, &scene, &age_color, out)
     })?;
+    if args.run.quiet {
+        return Ok(());
+    }
     let elements = elements(scene.elements.len());
     let what = match args.what {
         What::Curves => plural(scene.streams.len(), "branch", "branches") + " of " + &elements,
@@ -47,7 +53,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
 
 /// Gives elements the smooth normals of their mesh, and its up axis, as far as it is known. The
 /// lichen is whole without a mesh: its normals are then those of the flat triangles.
-fn smooth(grown: &mut Grown, mesh: &MeshArgs) -> Result<Option<UpAxis>, Failure> {
+fn smooth(grown: &mut Grown, mesh: &MeshArgs, voice: Voice) -> Result<Option<UpAxis>, Failure> {
     let up = grown.up(mesh);
     let placed = match grown.file_of(mesh) {
         Ok(file) => place(&mut grown.elements, &file, up),
@@ -56,7 +62,7 @@ fn smooth(grown: &mut Grown, mesh: &MeshArgs) -> Result<Option<UpAxis>, Failure>
     match placed {
         Ok(up) => Ok(Some(up)),
         Err(Failure::Failed(error)) if mesh.file.is_none() => {
-            terminal::warn(&format!(
+            voice.warn(&format!(
                 "{error:#}; normals are those of the flat triangles: give the mesh with --mesh"
             ));
             Ok(grown.up_unseen(mesh))

@@ -1,8 +1,8 @@
 //! Ctrl-C: the first ends the growth well, the second quits at once.
 
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{INTERRUPTED, terminal};
 
@@ -10,18 +10,28 @@ use super::{INTERRUPTED, terminal};
 pub(crate) fn listen(cancel: Arc<AtomicBool>) {
     let saying = "\nStopping: the current element is finished and what there is gets written. \
                   Ctrl-C again quits at once.";
-    if let Err(e) = set(cancel, saying) {
+    if let Err(e) = set(cancel, saying, || {}) {
         terminal::warn(&format!("Ctrl-C will lose what has grown: {e}"));
     }
 }
 
-fn set(cancel: Arc<AtomicBool>, saying: &'static str) -> Result<(), ctrlc::Error> {
+/// `first` is done at the first one, after it has been said.
+fn set(
+    cancel: Arc<AtomicBool>,
+    saying: &'static str,
+    first: impl Fn() + Send + 'static,
+) -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(move || {
         if cancel.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED));
+            quit();
         }
         terminal::plain(saying);
+        first();
     })
+}
+
+fn quit() -> ! {
+    std::process::exit(i32::from(INTERRUPTED))
 }
 
 /// Makes a file that grows beyond what the system lets it be an error, as a full disk is: otherwise the
@@ -36,15 +46,19 @@ pub(crate) fn survive_file_limits() {
 }
 
 /// Whether something that leaves nothing when it is stopped has been told to.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);
 
 impl Stop {
     /// Told by Ctrl-C, or a polite kill.
     pub(crate) fn listen() -> Self {
+        Self::listen_and(|| {})
+    }
+
+    fn listen_and(first: impl Fn() + Send + 'static) -> Self {
         let stop = Self::default();
         let saying = "\nStopping: nothing is written. Ctrl-C again quits at once.";
-        if let Err(e) = set(Arc::clone(&stop.0), saying) {
+        if let Err(e) = set(Arc::clone(&stop.0), saying, first) {
             terminal::warn(&format!("Ctrl-C will leave a hidden folder behind: {e}"));
         }
         stop
@@ -61,4 +75,41 @@ impl Stop {
     pub(crate) fn is_told(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// What Ctrl-C drops before it quits at once, in the middle of work that cannot be stopped; once it has
+/// been taken, who took it is told to stop.
+pub(crate) struct Held<T> {
+    what: Arc<Mutex<Option<T>>>,
+    stop: Stop,
+}
+
+impl<T> Drop for Held<T> {
+    /// Ctrl-C is listened to for as long as the program runs.
+    fn drop(&mut self) {
+        drop(taken(&self.what));
+    }
+}
+
+impl<T: Send + 'static> Held<T> {
+    pub(crate) fn listen(what: T) -> Self {
+        let what = Arc::new(Mutex::new(Some(what)));
+        let held = Arc::clone(&what);
+        let stop = Stop::listen_and(move || {
+            if let Some(what) = taken(&held) {
+                drop(what);
+                quit();
+            }
+        });
+        Self { what, stop }
+    }
+
+    /// Nothing where Ctrl-C came first: the program is about to end.
+    pub(crate) fn take(self) -> Option<(T, Stop)> {
+        taken(&self.what).map(|what| (what, self.stop.clone()))
+    }
+}
+
+fn taken<T>(held: &Mutex<Option<T>>) -> Option<T> {
+    held.lock().unwrap_or_else(PoisonError::into_inner).take()
 }

@@ -1,6 +1,7 @@
 //! What the command line's parsers say, in the words of the user.
 
 use std::env;
+use std::ffi::OsString;
 
 use clap::error::{ContextKind, ContextValue};
 
@@ -9,7 +10,8 @@ pub(crate) fn of_given(mut refusal: clap::Error) -> clap::Error {
     let Some(ContextValue::Strings(all)) = refusal.get(ContextKind::PriorArg) else {
         return refusal;
     };
-    let typed: Vec<String> = env::args().collect();
+    let typed: Vec<OsString> = env::args_os().collect();
+    let typed: Vec<_> = typed.iter().map(|word| word.to_string_lossy()).collect();
     let is_given = |usage: &&String| {
         let flag = usage.split([' ', '=']).next();
         typed.iter().any(|word| word.split('=').next() == flag)

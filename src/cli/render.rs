@@ -339,7 +339,7 @@ fn take(
         .camera
         .camera(&lichens.substrate, &granular, aspect)?;
     let camera = view.shot.zoomed(&camera, middle(&dressed.discs), aspect);
-    warn_unseen(&camera, &dressed.discs, aspect, args.run.voice());
+    warn_unseen(&camera, &granular, aspect, args.run.voice());
     let settings = Settings {
         width: view.size.width,
         height: view.size.height,

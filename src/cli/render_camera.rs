@@ -8,7 +8,7 @@ use std::str::FromStr;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::input;
-use thallus::picture::{Camera, Disc, World};
+use thallus::picture::{Camera, Sight, World};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -131,17 +131,16 @@ impl View {
     }
 }
 
-/// Says so where the camera looks past all lichen.
-pub(super) fn warn_unseen(camera: &Camera, discs: &[Disc], aspect: f32, voice: Voice) {
-    let is_inside = |place: [f32; 2]| place.iter().all(|x| (0.0..=1.0).contains(x));
-    let mut places = discs
-        .iter()
-        .filter_map(|disc| camera.project(disc.center, aspect));
-    if !places.any(is_inside) {
-        voice.warn(
-            "no lichen is in the picture: the camera looks past it; --camera auto finds the side that shows most of it",
-        );
-    }
+/// Says so where the camera shows no lichen.
+pub(super) fn warn_unseen(camera: &Camera, world: &World, aspect: f32, voice: Voice) {
+    let why = match camera.sight(world, aspect) {
+        Sight::Seen => return,
+        Sight::Hidden => "the mesh hides it",
+        Sight::Past => "the camera looks past it",
+    };
+    voice.warn(&format!(
+        "no lichen is in the picture: {why}; --camera auto finds the side that shows most of it"
+    ));
 }
 
 fn read(file: &Path) -> Result<CameraText, Failure> {

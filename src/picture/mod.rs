@@ -38,6 +38,7 @@ pub(crate) use material::longest_axis;
 pub use render::{Background, Settings, render, render_unless};
 pub use sheet::{ContactSheet, Tile};
 pub use trace::{Stone, World};
+pub use view::Sight;
 
 /// A round granule, drawn as a dome of height 0.6 × `radius` on the side of `normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]

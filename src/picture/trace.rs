@@ -215,6 +215,14 @@ impl<'a> World<'a> {
         self.stone.mesh.blocks(&Ray::new(origin, direction))
     }
 
+    /// Whether the substrate is between two places.
+    pub(super) fn is_between(&self, from: Vec3A, to: Vec3A) -> bool {
+        let (direction, end) = (to - from).normalize_and_length();
+        let mut ray = Ray::new(from, direction);
+        ray.end = end;
+        self.stone.mesh.blocks(&ray)
+    }
+
     fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
         let normals = self.stone.normals[spot.number as usize].map(Vec3A::from);
         let facing = Facing::new(spot, met, normals);

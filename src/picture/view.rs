@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::Camera;
 use super::camera::PORTRAIT;
+use super::shape::Dome;
 use super::trace::World;
 
 /// Directions tried.
@@ -65,6 +66,44 @@ impl Camera {
     }
 }
 
+/// What a camera shows of granules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// At least one.
+    Seen,
+    /// None: the substrate hides those that are in its way.
+    Hidden,
+    /// None: it looks past all of them.
+    Past,
+}
+
+impl Camera {
+    /// What pictures of this width over height show of a world's granules.
+    pub fn sight(&self, world: &World, aspect: f32) -> Sight {
+        let is_inside = |dome: &&Dome| {
+            let place = self.project(dome.center().into(), aspect);
+            place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
+        };
+        let is_open = |dome: &Dome| {
+            let clear = clear_of(dome, world);
+            !world.is_between(dome.center() + dome.normal() * clear, self.eye)
+        };
+        let mut inside = world.domes().iter().filter(is_inside).peekable();
+        if inside.peek().is_none() {
+            return Sight::Past;
+        }
+        match inside.any(is_open) {
+            true => Sight::Seen,
+            false => Sight::Hidden,
+        }
+    }
+}
+
+/// How far above a granule's foot a ray is clear of the substrate.
+fn clear_of(dome: &Dome, world: &World) -> f32 {
+    (0.3 * dome.radius).max(1e-4 * world.size)
+}
+
 /// Directions spread evenly about `up` (a Fibonacci sphere), from 60° above to 50° below.
 fn direction(i: u32, up: Vec3A) -> Vec3A {
     const GOLDEN: f32 = 2.399_963_2;
@@ -81,7 +120,7 @@ fn patches(world: &World) -> Vec<Patch> {
         place: d.center(),
         normal: d.normal(),
         area: d.radius * d.radius,
-        clear: (0.3 * d.radius).max(1e-4 * world.size),
+        clear: clear_of(d, world),
     });
     let skins = world.some_skin(LOOKED_AT);
     let triangles = skins.map(|(place, normal, area)| Patch {

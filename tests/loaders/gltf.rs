@@ -57,6 +57,40 @@ fn a_mesh_that_two_nodes_show_is_there_twice() {
 }
 
 #[test]
+fn vertices_that_no_triangle_uses_need_no_position() {
+    let placed = |unused: u16| {
+        let mut corners = CORNERS.to_vec();
+        corners.insert(usize::from(unused), [f32::NAN, 0.0, f32::INFINITY]);
+        let solid = SOLID.map(|i| i + u16::from(i >= unused));
+        let mut doc = tetrahedron(json!({}));
+        let (position, indices) = (doc.positions(&corners), doc.indices(&solid));
+        let primitive = json!({"attributes": {"POSITION": position}, "indices": indices});
+        doc.show(primitive, json!({"translation": [5, 0, 0]}));
+        doc
+    };
+    let soup = placed(2).load();
+    let note = "1 unused vertex without a finite position ignored";
+    assert_eq!(
+        (soup.triangles.len(), &soup.notes[..]),
+        (8, &[note.to_owned()][..])
+    );
+    assert_eq!(soup.positions[4 + 2], [0.0; 3]);
+
+    let mut used = placed(2);
+    let indices = used.indices(&[0, 1, 2]);
+    used.json["meshes"][1]["primitives"][0]["indices"] = json!(indices);
+    let said = used.refused();
+    assert_says(
+        &said,
+        &[
+            "node 1",
+            "accessor 2, vertex 2",
+            "(NaN, 0, inf) is not finite",
+        ],
+    );
+}
+
+#[test]
 fn shared_points_of_instances_stay_equal_and_far_offsets_cost_nothing() {
     let mut doc = tetrahedron(json!({"translation": [0.1, 0.2, 0.3], "scale": [0.3, 0.3, 0.3]}));
     doc.push(

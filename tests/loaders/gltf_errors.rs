@@ -27,7 +27,10 @@ fn errors_name_the_node_the_primitive_and_the_accessor() {
         ),
         (
             |j| j["nodes"][0]["scale"] = json!([1e300, 1, 1]),
-            &["primitive 0, accessor 0, vertex 1", "not finite"],
+            &[
+                "primitive 0, accessor 0, vertex 1",
+                "beyond single precision",
+            ],
         ),
         (
             |j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0]),

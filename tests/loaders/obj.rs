@@ -113,7 +113,7 @@ fn vertices_that_no_face_uses_need_no_position() {
 
 #[test]
 fn errors_name_the_line_and_the_cure() {
-    let cases: [(&str, &[&str]); 8] = [
+    let cases: [(&str, &[&str]); 9] = [
         (
             "f 1 2 4\n",
             &["line 4", "'4'", "there are 3", "export the file again"],
@@ -128,6 +128,10 @@ fn errors_name_the_line_and_the_cure() {
             &["line 4", "(1, 2, NaN) is not finite", "repair"],
         ),
         ("v 1 -inf 2\nf 1 2 3 4\n", &["line 4", "-inf"]),
+        (
+            "v 1 1e39 2\nf 1 2 3 4\n",
+            &["line 4", "beyond single precision"],
+        ),
     ];
     for (rest, parts) in cases {
         assert_says(&refused(with(rest), Format::Obj), parts);

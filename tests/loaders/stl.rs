@@ -107,6 +107,20 @@ fn white_space_of_any_sort_parts_the_words_of_ascii() {
 }
 
 #[test]
+fn a_remark_may_come_first_and_ends_may_be_two_words() {
+    let expected = parsed(TWO_SOLIDS, Format::Stl);
+    let parted = TWO_SOLIDS.replace("endsolid", "end solid");
+    let parted = parted.replace("endloop", "end loop");
+    let parted = parted.replace("endfacet", "End  Facet");
+    for text in [parted.clone(), parted.replace('\n', " ")] {
+        assert_eq!(parsed(&text, Format::Stl), expected, "{text:?}");
+    }
+    let remark = format!("; made by hand\n{TWO_SOLIDS}");
+    let soup = parsed(remark, Format::Stl);
+    assert_eq!(soup.positions, expected.positions);
+}
+
+#[test]
 fn lines_that_are_not_stl_are_passed_over_whatever_ends_them() {
     let strange = TWO_SOLIDS.replace("endfacet\n", "endfacet\n# a vertex here\ncolor 1 0 facet\n");
     for text in [strange.clone(), strange.replace('\n', "\r")] {

@@ -247,7 +247,8 @@ fn check_version(version: &str, format: Format) -> Parsed<()> {
     ))
 }
 
-fn finish(scene: SceneWalk) -> Parsed<Soup> {
+fn finish(mut scene: SceneWalk) -> Parsed<Soup> {
+    scene.collector.refuse_endless()?;
     let unseen = scene.root.meshes.len();
     let Collector {
         mut soup,
@@ -265,10 +266,8 @@ fn finish(scene: SceneWalk) -> Parsed<Soup> {
         }
         return Err(no_triangles(soup.positions.len(), &ignored));
     }
-    soup.notes = ignored
-        .into_iter()
-        .map(|what| format!("{what} ignored"))
-        .collect();
+    let ignored = ignored.into_iter().map(|what| format!("{what} ignored"));
+    soup.notes.extend(ignored);
     soup.notes.extend(passed_over.at_rest());
     soup.notes
         .extend(scene.root.extensions_required.iter().filter_map(|name| {

@@ -11,6 +11,7 @@ use super::exclusive_index;
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::EXPORT_AGAIN;
 use super::gltf_schema::Primitive;
+use super::text::used_are_finite;
 
 /// Vertices and triangles that a document may have beyond what its bytes could hold: instances
 /// multiply a mesh, and a few kilobytes must not fill the memory.
@@ -25,7 +26,16 @@ pub(super) struct Collector<'a> {
     pub(super) texturing: Option<Texturing>,
     /// The material of the next primitive.
     pub(super) material: Option<u32>,
+    /// Where the vertices came from, in their order.
+    origins: Vec<Origin>,
     used: usize,
+}
+
+/// Where vertices came from: those of a position accessor, once for each transform.
+struct Origin {
+    placed: Placed,
+    place: String,
+    accessor: usize,
 }
 
 /// What was met and not used, by count.
@@ -80,6 +90,7 @@ impl<'a> Collector<'a> {
             passed_over: Tally::default(),
             texturing: textured.then(Texturing::default),
             material: None,
+            origins: Vec::new(),
             used: 0,
         }
     }
@@ -235,23 +246,28 @@ impl<'a> Collector<'a> {
         for position in &mut positions[start..start + count] {
             *position = moved(&transforms[0], *position);
         }
-        match positions[start..].iter().position(|p| !is_place(*p)) {
-            None => Ok(Placed { start, count }),
-            Some(at) => {
-                let place = format!("{place}, accessor {accessor}, vertex {}", at % count);
-                let position = positions[start + at];
-                Err(self.not_a_place(position, place))
-            }
-        }
+        let placed = Placed { start, count };
+        self.origins.push(Origin {
+            placed,
+            place: place.to_owned(),
+            accessor,
+        });
+        Ok(placed)
     }
 
-    fn not_a_place(&self, [x, y, z]: [f64; 3], place: String) -> LoadFault {
-        LoadFault::malformed(
-            self.accessors.format,
-            place,
-            format!("the position ({x}, {y}, {z}) is not finite"),
-            "remove or repair that vertex in the program that made the file",
-        )
+    /// Refuses triangles with a corner that is no place in space.
+    pub(super) fn refuse_endless(&mut self) -> Parsed<()> {
+        let origins = &self.origins;
+        used_are_finite(&mut self.soup, self.accessors.format, |vertex| {
+            let after = origins.partition_point(|o| o.placed.start <= vertex);
+            let Origin {
+                placed,
+                place,
+                accessor,
+            } = &origins[after - 1];
+            let vertex = (vertex - placed.start) % placed.count;
+            format!("{place}, accessor {accessor}, vertex {vertex}")
+        })
     }
 
     fn corners(&self, primitive: &Primitive, placed: Placed, place: &str) -> Parsed<Corners> {
@@ -299,11 +315,6 @@ fn moved(transform: &DAffine3, position: [f64; 3]) -> [f64; 3] {
     transform
         .transform_point3(DVec3::from_array(position))
         .to_array()
-}
-
-/// Whether the position survives the rounding to single precision.
-fn is_place(position: [f64; 3]) -> bool {
-    position.iter().all(|x| x.abs() <= f64::from(f32::MAX))
 }
 
 /// Appends the triangles of a list (4), strip (5) or fan (6), wound as section 3.7.2.1 of the

@@ -50,13 +50,15 @@ pub(super) fn looks_ascii(head: &[u8]) -> bool {
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // A binary header that begins with 'solid' has a facet count, and so a control byte, behind it; a text may
-    // have one by accident.
+    // have one by accident, or a remark before its first word.
     let is_control = |&b: &u8| b == 0 || (b < 32 && !b.is_ascii_whitespace());
     let goes_on = || {
         let text = text.to_ascii_lowercase();
-        contains(&text, b"outer loop") && contains(&text, b"vertex")
+        [&b"facet"[..], b"outer loop", b"vertex"]
+            .iter()
+            .all(|word| contains(&text, word))
     };
-    solid && (!text.iter().any(is_control) || goes_on())
+    (solid && !text.iter().any(is_control)) || goes_on()
 }
 
 /// Decides how a file that is taken for STL is written; the exact size outweighs the first word.
@@ -193,6 +195,8 @@ impl Keyword {
 enum Rest {
     /// It goes on to the next keyword.
     Ours,
+    /// It began with `end`, and what ends comes next.
+    Ends,
     /// It is a name or is not STL: it may have any word, and goes on to the end of the line, or to
     /// `facet normal` where everything stands on one line.
     Anything,
@@ -236,6 +240,10 @@ impl<R: BufRead> AsciiFacets<R> {
         }
         match (self.rest, keyword) {
             (Rest::Ours, Some(keyword)) => return self.statement(keyword),
+            (Rest::Ends, Some(Keyword::Loop | Keyword::Facet)) => {
+                return self.statement(Keyword::Close);
+            }
+            (Rest::Ends, Some(Keyword::Solid)) => return self.statement(Keyword::EndSolid),
             (Rest::Ours, None) => {}
             (Rest::AnythingThenFacet, Some(Keyword::Normal)) => self.rest = Rest::Ours,
             (_, Some(Keyword::Facet)) => self.rest = Rest::AnythingThenFacet,
@@ -245,13 +253,17 @@ impl<R: BufRead> AsciiFacets<R> {
     }
 
     fn statement(&mut self, keyword: Keyword) -> Parsed<()> {
+        self.rest = Rest::Ours;
         match keyword {
             Keyword::Vertex => return self.vertex(),
             Keyword::Close => return self.close(),
             Keyword::Facet | Keyword::Normal | Keyword::Loop => return Ok(()),
             Keyword::Solid => self.begun += 1,
             Keyword::EndSolid => self.ended += 1,
-            Keyword::End => {}
+            Keyword::End => {
+                self.rest = Rest::Ends;
+                return Ok(());
+            }
         }
         self.rest = Rest::Anything;
         Ok(())

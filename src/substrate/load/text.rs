@@ -67,7 +67,6 @@ pub(super) fn used_are_finite(
     format: Format,
     place: impl Fn(usize) -> String,
 ) -> Parsed<()> {
-    let is_place = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
     if soup.positions.iter().all(is_place) {
         return Ok(());
     }
@@ -76,7 +75,7 @@ pub(super) fn used_are_finite(
         finite(soup.positions[corner], format, || place(corner))?;
     }
     let mut passed_over = 0;
-    for position in soup.positions.iter_mut().filter(|p| !is_place(p)) {
+    for position in soup.positions.iter_mut().filter(|p| !is_place(*p)) {
         *position = [0.0; 3];
         passed_over += 1;
     }
@@ -88,20 +87,29 @@ pub(super) fn used_are_finite(
     Ok(())
 }
 
+/// Whether the position survives the rounding to single precision, in which vertices are welded.
+fn is_place(position: &[f64; 3]) -> bool {
+    position.iter().all(|x| x.abs() <= f64::from(f32::MAX))
+}
+
 /// Refuses a position that is not a place in space.
 pub(super) fn finite(
     position: [f64; 3],
     format: Format,
     place: impl FnOnce() -> String,
 ) -> Parsed<[f64; 3]> {
-    if position.iter().all(|x| x.is_finite()) {
+    if is_place(&position) {
         return Ok(position);
     }
     let [x, y, z] = position;
+    let is = match position.iter().all(|x| x.is_finite()) {
+        true => "beyond single precision",
+        false => "not finite",
+    };
     Err(LoadFault::malformed(
         format,
         place(),
-        format!("the position ({x}, {y}, {z}) is not finite"),
+        format!("the position ({x}, {y}, {z}) is {is}"),
         "remove or repair that vertex in the program that made the file",
     ))
 }
