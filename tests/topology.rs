@@ -36,6 +36,36 @@ fn tube(columns: u32, rows: u32, noise: f64) -> Soup {
     soup(positions, triangles)
 }
 
+/// A sheet of 10 m in geodetic coordinates: at its distance from the origin f32 knows half metres.
+fn geodetic_sheet() -> Soup {
+    let mut soup = Soup::default();
+    for i in 0..51 * 51 {
+        let [x, y] = [i % 51, i / 51].map(|k| 0.2 * f64::from(k));
+        soup.positions.push([500_000.0 + x, 4_600_000.0 + y, 100.0]);
+    }
+    for i in (0..50 * 51).filter(|i| i % 51 != 50) {
+        soup.triangles.push([i, i + 1, i + 52]);
+        soup.triangles.push([i, i + 52, i + 51]);
+    }
+    soup
+}
+
+#[test]
+fn triangles_without_area_decide_nothing_by_where_they_lie() {
+    let sheet = Substrate::from_soup(geodetic_sheet()).unwrap();
+    for away in [[0.0; 3], [500_005.0, 4_700_000.0, 100.0]] {
+        let mut soup = geodetic_sheet();
+        let stray = soup.positions.len() as u32;
+        soup.positions.push(away);
+        soup.triangles.insert(7, [stray; 3]);
+        let found = Substrate::from_soup(soup).unwrap();
+        assert_eq!(found.units(), sheet.units(), "{away:?}");
+        assert_eq!(found.triangles().len(), 5000, "{away:?}");
+        assert_eq!(found.vertices().len(), 51 * 51, "{away:?}");
+        assert!(found.vertices() == sheet.vertices(), "{away:?}");
+    }
+}
+
 #[test]
 fn a_seam_computed_at_two_pi_closes() {
     let mesh = tube(12, 5, 0.0);

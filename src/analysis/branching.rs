@@ -12,8 +12,8 @@ use crate::morphometry::{Neighbours, Sample, TIES, Tree};
 /// What the tree of parents says of a lichen's branches.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Branching {
-    /// Number of tips: elements with no other that is farther from its seed, along the tree,
-    /// within the width of the branch there (6.4 element radii at least).
+    /// Number of tips. Peaks are elements with no other within 6.4 radii that is farther from its seed,
+    /// along the tree; tips are peaks with no other peak that is, within the width of the branch there.
     pub tips: usize,
     /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
     /// width of the branch there, or to a tip that is nearer (sixteen element radii at least). None

@@ -52,7 +52,7 @@ pub(super) fn spare_finished(folder: &Path, growth: &Growth) -> Result<(), Failu
     }
     let said = format!(
         "it stopped before it had the {} elements of the run whose log was damaged, whose files stay; {} safe \
-         in {LOG}: go on with thallus grow --resume {}",
+         in {LOG}: go on with thallus grow --resume {} --elements {ended}",
         count(ended),
         plural(grown, "element is", "elements are"),
         shell_path(folder)

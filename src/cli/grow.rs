@@ -131,7 +131,7 @@ impl Job<'_> {
     fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
         let goal = Goal {
             stop: self.recipe.stop,
-            most_covered: memory::most_covered(self.recipe.join),
+            most_covered: memory::MOST_COVERED,
         };
         let display = Display::new(goal, &run.progress(), self.voice.quiet);
         let mut watchers = (log, display);

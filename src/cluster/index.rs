@@ -48,6 +48,9 @@ pub trait ElementIndex: Sync {
     /// [`held`](Self::held) only where `others_walk`, so that one thread does not pay for many.
     fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
 
+    /// Forgets what a walker saw, where all of it holds and no other comes before it any more.
+    fn forget(&self, notes: &mut Self::Notes);
+
     /// How near the nearest centre is.
     ///
     /// How good the bound is may depend on where the walker has been.

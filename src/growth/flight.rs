@@ -10,6 +10,10 @@ use crate::cluster::{Element, ElementIndex, Mark};
 use crate::rng::Stream;
 use crate::walk::Stand;
 
+/// Milestones of a walker, each some 300 bytes and as much again for what it saw on the way there. A walker
+/// to an element takes some ten, one in small steps may take millions.
+const MOST_MILESTONES: usize = 4096;
+
 /// A walk that may be under way.
 pub(super) struct Flight<I: ElementIndex> {
     /// The walker's number.
@@ -95,6 +99,18 @@ impl<I: ElementIndex> Track<I> {
         self.asked.clear();
         self.milestones.clear();
         index.begin(&mut self.notes, others_walk);
+    }
+
+    /// All that the walker saw holds, and no other comes before it any more: it is not taken back.
+    pub(super) fn forget(&mut self, index: &I) {
+        self.asked.clear();
+        self.milestones.clear();
+        index.forget(&mut self.notes);
+    }
+
+    /// Whether it is so long that the walker had better wait until it need not leave any.
+    pub(super) fn is_full(&self) -> bool {
+        self.milestones.len() >= MOST_MILESTONES
     }
 
     /// Notes a place to which the walker can be taken back.

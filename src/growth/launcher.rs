@@ -79,7 +79,8 @@ impl Launcher {
         let outside = self.reach + (OUTSIDE * self.reach).max(2.0 * parameters.radius);
         let kill = parameters.kill * floored_extent(parameters, effective);
         self.kill = kill.max(self.radius + LEAST_GAP * parameters.radius);
-        self.outside_sq = outside.min(self.kill).powi(2);
+        let outside = outside.min(self.kill);
+        self.outside_sq = outside * outside;
     }
 
     /// Whether the launch sphere encloses all that carries lichen.

@@ -29,31 +29,38 @@ pub enum Arrival {
 
 impl Lune {
     /// With a walker outside the circle, and a disc that reaches across the circle's nearest point
-    /// but not beyond its centre. None otherwise.
+    /// but not beyond its centre, and crosses it in two places. None otherwise.
     pub fn new(centre: DVec2, contact: f64, free: f64) -> Option<Self> {
         let distance = centre.length();
-        let gap = distance - contact;
-        (gap > 0.0 && gap < free && free <= distance).then_some(Self {
+        let lune = Self {
             centre,
             contact,
             free,
             distance,
-        })
+        };
+        let gap = lune.gap();
+        // Of a disc that reaches across by round-off alone nothing is left to arrive at.
+        let is_cut = gap > 0.0 && gap < free && free <= distance && lune.crossing().y > 0.0;
+        is_cut.then_some(lune)
+    }
+
+    fn gap(&self) -> f64 {
+        self.distance - self.contact
+    }
+
+    /// Where the circles cross, (x, ±y), with the walker at 0 and the centre on the positive x-axis.
+    fn crossing(&self) -> DVec2 {
+        let free_sq = self.free * self.free;
+        let x = (self.gap() * (self.distance + self.contact) + free_sq) / (2.0 * self.distance);
+        DVec2::new(x, (free_sq - x * x).max(0.0).sqrt())
     }
 
     /// The first arrival at the rim of a Brownian path from the walker, from a standard Cauchy
     /// number.
     pub fn first_arrival(&self, cauchy: f64) -> Arrival {
-        // With the walker at 0 and the centre on the positive x-axis, the circles cross at (x, ±y).
-        let Self {
-            contact,
-            free,
-            distance,
-            ..
-        } = *self;
-        let gap = distance - contact;
-        let x = (gap * (distance + contact) + free * free) / (2.0 * distance);
-        let y = (free * free - x * x).max(0.0).sqrt();
+        let Self { free, distance, .. } = *self;
+        let gap = self.gap();
+        let DVec2 { x, y } = self.crossing();
         // Half the angles of the wedge between the walker and either side.
         let to_contact = libm::atan2(y * gap, free * free - gap * x);
         let to_free = libm::atan2(y, free + x);

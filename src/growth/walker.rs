@@ -280,6 +280,9 @@ impl<I: ElementIndex> Walk<'_, I> {
         if !self.others_walk {
             return None;
         }
+        if self.track.is_full() {
+            return Some(None);
+        }
         self.track.remember(self.around.index, now);
         (self.interrupts.paused)().then_some(None)
     }

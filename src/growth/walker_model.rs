@@ -127,7 +127,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                     cancelled,
                     paused: &|| false,
                 };
-                self.advance(&mut fleet[0], cluster, interrupts);
+                self.advance(&mut fleet[0], cluster, false, interrupts);
             }
             _ => self.fly_together(&mut fleet, cluster, cancelled),
         }
@@ -161,7 +161,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             .with_max_len(1)
             .for_each(|_| {
                 while let Some((i, flight)) = next_of(&waiting) {
-                    let again = this.advance(flight, cluster, interrupts);
+                    let again = this.advance(flight, cluster, i > 0, interrupts);
                     conflicts.fetch_add(again.into(), Ordering::Relaxed);
                     stopped.fetch_add(1, Ordering::Relaxed);
                     first_ended.fetch_or(i == 0, Ordering::Relaxed);
@@ -184,14 +184,18 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     /// Takes a walker back to where it was disturbed, and lets it walk on. Whether it was taken
-    /// back.
+    /// back. `others_walk` says whether others may land before it.
     fn advance(
         &self,
         flight: &mut Flight<I>,
         cluster: &Cluster,
+        others_walk: bool,
         interrupts: Interrupts<'_>,
     ) -> bool {
         let again = self.catch_up(flight, cluster);
+        if !others_walk {
+            flight.track.forget(&self.index);
+        }
         let thread = rayon::current_thread_index().unwrap_or(0) % self.threads;
         let mut scratch = match self.scratch[thread].lock() {
             Ok(scratch) => scratch,
@@ -211,7 +215,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             scratch: &mut scratch,
             crowd: Crowd::default(),
             track: &mut flight.track,
-            others_walk: self.threads > 1,
+            others_walk,
             interrupts,
         };
         if let Stage::Ready = flight.stage {

@@ -86,7 +86,7 @@ pub enum RecipeFileError {
 
 /// The keys as they stand.
 #[derive(Default, Deserialize)]
-#[serde(rename_all = "kebab-case", default)]
+#[serde(rename_all = "kebab-case", default, deny_unknown_fields)]
 struct Draft {
     version: Option<String>,
     mesh: Option<String>,
@@ -346,8 +346,11 @@ fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
             let line = 1 + text[..key.span().start].matches('\n').count();
             return Err(unknown_key(key.get_ref(), line));
         }
-        if text[key.span()] == **key.get_ref() {
-            dashed.replace_range(key.span(), &known);
+        // The letters, between quotes where there are any: the spans of others stay.
+        let (span, quotes) = (key.span(), key.span().len().saturating_sub(known.len()));
+        let letters = span.start + quotes / 2..span.end - quotes / 2;
+        if text[letters.clone()] == **key.get_ref() {
+            dashed.replace_range(letters, &known);
         }
     }
     Ok(dashed)
@@ -498,6 +501,9 @@ mod tests {
         let settings = read("curvature_radius = \"12r\"\nmin-stick = 1\n\"mesh_hash\" = \"x\"");
         assert_eq!(settings.curvature_radius, Some(Length::Radii(12.0)));
         assert_eq!(settings.min_stick, Some(1.0));
+        assert_eq!(settings.mesh_hash.as_deref(), Some("x"));
+        assert_eq!(read("\"min_stick\" = 0.5").min_stick, Some(0.5));
+        assert!(message("\"min\\u005fstick\" = 0.5").contains("min_stick"));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::adjacency::Adjacency;
+use super::load::counted;
 use super::weld::Welded;
 
 /// One connected piece of the mesh.
@@ -130,32 +131,29 @@ fn edge_percentiles(welded: &Welded) -> [f64; 3] {
 }
 
 fn repairs(mut notes: Vec<String>, welded: &Welded) -> Vec<String> {
-    let dropped = |n: usize, what: &str| format!("{n} {what} dropped");
-    if welded.degenerate > 0 {
-        notes.push(dropped(welded.degenerate, "degenerate triangles (no area)"));
-    }
-    let parts = welded.parts.len();
-    if parts > 0 {
-        let of: HashSet<u32> = welded.parts.values().map(|part| part.of).collect();
-        notes.push(format!(
-            "{parts} triangles made of {}, on whose edges others have corners",
-            of.len()
-        ));
-    }
-    if welded.duplicate > 0 {
-        notes.push(dropped(welded.duplicate, "duplicate triangles"));
-    }
-    if welded.seams > 0 {
-        notes.push(format!(
-            "{} open edges joined to others a rounding error away",
-            welded.seams
-        ));
-    }
-    if welded.merged > 0 {
-        notes.push(format!(
-            "{} vertices welded to others at the same place",
-            welded.merged
-        ));
-    }
+    let mut note = |n: usize, one: &str, many: &str, rest: &str| {
+        if n > 0 {
+            notes.push(format!("{} {rest}", counted(n, one, many)));
+        }
+    };
+    note(
+        welded.degenerate,
+        "degenerate triangle (no area)",
+        "degenerate triangles (no area)",
+        "dropped",
+    );
+    let of: HashSet<u32> = welded.parts.values().map(|part| part.of).collect();
+    let made = format!("made of {}, on whose edges others have corners", of.len());
+    note(welded.parts.len(), "triangle", "triangles", &made);
+    note(
+        welded.duplicate,
+        "duplicate triangle",
+        "duplicate triangles",
+        "dropped",
+    );
+    let joined = "joined to others a rounding error away";
+    note(welded.seams, "open edge", "open edges", joined);
+    let welded_to = "welded to others at the same place";
+    note(welded.merged, "vertex", "vertices", welded_to);
     notes
 }

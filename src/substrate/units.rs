@@ -2,6 +2,9 @@
 //! a UTM offset nor a scale of 1e-6 costs precision. Reports and files use the file's own units.
 
 use glam::DVec3;
+use rayon::prelude::*;
+
+use super::weld::is_flat;
 
 /// The map between a mesh file's coordinates and local ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,13 +16,25 @@ pub struct Units {
 }
 
 impl Units {
-    /// Units for the vertices that triangles use.
+    /// Units for the vertices that triangles with an area use. One without, far off, would decide them
+    /// otherwise: a scan in geodetic coordinates may have one at the origin.
     pub(super) fn of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
-        let corners = triangles
-            .as_flattened()
+        let corners = |t: &[u32; 3]| t.map(|i| DVec3::from(positions[i as usize]));
+        let all = Self::from_points(triangles.iter().flat_map(corners));
+        let is_outermost = |c: &DVec3| c.cmpeq(all.min).any() || c.cmpeq(all.max).any();
+        let is_deciding = |t: &[u32; 3]| corners(t).iter().any(is_outermost) && is_flat(corners(t));
+        if !triangles.par_iter().any(is_deciding) {
+            return all;
+        }
+        let mut sound = triangles
             .iter()
-            .map(|&i| DVec3::from(positions[i as usize]));
-        Self::from_points(corners)
+            .map(corners)
+            .filter(|t| !is_flat(*t))
+            .peekable();
+        match sound.peek() {
+            None => all,
+            Some(_) => Self::from_points(sound.flatten()),
+        }
     }
 
     fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
@@ -40,6 +55,11 @@ impl Units {
     /// Lower and upper corner of the bounding box, file units.
     pub fn bounding_box(&self) -> [DVec3; 2] {
         [self.min, self.max]
+    }
+
+    /// Whether a point of the file is in the bounding box.
+    pub(super) fn holds(&self, p: DVec3) -> bool {
+        p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 
     /// Diagonal of the bounding box, file units.

@@ -19,6 +19,7 @@
 //! Nothing here depends on the order of vertices or triangles.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Soup;
 use super::adjacency::{flatten, unite};
@@ -61,6 +62,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
         ..
     } = soup;
     let units = Units::of(&positions, &triangles);
+    forget_outside(&units, &positions, &mut triangles);
     let used = count_used(positions.len(), &triangles);
     let vertices = merge_vertices(&units, &positions, &mut triangles);
     drop(positions);
@@ -109,6 +111,16 @@ pub(super) fn stand_for(one: &[u32], places: &mut [DVec3], triangles: &mut [[u32
     }
     let corners = triangles.as_flattened_mut();
     corners.iter_mut().for_each(|c| *c = one[*c as usize]);
+}
+
+/// Takes their corners from triangles that reach out of the box, which have no area.
+fn forget_outside(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) {
+    let is_inside = |t: &[u32; 3]| t.iter().all(|&i| units.holds(positions[i as usize].into()));
+    let Some(inside) = triangles.iter().find(|t| is_inside(t)).map(|t| t[0]) else {
+        return;
+    };
+    let outside = triangles.par_iter_mut().filter(|t| !is_inside(t));
+    outside.for_each(|t| *t = [inside; 3]);
 }
 
 fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
@@ -236,13 +248,17 @@ fn rounded_bits(x: f64) -> u32 {
 }
 
 pub(super) fn is_degenerate(vertices: &[DVec3], t: [u32; 3]) -> bool {
-    let [a, b, c] = t.map(|i| vertices[i as usize]);
+    let corners = t.map(|i| vertices[i as usize]);
+    t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || is_flat(corners)
+}
+
+/// Whether a triangle has no area.
+pub(super) fn is_flat([a, b, c]: [DVec3; 3]) -> bool {
     let longest = (b - a)
         .length_squared()
         .max((c - b).length_squared())
         .max((a - c).length_squared());
-    let doubled = (b - a).cross(c - a).length();
-    t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || doubled <= FLAT * longest
+    (b - a).cross(c - a).length() <= FLAT * longest
 }
 
 fn sorted(mut t: [u32; 3]) -> [u32; 3] {

@@ -135,6 +135,8 @@ fn errors_name_the_line_and_the_cure() {
     ];
     for (rest, parts) in cases {
         assert_says(&refused(with(rest), Format::Obj), parts);
+        let old = with(rest).replace('\n', "\r");
+        assert_says(&refused(old, Format::Obj), parts);
     }
 }
 

@@ -241,6 +241,12 @@ impl ElementIndex for SparseIndex {
         notes.new.clear();
     }
 
+    fn forget(&self, notes: &mut Notes) {
+        notes.remembers = false;
+        notes.reads.clear();
+        notes.near.clear();
+    }
+
     #[inline]
     fn look(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);

@@ -235,7 +235,8 @@ fn plain(value: &mut Value) {
 const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
 fn check_version(version: &str, format: Format) -> Parsed<()> {
-    if version.starts_with("2.") {
+    // Against the specification some write no point.
+    if version == "2" || version.starts_with("2.") {
         return Ok(());
     }
     let problem = format!("glTF version {}, not 2", quoted(version.as_bytes()));

@@ -195,7 +195,7 @@ fn no_triangles(points: usize, passed_over: &[String]) -> LoadFault {
 }
 
 /// A number with its noun.
-fn counted(count: usize, one: &str, many: &str) -> String {
+pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 

@@ -129,8 +129,14 @@ impl<'a> Iterator for Statements<'a> {
             return None;
         }
         let mut end = self.line_end_after(start);
-        while end < self.text.len() && continues(&self.text[start..end], &self.text[end + 1..]) {
-            end = self.line_end_after(end + 1);
+        let mut line = start..end;
+        let may_go_on = may_go_on(&self.text[line.clone()]);
+        while may_go_on
+            && end < self.text.len()
+            && continues(&self.text[line.clone()], &self.text[end + 1..])
+        {
+            line = end + 1..self.line_end_after(end + 1);
+            end = line.end;
         }
         self.at = end + 1;
         Some(Statement {
@@ -140,22 +146,32 @@ impl<'a> Iterator for Statements<'a> {
     }
 }
 
-/// Whether a line goes on in the text after it. A `\` that ends a comment or a name, as a folder's, does
-/// not say so, nor does one before a line that begins with a word: numbers go on with numbers.
-fn continues(line: &[u8], rest: &[u8]) -> bool {
+/// Whether a statement may go on after its first line. A `\` that ends a name, as a folder's, does not say so.
+fn may_go_on(first: &[u8]) -> bool {
     const NAMING: [&[u8]; 6] = [b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib"];
-    if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+    if !is_open(first) {
         return false;
     }
-    let keyword = line.trim_ascii_start();
+    let keyword = first.trim_ascii_start();
     let keyword = keyword
         .split(u8::is_ascii_whitespace)
         .next()
         .unwrap_or_default();
+    !NAMING.contains(&keyword)
+}
+
+/// Whether a line goes on in the text after it. A `\` that ends a comment does not say so, nor does one before
+/// a line that begins with a word: numbers go on with numbers.
+fn continues(line: &[u8], rest: &[u8]) -> bool {
     let next = rest.trim_ascii_start().first();
-    !line.contains(&b'#')
-        && !NAMING.contains(&keyword)
+    is_open(line)
+        && !line.contains(&b'#')
         && !next.is_some_and(|b| b.is_ascii_alphabetic() || *b == b'#')
+}
+
+/// Whether a line ends with `\`.
+fn is_open(line: &[u8]) -> bool {
+    line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\")
 }
 
 /// Whether this is a `v` line: decided without tokenizing, as most lines are not.

@@ -7,10 +7,15 @@ use super::{Soup, counted};
 /// Longest excerpt of a file that a message quotes, in bytes.
 const QUOTE: usize = 40;
 
-/// The 1-based number of the line that holds byte `offset`.
+/// The 1-based number of the line that holds byte `offset`. A line ends with LF, CRLF, or CR alone.
 pub(super) fn line_of(bytes: &[u8], offset: usize) -> usize {
     let end = offset.min(bytes.len());
-    1 + bytes[..end].iter().filter(|&&b| b == b'\n').count()
+    let ends_line = |&i: &usize| match bytes[i] {
+        b'\n' => true,
+        b'\r' => bytes.get(i + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    1 + (0..end).filter(ends_line).count()
 }
 
 /// A token made fit for a message: printable and short.
