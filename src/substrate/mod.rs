@@ -67,6 +67,33 @@ pub enum SubstrateError {
         /// How many there were.
         degenerate: usize,
     },
+    /// A triangle has a corner that is not there.
+    #[error(
+        "triangle {triangle} has vertex {vertex}, and there are {vertices}, numbered from 0: give \
+         every vertex that triangles name"
+    )]
+    NoSuchVertex {
+        /// The triangle's number in the soup.
+        triangle: usize,
+        /// What it names.
+        vertex: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A corner's position is not a number, infinite or beyond f32.
+    #[error(
+        "vertex {vertex}, a corner of triangle {triangle}, is at {position:?}: coordinates must be \
+         finite and not beyond {:e}",
+        f32::MAX
+    )]
+    NowhereVertex {
+        /// The first triangle in the soup that uses it.
+        triangle: usize,
+        /// The vertex's number in the soup.
+        vertex: u32,
+        /// Where it is said to be.
+        position: [f64; 3],
+    },
     /// More triangles than half-edge numbers.
     #[error("{triangles} triangles are too many: the most is {most}; simplify the mesh", most = MOST_TRIANGLES)]
     TooLarge {
@@ -137,7 +164,7 @@ impl Substrate {
     /// As [`from_soup`](Self::from_soup).
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
         let Loaded { soup, hash, format } = loaded;
-        let substrate = Self::from_soup(soup)?;
+        let substrate = Self::cleaned(soup)?;
         Ok(Self {
             hash,
             up: format.up(),
@@ -154,16 +181,24 @@ impl Substrate {
         Self { up, ..self }
     }
 
-    /// Cleans and prepares triangles from anywhere.
+    /// Cleans and prepares triangles from anywhere. Up is +Y, unless [told](Self::with_up) otherwise.
     ///
     /// # Errors
-    /// When there is no triangle with an area, or more than 2³¹/3.
-    pub fn from_soup(mut soup: Soup) -> Result<Self, SubstrateError> {
+    /// When there is no triangle with an area, or more than 2³¹/3; when a triangle's corner is not among the
+    /// positions, or its position is not finite or beyond f32. Vertices that no triangle uses may be
+    /// anywhere.
+    pub fn from_soup(soup: Soup) -> Result<Self, SubstrateError> {
+        let hash = soup.hash();
+        let substrate = Self::cleaned(soup)?;
+        Ok(Self { hash, ..substrate })
+    }
+
+    fn cleaned(mut soup: Soup) -> Result<Self, SubstrateError> {
         let read = soup.triangles.len();
         match read {
             0 => return Err(SubstrateError::NoTriangles),
             n if n > MOST_TRIANGLES => return Err(SubstrateError::TooLarge { triangles: n }),
-            _ => {}
+            _ => soup.check()?,
         }
         let notes = std::mem::take(&mut soup.notes);
         let mut welded = weld::weld(soup);
@@ -251,7 +286,9 @@ impl Substrate {
         (self.up != self.usual_up).then_some(self.up)
     }
 
-    /// BLAKE3 hash of the file and the buffers that it refers to; empty for a soup from elsewhere.
+    /// BLAKE3 hash of the file and the buffers that it refers to, hexadecimal; for a soup from
+    /// elsewhere, of its positions and triangles, so that recipes and logs of one are not taken for those of
+    /// another.
     pub fn mesh_hash(&self) -> &str {
         &self.hash
     }
