@@ -146,6 +146,16 @@ pub struct Run<'a> {
     model: WalkerModel<'a>,
 }
 
+impl std::fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Run")
+            .field("elements", &self.cluster.len())
+            .field("rule", &self.rule)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
+    }
+}
+
 impl<'a> Run<'a> {
     /// Takes up what has begun. It goes on as if it had never stopped: the index, the launch arcs
     /// and the extent are rebuilt by telling the model of the births again.

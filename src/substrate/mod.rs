@@ -148,6 +148,18 @@ pub struct Substrate {
     coarser: coarse::Kept,
 }
 
+impl std::fmt::Debug for Substrate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Substrate")
+            .field("triangles", &self.triangles.len())
+            .field("vertices", &self.vertices.len())
+            .field("units", &self.units)
+            .field("hash", &self.hash)
+            .field("up", &self.up)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Substrate {
     /// Loads, cleans and prepares a mesh file (OBJ, glTF, GLB, STL or PLY).
     ///
@@ -346,9 +358,18 @@ impl Substrate {
     }
 
     /// The number that results name a triangle by: pieces from the largest area down, in the file's
-    /// order inside each. In a clean file of one piece it is the file's own number.
+    /// order inside each. In a clean file of one piece it is the file's own number. It is not the number that
+    /// a [`SurfacePoint`] has: [`from_canonical`](Self::from_canonical) gives that.
     pub fn canonical_triangle(&self, triangle: u32) -> u32 {
         self.numbers[triangle as usize]
+    }
+
+    /// The triangle of this [canonical number](Self::canonical_triangle), unless there is none. It looks
+    /// through a component; [`Elements::places_on`](crate::export::Elements::places_on) is for whole tables.
+    pub fn from_canonical(&self, number: u32) -> Option<u32> {
+        let there = (number as usize) < self.triangles.len();
+        let mut piece = there.then(|| self.component_of(number).triangles.clone())?;
+        piece.find(|&t| self.canonical_triangle(t) == number)
     }
 
     /// The number that a triangle had in the file, polygons being counted as their triangles. Two have the same
@@ -435,8 +456,8 @@ impl Substrate {
 
     /// Triangles of which some point lies within `radius` of a centre, ascending.
     ///
-    /// This is the thesis's triangle list with the erratum of DESIGN section 2, asked for when it
-    /// is needed instead of stored: a triangle belongs when its nearest point does.
+    /// This is the thesis's triangle list (Sumner 2001, 6.3.2), asked for when it is needed instead of
+    /// stored: a triangle belongs when its nearest point does.
     pub fn triangles_within(&self, centre: DVec3, radius: f64) -> Vec<u32> {
         let limit = radius * radius;
         let mut found = Vec::new();
