@@ -120,10 +120,11 @@ mod tests {
 
     #[test]
     fn what_was_altered_by_hand_is_checked_again() {
+        type Alter = fn(&mut Recipe);
         let square = square();
         let sound = sound(&square);
         assert_eq!(refusal(&square, &sound), None);
-        let altered: [(&str, fn(&mut Recipe)); 14] = [
+        let altered: [(&str, Alter); 14] = [
             ("bias", |r| r.bias = f64::NAN),
             ("bias", |r| r.bias = 3.0),
             ("gain", |r| r.gain = f64::NAN),
