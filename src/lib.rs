@@ -58,6 +58,8 @@
 //! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
 //! [`Units`](substrate::Units).
 
+#![warn(missing_debug_implementations)]
+
 pub mod analysis;
 pub mod animate;
 pub mod bake;
@@ -75,3 +77,6 @@ pub mod skin;
 pub mod substrate;
 pub mod sweep;
 pub mod walk;
+
+/// Vectors of the interface are of this crate: use them from here, and the versions agree.
+pub use glam;

@@ -9,10 +9,82 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN};
+use thallus::export::OutputError;
 use thallus::growth::Counts;
 use thallus::log::{LARGEST_BLOCK, Log, LogError, LogWriter, count_elements, head};
-use thallus::run::{Begun, Execution, Observer, Progress, Recipe, Run, Settings, StopRule};
-use thallus::substrate::Substrate;
+use thallus::run::{
+    Begun, Execution, Observer, Progress, Recipe, Run, Settings, StopRule, StopSetting, Stopped,
+    grow,
+};
+use thallus::substrate::{Soup, Substrate};
+
+/// A recipe on a square, and that.
+fn on_square(elements: u64) -> (Substrate, Recipe) {
+    let soup = Soup {
+        positions: vec![
+            [0.0; 3],
+            [10.0, 0.0, 0.0],
+            [10.0, 10.0, 0.0],
+            [0.0, 10.0, 0.0],
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        notes: Vec::new(),
+    };
+    let square = Substrate::from_soup(soup).unwrap();
+    let settings = Settings {
+        stop: Some(StopSetting::Elements(elements)),
+        ..Settings::default()
+    };
+    let recipe = settings.resolve(&square, "a square").unwrap();
+    (square, recipe)
+}
+
+#[test]
+fn a_writer_that_is_dropped_writes_what_waits() {
+    let desk = Desk::new();
+    let path = desk.path("dropped.log");
+    let (square, recipe) = on_square(300);
+    let mut log = LogWriter::create(&path, &recipe).unwrap();
+    let growth = grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    drop(log);
+    let read = Log::read(&path).unwrap();
+    assert_eq!(read.begun.elements, growth.cluster.elements());
+    assert_eq!(read.begun.counts, growth.counts);
+}
+
+#[test]
+fn a_log_is_begun_once() {
+    let desk = Desk::new();
+    let path = desk.path("begun.log");
+    let (_, recipe) = on_square(300);
+    let mut log = LogWriter::create(&path, &recipe).unwrap();
+    log.finish().unwrap();
+    assert_eq!(fs::read(&path).unwrap(), head(&recipe));
+    let again = LogWriter::create(&path, &recipe);
+    assert!(matches!(again, Err(OutputError::FileExists(_))));
+}
+
+#[test]
+fn births_of_a_run_begun_anew_are_kept_out_of_a_log_that_has_elements() {
+    let desk = Desk::new();
+    let path = desk.path("anew.log");
+    let (square, recipe) = on_square(300);
+    let mut log = LogWriter::create(&path, &recipe).unwrap();
+    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    log.finish().unwrap();
+    drop(log);
+    let whole = fs::read(&path).unwrap();
+
+    let (mut log, _) = LogWriter::open(Log::read(&path).unwrap()).unwrap();
+    let growth = grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    assert_eq!(growth.stopped, Stopped::Observer);
+    let message = log.finish().unwrap_err().to_string();
+    for part in ["anew.log", "element 1,", "the log has 300"] {
+        assert!(message.contains(part), "{part} in {message}");
+    }
+    drop(log);
+    assert_eq!(fs::read(&path).unwrap(), whole);
+}
 
 /// A log of several blocks, as a run leaves it that was stopped between them.
 struct Blocks {
@@ -283,7 +355,7 @@ fn a_log_of_another_run_is_refused_by_what_differs() {
 /// How long this many births take to be logged, and the log. No element is grown for it.
 fn logged(desk: &Desk, births: usize) -> (Duration, Vec<u8>) {
     let elements = desk.log("out").begun.elements;
-    let progress = Progress {
+    let mut progress = Progress {
         elements: 0,
         effective_radius: 0.0,
         covered: 0.0,
@@ -296,6 +368,7 @@ fn logged(desk: &Desk, births: usize) -> (Duration, Vec<u8>) {
     let (mut writer, _) = LogWriter::open(Log::read(&path).unwrap()).unwrap();
     let started = Instant::now();
     for element in elements.iter().cycle().take(births) {
+        progress.elements += 1;
         assert!(writer.born(element, &progress).is_continue());
     }
     let took = started.elapsed();

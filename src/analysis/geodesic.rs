@@ -40,6 +40,12 @@ pub struct SurfaceMetric<'a> {
     seen: Mutex<Vec<Seen>>,
 }
 
+impl std::fmt::Debug for SurfaceMetric<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SurfaceMetric").finish_non_exhaustive()
+    }
+}
+
 /// Ways that come into a triangle through one of its edges. The frame has the start of the
 /// half-edge at the origin, its end on the positive x axis, and the triangle above.
 #[derive(Clone, Copy, Debug)]

@@ -118,8 +118,11 @@ impl Analysis {
     /// Measures a grown lichen on all of rayon's threads, through space and along the surface, in
     /// the units of the mesh's file.
     ///
+    /// The cluster must have grown on this substrate. Of another it may give numbers without meaning.
+    ///
     /// # Panics
-    /// When the cluster is empty, or no element is to be averaged over through space.
+    /// When the cluster is empty, no element is to be averaged over through space, or one is in a triangle
+    /// that the substrate does not have.
     pub fn of(substrate: &Substrate, cluster: &Cluster, centres: Centres) -> Self {
         let places: Vec<_> = cluster.elements().iter().map(|e| e.at).collect();
         let normals = smooth_normals(substrate, &places);

@@ -17,6 +17,12 @@ pub struct Space<'a> {
     balls: Vec<Vec<Ball>>,
 }
 
+impl std::fmt::Debug for Space<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Space").finish_non_exhaustive()
+    }
+}
+
 struct Ball {
     centre: DVec3,
     radius: f64,

@@ -161,6 +161,12 @@ pub struct Baked<'a> {
     highest: f32,
 }
 
+impl std::fmt::Debug for Baked<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Baked").finish_non_exhaustive()
+    }
+}
+
 /// What a layout was found to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayoutReport {

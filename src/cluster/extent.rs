@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Element;
 
-/// Mean of the centres in space, and the distance from it to the farthest (DESIGN section 1).
+/// Mean of the centres in space, and the distance from it to the farthest.
 ///
 /// The centroid moves with every birth, so the farthest centre may change at any time. Only the
 /// centres near the rim can become it: they are listed at a survey, the farthest first, and the list

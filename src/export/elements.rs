@@ -16,7 +16,9 @@ pub struct Elements {
     pub parent: Vec<i32>,
     /// Which seed's descendants it belongs to.
     pub colony: Vec<u32>,
-    /// Triangle of the cleaned substrate that holds the centre.
+    /// Triangle that holds the centre, by its [canonical
+    /// number](crate::substrate::Substrate::canonical_triangle). That is not the number that a
+    /// [`SurfacePoint`](crate::substrate::SurfacePoint) has: [`places_on`](Self::places_on) gives those.
     pub triangle: Vec<u32>,
     /// Barycentric weights of that triangle's second and third corner.
     pub uv: Vec<[f32; 2]>,

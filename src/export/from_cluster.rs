@@ -6,6 +6,11 @@ use crate::substrate::Substrate;
 
 impl Elements {
     /// The table of a cluster's elements, in the mesh file's units and axes.
+    ///
+    /// The cluster must have grown on this substrate. Of another it may give numbers without meaning.
+    ///
+    /// # Panics
+    /// When an element is in a triangle that the substrate does not have.
     pub fn of(substrate: &Substrate, cluster: &Cluster) -> Self {
         let elements = cluster.elements();
         let triangle = |e: &Element| e.at.triangle;

@@ -23,6 +23,12 @@ pub struct Texture<'a> {
     pub value: &'a (dyn Fn(usize, usize) -> [f32; 3] + Sync),
 }
 
+impl std::fmt::Debug for Texture<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Texture").finish_non_exhaustive()
+    }
+}
+
 /// Rows that are computed together.
 const BAND: usize = 64;
 

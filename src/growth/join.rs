@@ -47,7 +47,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         })
     }
 
-    /// DESIGN section 3, step 5: after packing on a curved mesh, check again.
+    /// After packing on a curved mesh, check again.
     fn overlaps(&self, scratch: &mut Connectivity, at: &SurfacePoint) -> bool {
         let distance = self.contact_distance() * (1.0 - OVERLAP);
         self.touching(

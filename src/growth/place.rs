@@ -43,6 +43,25 @@ pub enum PlaceError {
         /// The last number there is.
         last: u32,
     },
+    /// The weights are not of a point in a triangle.
+    #[error(
+        "--at-triangle {triangle},{u},{v}: U,V is outside the triangle; U and V are the weights of its \
+         second and third corner: neither below 0, together at most 1"
+    )]
+    OutsideTriangle {
+        /// The triangle.
+        triangle: u32,
+        /// Weight of its second corner.
+        u: f64,
+        /// Weight of its third.
+        v: f64,
+    },
+    /// The point has a coordinate that is NaN or infinite.
+    #[error("--at {point:?}: coordinates must be finite")]
+    NotFinite {
+        /// What was asked for, file units.
+        point: [f64; 3],
+    },
     /// The point is farther from the surface than the mesh is large.
     #[error(
         "--at {point:?}: the nearest surface is {distance} away, more than the whole mesh's \
@@ -63,10 +82,16 @@ pub enum PlaceError {
 }
 
 impl SeedPlace {
+    /// Whether these weights of the second and third corner are those of a point in a triangle; NaN never is.
+    pub(crate) fn is_in_triangle([u, v]: [f64; 2]) -> bool {
+        u >= 0.0 && v >= 0.0 && u + v <= 1.0
+    }
+
     /// The place on a substrate, for the seed element of a colony.
     ///
     /// # Errors
-    /// When there is no such triangle, or the point is nowhere near the mesh.
+    /// When there is no such triangle, the weights lie outside it, or the point is nowhere near the mesh or
+    /// not finite.
     pub fn locate(
         &self,
         substrate: &Substrate,
@@ -89,6 +114,9 @@ impl SeedPlace {
 }
 
 fn nearest_to(substrate: &Substrate, point: [f64; 3]) -> Result<SurfacePoint, PlaceError> {
+    if !point.iter().all(|x| x.is_finite()) {
+        return Err(PlaceError::NotFinite { point });
+    }
     let units = substrate.units();
     let (at, distance) = substrate.nearest(units.to_local(point));
     let (distance, diagonal) = (units.length_to_file(distance), units.diagonal());
@@ -110,6 +138,9 @@ fn in_triangle(
     triangle: u32,
     uv: Option<[f64; 2]>,
 ) -> Result<SurfacePoint, PlaceError> {
+    if let Some([u, v]) = uv.filter(|&uv| !SeedPlace::is_in_triangle(uv)) {
+        return Err(PlaceError::OutsideTriangle { triangle, u, v });
+    }
     let last = substrate.report().triangles_read as u32 - 1;
     let weights = uv.map_or([1.0; 3], |[u, v]| [1.0 - u - v, u, v]);
     let place = substrate.from_source(triangle, weights);

@@ -4,8 +4,7 @@
 //! within L of its centre: κ = (n − N_L)/N_L, where N_L = πL²/(4√3 r²) is what a densely packed
 //! half disc holds. It sticks with P_s = clamp(A·κ + B, P_min, 1).
 //!
-//! The thesis prints κ with the opposite sign in 6.4; its own section 5.2 has this one (DESIGN
-//! section 4).
+//! The thesis prints κ with the opposite sign in 6.4; its own section 5.2 has this one.
 
 use glam::DVec3;
 

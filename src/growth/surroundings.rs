@@ -19,6 +19,15 @@ pub struct Surroundings<'a, I> {
     pub index: &'a I,
 }
 
+impl<I> std::fmt::Debug for Surroundings<'_, I> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Surroundings")
+            .field("parameters", &self.parameters)
+            .field("elements", &self.cluster.len())
+            .finish_non_exhaustive()
+    }
+}
+
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// The distance at which two centres touch.
     pub fn contact_distance(&self) -> f64 {

@@ -1,4 +1,4 @@
-//! Walkers in order of their numbers, on any number of threads (DESIGN section 5).
+//! Walkers in order of their numbers, on any number of threads (`docs/architecture.md`).
 //!
 //! A walker's way depends on the lichen as it is when all walkers before it have come to their end.
 //! To use several threads, a fleet of walkers walks at the same time against the lichen as it is
@@ -58,6 +58,12 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     parallel: Parallel,
     /// Flights of the fleet so far.
     flown: Arc<AtomicU64>,
+}
+
+impl<I: ElementIndex> std::fmt::Debug for WalkerModel<'_, I> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WalkerModel").finish_non_exhaustive()
+    }
 }
 
 type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);

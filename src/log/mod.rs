@@ -4,6 +4,49 @@
 //! (see [`LogWriter`]). Index, launch arcs and the like are not stored: [`Run`](crate::run::Run)
 //! rebuilds them from the elements. [`Log::read`] takes a log back, drops the torn tail that a
 //! killed run may leave, and tells damage from it. `docs/log.md` has the format byte by byte.
+//!
+//! A run that begins a log, is stopped, and goes on as if it had not been:
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//!
+//! use thallus::cluster::Element;
+//! use thallus::log::{LOG, Log, LogWriter};
+//! use thallus::run::{Execution, Progress, Run, Settings, StopSetting, grow};
+//! use thallus::substrate::{Soup, Substrate};
+//!
+//! let soup = Soup {
+//!     positions: vec![[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]],
+//!     triangles: vec![[0, 2, 1], [0, 3, 2]],
+//!     notes: Vec::new(),
+//! };
+//! let substrate = Substrate::from_soup(soup)?;
+//! let settings = Settings { stop: Some(StopSetting::Elements(200)), ..Settings::default() };
+//! let recipe = settings.resolve(&substrate, "a square")?;
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join(LOG);
+//!
+//! // Begin, and stop half-way.
+//! let half = |_: &Element, progress: &Progress| match progress.elements {
+//!     100 => ControlFlow::Break(()),
+//!     _ => ControlFlow::Continue(()),
+//! };
+//! let mut watchers = (LogWriter::create(&path, &recipe)?, half);
+//! grow(&substrate, &recipe, &Execution::default(), &mut watchers)?;
+//! watchers.0.finish()?;
+//!
+//! // Go on, in this process or another.
+//! let log = Log::read(&path)?;
+//! log.check(&recipe)?;
+//! let (mut writer, begun) = LogWriter::open(log)?;
+//! assert_eq!(begun.elements.len(), 100);
+//! let growth = Run::new(&substrate, &recipe, begun)?.grow(&Execution::default(), &mut writer);
+//! writer.finish()?;
+//!
+//! let whole = grow(&substrate, &recipe, &Execution::default(), &mut ())?;
+//! assert_eq!(growth.cluster.elements(), whole.cluster.elements());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod block;
 mod error;

@@ -8,11 +8,11 @@ use std::time::Instant;
 
 use super::block::{Draft, LARGEST_BLOCK};
 use super::rhythm::{Rhythm, Waiting};
-use super::{Log, write_whole};
+use super::{Log, head, write_whole};
 use crate::cluster::{Cluster, Element};
-use crate::export::{OutputError, is_still_at};
+use crate::export::{OutputError, is_still_at, write_file_atomically};
 use crate::growth::Counts;
-use crate::run::{Begun, Observer, Progress, Recipe};
+use crate::run::{Begun, Observer, Progress, Recipe, Settings};
 
 /// An observer that appends every birth to a log and makes it durable.
 ///
@@ -20,8 +20,11 @@ use crate::run::{Begun, Observer, Progress, Recipe};
 /// or every [`LARGEST_BLOCK`] elements, but never so often that it takes more than a hundredth
 /// of the time: after a flush that took a second the next comes 100 seconds later at the soonest.
 ///
-/// When the disk refuses, it ends the run, and [`LogWriter::finish`] says why.
+/// When the disk refuses, or a birth is not the next one of this log, it ends the run. Nothing says so but
+/// [`LogWriter::finish`]: call it when the run has ended. A writer that is dropped without writes what waits,
+/// and an error then is lost.
 #[derive(Debug)]
+#[must_use = "births are logged by giving it to a run, and `finish` says whether they were"]
 pub struct LogWriter {
     path: PathBuf,
     file: File,
@@ -40,16 +43,43 @@ pub struct LogWriter {
     marks: Vec<Counts>,
     rhythm: Rhythm,
     failed: Option<OutputError>,
+    /// The last flush failed: trying again when dropped is no use.
+    refused: bool,
 }
 
 impl LogWriter {
-    /// Opens a log to go on after its last sound block, and gives what there is. What comes after
+    /// Begins the log of a run by this recipe: its head is written, durably, so that the run can be killed
+    /// from here on. For [`Begun::default`].
+    ///
+    /// # Errors
+    /// [`OutputError::FileExists`] when something is there, which may be another run's log; when the system
+    /// refuses.
+    pub fn create(path: &Path, recipe: &Recipe) -> Result<Self, OutputError> {
+        let started = Instant::now();
+        let head = head(recipe);
+        write_file_atomically(path, false, |out| out.write_all(&head))?;
+        let log = Log {
+            path: path.to_owned(),
+            recipe: Settings::from(recipe),
+            begun: Begun::default(),
+            sound: head.len() as u64,
+            torn: 0,
+            marks: Vec::new(),
+        };
+        Ok(Self::reopened(log, started)?.0)
+    }
+
+    /// Opens a log to go on after its last sound block, and gives what there is, for
+    /// [`Run::new`](crate::run::Run::new). [`Log::check`] says whether it is of that recipe. What comes after
     /// that block is cut off when something is first written, or [`LogWriter::finish`] is called.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn open(log: Log) -> Result<(Self, Begun), OutputError> {
-        let started = Instant::now();
+        Self::reopened(log, Instant::now())
+    }
+
+    fn reopened(log: Log, started: Instant) -> Result<(Self, Begun), OutputError> {
         let (file, length) = reopen(&log.path).map_err(failure(&log.path))?;
         let next = log.begun.elements.len() as u64;
         let writer = Self {
@@ -65,6 +95,7 @@ impl LogWriter {
             marks: log.marks,
             rhythm: Rhythm::new(started, Instant::now()),
             failed: None,
+            refused: false,
         };
         Ok((writer, log.begun))
     }
@@ -74,7 +105,7 @@ impl LogWriter {
         self.durable_elements
     }
 
-    /// Writes what is still waiting.
+    /// Writes what is still waiting. This is how one learns of an error.
     ///
     /// # Errors
     /// Why the log could not be written, now or before.
@@ -106,6 +137,17 @@ impl LogWriter {
         write_whole(recipe, cluster.elements(), &counts, out)
     }
 
+    /// A birth that does not follow the elements of this log. Its run has others, and a log of both could not
+    /// be gone on with.
+    fn stranger(&self, number: u64) -> OutputError {
+        let said = format!(
+            "the run is at its element {number}, and the log has {}: begin the run with what \
+             LogWriter::open gave",
+            self.next
+        );
+        failure(&self.path)(io::Error::new(io::ErrorKind::InvalidInput, said))
+    }
+
     fn append(&mut self, element: &Element, counts: &Counts) {
         self.draft.push(element);
         self.next += 1;
@@ -134,6 +176,12 @@ impl LogWriter {
 
     /// Writes what waits and makes it durable.
     fn flush(&mut self) -> Result<(), OutputError> {
+        let flushed = self.write_waiting();
+        self.refused = flushed.is_err();
+        flushed
+    }
+
+    fn write_waiting(&mut self) -> Result<(), OutputError> {
         self.close_block();
         self.check_place().map_err(failure(&self.path))?;
         let started = Instant::now();
@@ -188,6 +236,10 @@ impl Observer for LogWriter {
         if self.failed.is_some() {
             return ControlFlow::Break(());
         }
+        if progress.elements != self.next + 1 {
+            self.failed = Some(self.stranger(progress.elements));
+            return ControlFlow::Break(());
+        }
         self.append(element, &progress.counts);
         if self.is_due() {
             self.failed = self.flush().err();
@@ -195,6 +247,15 @@ impl Observer for LogWriter {
         match self.failed {
             Some(_) => ControlFlow::Break(()),
             None => ControlFlow::Continue(()),
+        }
+    }
+}
+
+impl Drop for LogWriter {
+    /// Nobody asked how it ended, so there is nobody to tell of an error.
+    fn drop(&mut self) {
+        if self.next > self.durable_elements && !self.refused {
+            let _ = self.flush();
         }
     }
 }

@@ -20,6 +20,12 @@ pub struct Neighbours {
     around: Vec<Rows>,
 }
 
+impl std::fmt::Debug for Neighbours {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Neighbours").finish_non_exhaustive()
+    }
+}
+
 /// Rows of three cells: the first point of each, and the one after the last.
 type Rows = [[u32; 2]; 9];
 

@@ -14,6 +14,16 @@ pub struct GifWriter<W: Write> {
     frames: u32,
 }
 
+impl<W: Write> std::fmt::Debug for GifWriter<W> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("GifWriter")
+            .field("size", &self.size)
+            .field("fps", &self.fps)
+            .field("frames", &self.frames)
+            .finish_non_exhaustive()
+    }
+}
+
 /// How thoroughly colours are chosen: 1 takes every pixel, 30 one in thirty.
 const SPEED: i32 = 10;
 

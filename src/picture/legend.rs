@@ -30,6 +30,19 @@ pub enum Key<'a> {
     },
 }
 
+impl std::fmt::Debug for Key<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (name, title) = match self {
+            Self::Range { title, .. } => ("Range", title),
+            Self::Kinds { title, .. } => ("Kinds", title),
+            Self::Length { label, .. } => ("Length", label),
+        };
+        f.debug_struct(name)
+            .field("title", title)
+            .finish_non_exhaustive()
+    }
+}
+
 pub(super) const INK: [u8; 3] = [0x24, 0x24, 0x22];
 const PAPER: [u8; 3] = [0xfa, 0xf9, 0xf6];
 

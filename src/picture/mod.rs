@@ -109,6 +109,12 @@ pub struct Scene<'a> {
     pub up: [f32; 3],
 }
 
+impl std::fmt::Debug for Scene<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scene").finish_non_exhaustive()
+    }
+}
+
 impl<'a> Scene<'a> {
     /// A substrate without lichen, drawn as stone.
     pub fn bare(stone: &'a Stone, up: [f32; 3]) -> Self {

@@ -79,6 +79,12 @@ pub struct Stone {
     normals: Vec<[Vec3; 3]>,
 }
 
+impl std::fmt::Debug for Stone {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Stone").finish_non_exhaustive()
+    }
+}
+
 impl Stone {
     /// Of vertices in any unit, and triangles by their numbers, of either winding. Triangles that cannot be
     /// drawn (not finite, no area, no such vertex) are left out.
@@ -106,6 +112,12 @@ pub struct World<'a> {
     pub(super) bounds: [Vec3A; 2],
     /// The diagonal of that box; 1 where there is nothing.
     pub(super) size: f32,
+}
+
+impl std::fmt::Debug for World<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("World").finish_non_exhaustive()
+    }
 }
 
 impl<'a> World<'a> {

@@ -1,6 +1,6 @@
 //! The loop that grows: births, one after the other, until a rule says stop.
 
-use super::{Execution, Observer, Progress, Recipe, StopRule};
+use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
 use crate::cluster::{Cluster, Element, NO_PARENT};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, Parameters, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
@@ -41,6 +41,9 @@ pub enum GrowError {
     /// The seed element has no place.
     #[error(transparent)]
     Place(#[from] PlaceError),
+    /// The recipe has a value that settings could not have.
+    #[error(transparent)]
+    Recipe(#[from] SettingsError),
     /// A length is not a positive finite number.
     #[error("{name} must be a positive length, not {value}")]
     Length {
@@ -113,7 +116,8 @@ const LEAST_RADIUS: f64 = 1e-7;
 /// The result depends on the substrate and the recipe alone.
 ///
 /// # Errors
-/// When the radius does not fit the mesh, or the seed element has no place.
+/// When the recipe has a value that [`Settings`](super::Settings) could not have (its fields are public), the
+/// radius does not fit the mesh, or the seed element has no place.
 pub fn grow(
     substrate: &Substrate,
     recipe: &Recipe,
@@ -142,6 +146,16 @@ pub struct Run<'a> {
     model: WalkerModel<'a>,
 }
 
+impl std::fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Run")
+            .field("elements", &self.cluster.len())
+            .field("rule", &self.rule)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
+    }
+}
+
 impl<'a> Run<'a> {
     /// Takes up what has begun. It goes on as if it had never stopped: the index, the launch arcs
     /// and the extent are rebuilt by telling the model of the births again.
@@ -154,11 +168,13 @@ impl<'a> Run<'a> {
         if !substrate.has_up(recipe.mesh_up) {
             return Err(GrowError::Up);
         }
+        let seed = seed(substrate, recipe)?;
+        recipe.check(substrate, seed.at.triangle)?;
         let parameters = parameters(substrate, recipe);
         let mut run = Self {
             substrate,
             rule: recipe.stop,
-            seed: seed(substrate, recipe)?,
+            seed,
             cluster: Cluster::new(parameters.radius),
             model: WalkerModel::new(substrate, parameters),
         };

@@ -9,7 +9,8 @@ pub struct Execution {
     /// Threads that walk; the result is the same for any number. One by default: two are 1.5 times as
     /// fast, and many lichens are grown faster side by side (`docs/performance.md`).
     pub threads: usize,
-    /// Set it to stop after the current element.
+    /// Set it to stop after the current element. It stays set: a run that is given it again stops at once,
+    /// so clear it or take another [`Execution`] to go on.
     pub cancel: Arc<AtomicBool>,
 }
 

@@ -20,6 +20,9 @@ pub struct Progress {
 
 /// Watches elements being born, and may stop the run.
 ///
+/// Mind the units: an [`Element`] is in the substrate's local ones, [`Progress`] in the mesh file's. See
+/// [`Units`](crate::substrate::Units), whose [`to_file`](crate::substrate::Units::to_file) converts.
+///
 /// It is always called from one thread at a time, but that may be another than the one that began
 /// the run.
 pub trait Observer: Send {

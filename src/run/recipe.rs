@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::settings::check_room;
+use super::{Settings, SettingsError};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
-use crate::substrate::UpAxis;
+use crate::substrate::{Substrate, UpAxis};
 
 /// Which mesh a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +28,10 @@ pub enum StopRule {
 }
 
 /// A complete, resolved recipe. Lengths are in the mesh file's units.
+///
+/// [`Settings::resolve`] makes one. Its fields may be altered: [`Run::new`](super::Run::new) and
+/// [`grow`](super::grow()) check them again. Neither asks whether [`mesh`](Self::mesh) is the mesh that it is
+/// given: [`Settings::check_mesh`] and [`Log::check`](crate::log::Log::check) do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// Version of the program that resolved it.
@@ -63,4 +69,121 @@ pub struct Recipe {
     pub boundary: Boundary,
     /// When growth is done.
     pub stop: StopRule,
+}
+
+impl Recipe {
+    /// Checks it as settings are checked: NaN or a stop rule that cannot be met would have walkers walk for ever.
+    /// The seed element is in `triangle`.
+    pub(super) fn check(&self, substrate: &Substrate, triangle: u32) -> Result<(), SettingsError> {
+        let complete = Settings::from(self).complete()?;
+        complete.measured(substrate.units().diagonal(), self.mesh.clone())?;
+        check_room(substrate, triangle, self, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{Execution, GrowError, Length, grow};
+    use crate::substrate::Soup;
+
+    fn square() -> Substrate {
+        let soup = Soup {
+            positions: vec![
+                [0.0; 3],
+                [10.0, 0.0, 0.0],
+                [10.0, 10.0, 0.0],
+                [0.0, 10.0, 0.0],
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            notes: Vec::new(),
+        };
+        Substrate::from_soup(soup).unwrap()
+    }
+
+    fn sound(substrate: &Substrate) -> Recipe {
+        let settings = Settings {
+            radius: Some(Length::Units(0.1)),
+            ..Settings::default()
+        };
+        settings.resolve(substrate, "square").unwrap()
+    }
+
+    /// Cancelled before it starts, so that what is not refused ends too.
+    fn refusal(substrate: &Substrate, recipe: &Recipe) -> Option<GrowError> {
+        let execution = Execution::default();
+        execution
+            .cancel
+            .store(true, std::sync::atomic::Ordering::Relaxed);
+        grow(substrate, recipe, &execution, &mut ()).err()
+    }
+
+    #[test]
+    fn what_was_altered_by_hand_is_checked_again() {
+        type Alter = fn(&mut Recipe);
+        let square = square();
+        let sound = sound(&square);
+        assert_eq!(refusal(&square, &sound), None);
+        let altered: [(&str, Alter); 14] = [
+            ("bias", |r| r.bias = f64::NAN),
+            ("bias", |r| r.bias = 3.0),
+            ("gain", |r| r.gain = f64::NAN),
+            ("min-stick", |r| r.min_stick = f64::NAN),
+            ("min-stick", |r| r.min_stick = 0.0),
+            ("launch", |r| r.launch = f64::NAN),
+            ("launch", |r| r.launch = -3.0),
+            ("kill", |r| r.kill = 1.2),
+            ("curvature-radius", |r| r.curvature_radius = 1e-9),
+            ("elements", |r| r.stop = StopRule::Elements(0)),
+            ("reach", |r| r.stop = StopRule::Reach(f64::NAN)),
+            ("cover", |r| r.stop = StopRule::Cover(5.0)),
+            ("radius", |r| r.radius = 9.0),
+            ("radius", |r| (r.radius, r.curvature_radius) = (6.0, 60.0)),
+        ];
+        for (name, alter) in altered {
+            let mut recipe = sound.clone();
+            alter(&mut recipe);
+            let message = match refusal(&square, &recipe) {
+                Some(GrowError::Recipe(error)) => error.to_string(),
+                other => panic!("{name}: {other:?}"),
+            };
+            assert!(message.contains(&format!("--{name} ")), "{message}");
+        }
+    }
+
+    #[test]
+    fn seeds_outside_their_triangle_or_nowhere_are_refused() {
+        let square = square();
+        let triangle = |uv| SeedPlace::Triangle {
+            triangle: 0,
+            uv: Some(uv),
+        };
+        for place in [
+            triangle([f64::NAN, 0.0]),
+            triangle([3.0, -2.0]),
+            triangle([0.5, 0.6]),
+            SeedPlace::Point([f64::NAN, 0.0, 0.0]),
+            SeedPlace::Point([0.0, f64::INFINITY, 0.0]),
+        ] {
+            let settings = Settings {
+                at: Some(place.clone()),
+                ..Settings::default()
+            };
+            let resolved = settings.resolve(&square, "square");
+            assert!(
+                matches!(resolved, Err(SettingsError::Place(_))),
+                "{place:?}: {resolved:?}"
+            );
+            let recipe = Recipe {
+                at: place.clone(),
+                ..sound(&square)
+            };
+            let refused = refusal(&square, &recipe);
+            assert!(
+                matches!(refused, Some(GrowError::Place(_))),
+                "{place:?}: {refused:?}"
+            );
+        }
+        assert!(triangle([1.0, 0.0]).locate(&square, 1, 0).is_ok());
+    }
 }

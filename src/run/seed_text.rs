@@ -46,7 +46,7 @@ impl SeedPlace {
     /// When U,V lies outside the triangle.
     pub fn in_triangle(triangle: u32, uv: Option<[f64; 2]>) -> Result<Self, SeedTextError> {
         match uv {
-            Some([u, v]) if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) => {
+            Some([u, v]) if !Self::is_in_triangle([u, v]) => {
                 Err(SeedTextError::Outside(u.to_string(), v.to_string()))
             }
             _ => Ok(Self::Triangle { triangle, uv }),

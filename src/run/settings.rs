@@ -134,6 +134,10 @@ impl Settings {
 
     /// Resolves them for a mesh, `file` being its path as the user gave it.
     ///
+    /// Settings of a complete recipe may be resolved for another mesh than that was made for: whether they
+    /// suit it is asked (lengths, seed element, axis up), whether it is the same is not:
+    /// [`check_mesh`](Self::check_mesh) asks that. The recipe names the mesh that it is resolved for.
+    ///
     /// # Errors
     /// As [`Settings::complete`]; when a length does not suit the mesh, the seed element has no place on it, or
     /// another axis is said to be up than [the substrate was told](Substrate::with_up).
@@ -289,7 +293,8 @@ impl Complete {
 /// Elements that each would cover the surface this many times are refused.
 const MOST_COVER: f64 = 1.0;
 
-fn check_room(
+/// Refuses elements that have no room on the piece that this triangle is of.
+pub(super) fn check_room(
     substrate: &Substrate,
     triangle: u32,
     recipe: &Recipe,

@@ -101,6 +101,12 @@ pub struct Cortex {
     elements: u32,
 }
 
+impl std::fmt::Debug for Cortex {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Cortex").finish_non_exhaustive()
+    }
+}
+
 /// What the structure does to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {

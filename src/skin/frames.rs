@@ -73,6 +73,12 @@ pub struct SkinFrames<'a> {
     outline: Outline,
 }
 
+impl std::fmt::Debug for SkinFrames<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SkinFrames").finish_non_exhaustive()
+    }
+}
+
 impl<'a> SkinFrames<'a> {
     /// Of a lichen on its substrate, at these moments.
     ///

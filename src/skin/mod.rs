@@ -188,6 +188,10 @@ pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -
 /// # Errors
 /// When a number of `shape` is out of its range, when there are no elements, or when the resolution
 /// makes more triangles than can be counted, or none.
+///
+/// # Panics
+/// When an element is in a triangle that the substrate does not have. The cluster must have grown on this
+/// substrate; on another a skin may also come out without meaning.
 pub fn skin(
     substrate: &Substrate,
     cluster: &Cluster,
@@ -205,6 +209,14 @@ pub struct Parts {
     pub strongest: Vec<u32>,
     /// Areoles and apothecia, if it has any.
     pub cortex: Option<Cortex>,
+}
+
+impl std::fmt::Debug for Parts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Parts")
+            .field("triangles", &self.mesh.triangles.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// The same as [`skin`], in parts.

@@ -2,7 +2,7 @@
 //!
 //! Lichen is felt through space, and on a thin plate the other face is near. Two places belong
 //! together when they are nearly in one plane; where that is in doubt the surface is asked whether
-//! it joins them nearby (DESIGN section 2).
+//! it joins them nearby (`docs/architecture.md`).
 
 use glam::{DVec3, Vec3};
 

@@ -67,6 +67,33 @@ pub enum SubstrateError {
         /// How many there were.
         degenerate: usize,
     },
+    /// A triangle has a corner that is not there.
+    #[error(
+        "triangle {triangle} has vertex {vertex}, and there are {vertices}, numbered from 0: give \
+         every vertex that triangles name"
+    )]
+    NoSuchVertex {
+        /// The triangle's number in the soup.
+        triangle: usize,
+        /// What it names.
+        vertex: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A corner's position is not a number, infinite or beyond f32.
+    #[error(
+        "vertex {vertex}, a corner of triangle {triangle}, is at {position:?}: coordinates must be \
+         finite and not beyond {:e}",
+        f32::MAX
+    )]
+    NowhereVertex {
+        /// The first triangle in the soup that uses it.
+        triangle: usize,
+        /// The vertex's number in the soup.
+        vertex: u32,
+        /// Where it is said to be.
+        position: [f64; 3],
+    },
     /// More triangles than half-edge numbers.
     #[error("{triangles} triangles are too many: the most is {most}; simplify the mesh", most = MOST_TRIANGLES)]
     TooLarge {
@@ -121,6 +148,18 @@ pub struct Substrate {
     coarser: coarse::Kept,
 }
 
+impl std::fmt::Debug for Substrate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Substrate")
+            .field("triangles", &self.triangles.len())
+            .field("vertices", &self.vertices.len())
+            .field("units", &self.units)
+            .field("hash", &self.hash)
+            .field("up", &self.up)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Substrate {
     /// Loads, cleans and prepares a mesh file (OBJ, glTF, GLB, STL or PLY).
     ///
@@ -137,7 +176,7 @@ impl Substrate {
     /// As [`from_soup`](Self::from_soup).
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
         let Loaded { soup, hash, format } = loaded;
-        let substrate = Self::from_soup(soup)?;
+        let substrate = Self::cleaned(soup)?;
         Ok(Self {
             hash,
             up: format.up(),
@@ -154,16 +193,24 @@ impl Substrate {
         Self { up, ..self }
     }
 
-    /// Cleans and prepares triangles from anywhere.
+    /// Cleans and prepares triangles from anywhere. Up is +Y, unless [told](Self::with_up) otherwise.
     ///
     /// # Errors
-    /// When there is no triangle with an area, or more than 2³¹/3.
-    pub fn from_soup(mut soup: Soup) -> Result<Self, SubstrateError> {
+    /// When there is no triangle with an area, or more than 2³¹/3; when a triangle's corner is not among the
+    /// positions, or its position is not finite or beyond f32. Vertices that no triangle uses may be
+    /// anywhere.
+    pub fn from_soup(soup: Soup) -> Result<Self, SubstrateError> {
+        let hash = soup.hash();
+        let substrate = Self::cleaned(soup)?;
+        Ok(Self { hash, ..substrate })
+    }
+
+    fn cleaned(mut soup: Soup) -> Result<Self, SubstrateError> {
         let read = soup.triangles.len();
         match read {
             0 => return Err(SubstrateError::NoTriangles),
             n if n > MOST_TRIANGLES => return Err(SubstrateError::TooLarge { triangles: n }),
-            _ => {}
+            _ => soup.check()?,
         }
         let notes = std::mem::take(&mut soup.notes);
         let mut welded = weld::weld(soup);
@@ -251,7 +298,9 @@ impl Substrate {
         (self.up != self.usual_up).then_some(self.up)
     }
 
-    /// BLAKE3 hash of the file and the buffers that it refers to; empty for a soup from elsewhere.
+    /// BLAKE3 hash of the file and the buffers that it refers to, hexadecimal; for a soup from
+    /// elsewhere, of its positions and triangles, so that recipes and logs of one are not taken for those of
+    /// another.
     pub fn mesh_hash(&self) -> &str {
         &self.hash
     }
@@ -309,9 +358,18 @@ impl Substrate {
     }
 
     /// The number that results name a triangle by: pieces from the largest area down, in the file's
-    /// order inside each. In a clean file of one piece it is the file's own number.
+    /// order inside each. In a clean file of one piece it is the file's own number. It is not the number that
+    /// a [`SurfacePoint`] has: [`from_canonical`](Self::from_canonical) gives that.
     pub fn canonical_triangle(&self, triangle: u32) -> u32 {
         self.numbers[triangle as usize]
+    }
+
+    /// The triangle of this [canonical number](Self::canonical_triangle), unless there is none. It looks
+    /// through a component; [`Elements::places_on`](crate::export::Elements::places_on) is for whole tables.
+    pub fn from_canonical(&self, number: u32) -> Option<u32> {
+        let there = (number as usize) < self.triangles.len();
+        let mut piece = there.then(|| self.component_of(number).triangles.clone())?;
+        piece.find(|&t| self.canonical_triangle(t) == number)
     }
 
     /// The number that a triangle had in the file, polygons being counted as their triangles. Two have the same
@@ -398,8 +456,8 @@ impl Substrate {
 
     /// Triangles of which some point lies within `radius` of a centre, ascending.
     ///
-    /// This is the thesis's triangle list with the erratum of DESIGN section 2, asked for when it
-    /// is needed instead of stored: a triangle belongs when its nearest point does.
+    /// This is the thesis's triangle list (Sumner 2001, 6.3.2), asked for when it is needed instead of
+    /// stored: a triangle belongs when its nearest point does.
     pub fn triangles_within(&self, centre: DVec3, radius: f64) -> Vec<u32> {
         let limit = radius * radius;
         let mut found = Vec::new();

@@ -6,7 +6,10 @@
 /// substrate numbers them; u, v and 1 − u − v lie in [0, 1] up to round-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The triangle's number in the substrate.
+    /// The triangle's number in the substrate. Tables and files have another, the
+    /// [canonical one](super::Substrate::canonical_triangle); [`Substrate::from_canonical`] goes back.
+    ///
+    /// [`Substrate::from_canonical`]: super::Substrate::from_canonical
     pub triangle: u32,
     /// Weight of the second corner.
     pub u: f64,

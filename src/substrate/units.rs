@@ -7,6 +7,16 @@ use rayon::prelude::*;
 use super::weld::is_flat;
 
 /// The map between a mesh file's coordinates and local ones.
+///
+/// The local origin is the bounding box's centre. The scale is the power of two that brings the bounding box's
+/// diagonal to at least 1 and below 2: lengths differ by that factor, which may well be 1 for one mesh and
+/// 1/8192 for the next.
+///
+/// In local units are [`Substrate`](super::Substrate), [`Cluster`](crate::cluster::Cluster),
+/// [`Element`](crate::cluster::Element) and [`Parameters`](crate::growth::Parameters). In the file's are
+/// [`Recipe`](crate::run::Recipe), [`Settings`](crate::run::Settings), [`Progress`](crate::run::Progress),
+/// [`Elements`](crate::export::Elements), [`Analysis`](crate::analysis::Analysis),
+/// [`TriMesh`](crate::export::TriMesh) and the [`SubstrateReport`](super::SubstrateReport).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     min: DVec3,

@@ -1,4 +1,4 @@
-//! Sheets: which parts of the surface belong together near a point (DESIGN section 2).
+//! Sheets: which parts of the surface belong together near a point (Sumner 2001, 6.3.2; `docs/architecture.md`).
 //!
 //! Distances between centres are taken through space, so on a thin fin one face would feel the
 //! other. Two places are on the same sheet within a ball when the surface joins them inside it.
@@ -34,6 +34,12 @@ pub struct Connectivity {
     path: Vec<u32>,
     /// For whoever asks about many places at once: room to list them.
     pub(crate) others: Vec<Place>,
+}
+
+impl std::fmt::Debug for Connectivity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Connectivity").finish_non_exhaustive()
+    }
 }
 
 impl Connectivity {

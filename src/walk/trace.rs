@@ -81,6 +81,13 @@ impl Visitor for Absorbing {
 
 /// Follows a straight path from a point by `step`, a vector in the frame of the point's
 /// triangle (local units; see [`Chart::corners`](crate::substrate::Chart::corners)).
+///
+/// With `absorb` it ends at the first open edge, as [`End::Boundary`]; without, open edges reflect it.
+/// The step must be finite, the point on the substrate: of NaN comes no place, but a [`Trace`] that means
+/// nothing, and with it perhaps a long way to [`MOST_CROSSINGS`].
+///
+/// # Panics
+/// When the substrate does not have the point's triangle.
 pub fn trace(substrate: &Substrate, from: &SurfacePoint, step: DVec2, absorb: bool) -> Trace {
     if absorb {
         trace_visiting(substrate, from, step, &mut Absorbing)

@@ -43,6 +43,14 @@ pub struct SparseIndex {
     wide: Option<CellLists>,
 }
 
+impl std::fmt::Debug for SparseIndex {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseIndex")
+            .field("radius", &self.radius)
+            .finish_non_exhaustive()
+    }
+}
+
 /// From the units that elements come in to the grids'.
 #[derive(Clone, Copy)]
 struct Scale {
@@ -73,6 +81,12 @@ pub struct Notes {
     near: Places,
     /// Blocks that nobody had asked for.
     new: Vec<NewBlock>,
+}
+
+impl std::fmt::Debug for Notes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Notes").finish_non_exhaustive()
+    }
 }
 
 /// Some places and a box that holds them.
