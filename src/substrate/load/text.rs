@@ -80,7 +80,7 @@ pub(super) fn used_are_finite(
         finite(soup.positions[corner], format, || place(corner))?;
     }
     let mut passed_over = 0;
-    for position in soup.positions.iter_mut().filter(|p| !is_place(*p)) {
+    for position in soup.positions.iter_mut().filter(|p| !is_place(p)) {
         *position = [0.0; 3];
         passed_over += 1;
     }
