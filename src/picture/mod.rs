@@ -37,6 +37,7 @@ pub use material::Ground;
 pub(crate) use material::longest_axis;
 pub use render::{Background, Settings, render, render_unless};
 pub use sheet::{ContactSheet, Tile};
+pub use text::unwritable;
 pub use trace::{Stone, World};
 pub use view::Sight;
 
