@@ -264,6 +264,7 @@ fn pictures_move() {
     }
     // Thirtieths of a second in hundredths.
     assert_eq!(delays, [3, 4, 3]);
+    made(&desk, "out -o q.gif --frames 2 --width 16 --fps 50");
 }
 
 /// The bytes of a picture's pixels.
@@ -379,6 +380,11 @@ fn what_cannot_be_is_refused_in_one_line() {
             &["--background", "PNG"],
         ),
         ("out -o f --what picture --ground mud", 2, &["mud", "bark"]),
+        (
+            "out -o a.gif --fps 50.5",
+            2,
+            &["50 frames a second", "50.5", "--fps 50", ".mp4"],
+        ),
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
         (
             "out -o a.usda --camera 30,45",
