@@ -221,7 +221,7 @@ fn one_glb_shows_a_frame_at_a_time() {
         vec![(0.0, 1.0), (0.5, 0.0)],
         vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)],
         vec![(0.0, 0.0), (1.0, 1.0), (1.5, 0.0)],
-        vec![(0.0, 0.0), (1.5, 1.0)],
+        vec![(0.0, 0.0), (1.5, 1.0), (2.0, 1.0)],
     ];
     assert_eq!(switches(&desk, "a.glb"), expected);
     let file = gltf::Gltf::from_slice_without_validation(&desk.read("a.glb")).unwrap();
@@ -235,7 +235,8 @@ fn one_glb_shows_a_frame_at_a_time() {
         &desk,
         "out -o b.glb --frames 4 --fps 2 --window 0 --what points",
     );
-    let expected = [0.5, 1.0, 1.5].map(|t| vec![(0.0, 0.0), (t, 1.0)]);
+    let mut expected = [0.5, 1.0, 1.5].map(|t| vec![(0.0, 0.0), (t, 1.0)]);
+    expected[2].push((2.0, 1.0));
     assert_eq!(switches(&desk, "b.glb"), expected);
     let file = gltf::Gltf::from_slice_without_validation(&desk.read("b.glb")).unwrap();
     let count = |m: gltf::Mesh| {
@@ -263,6 +264,7 @@ fn pictures_move() {
     }
     // Thirtieths of a second in hundredths.
     assert_eq!(delays, [3, 4, 3]);
+    made(&desk, "out -o q.gif --frames 2 --width 16 --fps 50");
 }
 
 /// The bytes of a picture's pixels.
@@ -378,6 +380,11 @@ fn what_cannot_be_is_refused_in_one_line() {
             &["--background", "PNG"],
         ),
         ("out -o f --what picture --ground mud", 2, &["mud", "bark"]),
+        (
+            "out -o a.gif --fps 50.5",
+            2,
+            &["50 frames a second", "50.5", "--fps 50", ".mp4"],
+        ),
         ("out -o a.usda --what picture", 2, &["no pictures", ".gif"]),
         (
             "out -o a.usda --camera 30,45",

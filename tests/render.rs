@@ -520,7 +520,7 @@ fn legends_change_their_corner_only() {
         );
         made(
             &desk,
-            &format!("out -o b.png {view} --what points --by {by} --legend --unit mm"),
+            &format!("out -o b.png {view} --what points --by {by} --legend --unit μm"),
         );
         let [a, b] = ["a.png", "b.png"].map(|name| decoded(&desk, name).3);
         let differs = |x: usize, y: usize| {
@@ -568,6 +568,11 @@ fn what_is_wrong_is_said_in_one_line() {
             "out -o a.png --background blue",
             2,
             &["--background", "transparent"],
+        ),
+        (
+            "out -o a.png --legend --unit mm²",
+            2,
+            &["--unit", "'²'", "mm^2"],
         ),
         ("out -o a.png --by size", 2, &["--by", "density"]),
         ("out -o a.png --by birth --range 2,1", 2, &["--range"]),

@@ -139,9 +139,7 @@ impl Layout {
             let Some(corners) = self.corners[triangle as usize] else {
                 continue;
             };
-            let k = half_edge as usize % 3;
-            let edge = [corners[k], corners[(k + 1) % 3], corners[k]];
-            for (x, y) in around(&edge, FOOTPRINT) {
+            for (x, y) in about(&corners, half_edge as usize % 3, FOOTPRINT) {
                 let p = DVec2::new(x as f64, y as f64);
                 let distance = distance_to(&corners, p) as f32;
                 let texel = self.texel(x, y);
@@ -283,13 +281,55 @@ pub(super) fn doubled_area([a, b, c]: &Corners) -> f64 {
     (*b - *a).perp_dot(*c - *a)
 }
 
-/// Columns and rows of the texels whose middles are in the box of three points, or as near to it.
-fn around(corners: &Corners, distance: f64) -> impl Iterator<Item = (i64, i64)> + use<> {
-    let [low, high] = bounds(corners);
-    let from = (low - distance).ceil();
-    let to = (high + distance).floor();
-    let columns = from.x as i64..=to.x as i64;
-    (from.y as i64..=to.y as i64).flat_map(move |y| columns.clone().map(move |x| (x, y)))
+/// Columns and rows of the texels in the box of a triangle's side, grown by a distance, that are at
+/// most as far outside the triangle, and few others: as many as its sides are long, whatever the box.
+/// All three sides count, as another one's surroundings may lie in the box.
+fn about(
+    corners: &Corners,
+    side: usize,
+    distance: f64,
+) -> impl Iterator<Item = (i64, i64)> + use<> {
+    let corners = *corners;
+    let [a, b] = [corners[side], corners[(side + 1) % 3]];
+    let from = (a.min(b) - distance).ceil();
+    let to = (a.max(b) + distance).floor();
+    (from.y as i64..=to.y as i64).flat_map(move |y| {
+        let mut spans = [0, 1, 2].map(|k| {
+            let ends = [corners[k], corners[(k + 1) % 3]];
+            let [first, last] = near_in_row(ends, y as f64, distance);
+            [first.max(from.x) as i64, last.min(to.x) as i64]
+        });
+        spans.sort_unstable();
+        // Where spans share texels, each comes once.
+        let mut free = i64::MIN;
+        let columns = spans.map(|[first, last]| {
+            let first = first.max(free);
+            free = free.max(last.saturating_add(1));
+            first..=last
+        });
+        columns.into_iter().flatten().map(move |x| (x, y))
+    })
+}
+
+/// The first and the last column of a row that may be as near to a line between two ends; the last is
+/// before the first where none is.
+fn near_in_row([a, b]: [DVec2; 2], row: f64, distance: f64) -> [f64; 2] {
+    const ROUND_OFF: f64 = 1e-6;
+    let reach = distance + ROUND_OFF;
+    let [low, high] = if a.y < b.y { [a, b] } else { [b, a] };
+    let (from, to) = (low.y.max(row - reach), high.y.min(row + reach));
+    if from > to {
+        return [0.0, -1.0];
+    }
+    let slope = (high.x - low.x) / (high.y - low.y);
+    let ends = match high.y - low.y > ROUND_OFF {
+        true => [from, to].map(|y| low.x + (y - low.y) * slope),
+        false => [low.x, high.x],
+    };
+    [
+        (ends[0].min(ends[1]) - reach).ceil(),
+        (ends[0].max(ends[1]) + reach).floor(),
+    ]
 }
 
 /// Columns and rows of the texels whose middles are under a triangle, and a few beside them: as many
@@ -371,4 +411,74 @@ pub(super) fn weights(corners: &Corners, p: DVec2) -> [f64; 3] {
     let [a, b, c] = corners.map(|corner| corner - p);
     let doubled = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
     doubled.map(|w| w / (doubled[0] + doubled[1] + doubled[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    type Texels = Vec<(i64, i64)>;
+
+    /// Texels in the box of a triangle's side, grown by the footprint.
+    fn boxed(corners: &Corners, side: usize) -> Texels {
+        let [a, b] = [corners[side], corners[(side + 1) % 3]];
+        let from = (a.min(b) - FOOTPRINT).ceil().as_i64vec2();
+        let to = (a.max(b) + FOOTPRINT).floor().as_i64vec2();
+        let rows = from.y..=to.y;
+        rows.flat_map(|y| (from.x..=to.x).map(move |x| (x, y)))
+            .collect()
+    }
+
+    /// Those outside the triangle that are as near as the footprint.
+    fn near(corners: &Corners, texels: &[(i64, i64)]) -> Texels {
+        let distance = |&(x, y): &(i64, i64)| {
+            f64::from(distance_to(corners, DVec2::new(x as f64, y as f64)) as f32)
+        };
+        let is_near =
+            |texel: &&(i64, i64)| (f64::MIN_POSITIVE..=FOOTPRINT).contains(&distance(texel));
+        texels.iter().filter(is_near).copied().collect()
+    }
+
+    #[test]
+    fn texels_about_a_side_are_those_of_its_box() {
+        let mut random = Stream::new(7, Purpose::Walker, 0);
+        for round in 0..3000 {
+            let size = [0.01, 1.0, 6.0, 60.0][round % 4];
+            let mut corners = [(); 3].map(|()| random.in_unit_disc() * size);
+            match round % 5 {
+                // Whole and half texels, level and upright sides, distances that are just the footprint.
+                0 => corners = corners.map(|c| (2.0 * c).round() / 2.0),
+                // A sliver.
+                1 => corners[2] = corners[0] + 0.3 * (corners[1] - corners[0]) + 1e-4,
+                2 => corners[1].y = corners[0].y + 1e-7,
+                _ => (),
+            }
+            for side in 0..3 {
+                let visited: Texels = about(&corners, side, FOOTPRINT).collect();
+                let all = boxed(&corners, side);
+                assert_eq!(
+                    near(&corners, &visited),
+                    near(&corners, &all),
+                    "{corners:?}"
+                );
+                assert!(
+                    visited.is_sorted_by(|a, b| (a.1, a.0) < (b.1, b.0)),
+                    "each once"
+                );
+                assert!(visited.iter().all(|texel| all.contains(texel)));
+            }
+        }
+    }
+
+    /// As many texels as sides are long, not as their boxes are large.
+    #[test]
+    fn long_sides_cost_their_length() {
+        let corner = |x: f64, y: f64| DVec2::new(x, y);
+        for third in [corner(0.0, 1.0), corner(0.0, 1000.0), corner(501.0, 500.0)] {
+            let corners = [corner(0.0, 0.0), corner(1000.0, 1000.0), third];
+            let visited = about(&corners, 0, FOOTPRINT).count();
+            assert!((5_000..20_000).contains(&visited), "{visited}");
+        }
+    }
 }

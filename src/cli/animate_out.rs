@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use thallus::export::{
     FilmFormat, MESH_FORMATS, OutputDir, OutputError, SCENE_FORMATS, UnknownFormat,
 };
-use thallus::picture::Background;
+use thallus::picture::{Background, FASTEST_GIF};
 
 use super::animate::check_free;
 use super::animate_args::{AnimateArgs, Subject};
@@ -89,6 +89,13 @@ impl Target {
             return Err(Failure::usage(
                 "--background transparent is for PNG: name a folder and add --what picture",
             ));
+        }
+        if kind == Movie::Gif && args.time.fps > FASTEST_GIF {
+            return Err(Failure::usage(format!(
+                "a .gif shows at most {FASTEST_GIF} frames a second, and --fps is {}: give --fps \
+                 {FASTEST_GIF} or less, or write a .mp4 or a .webm",
+                args.time.fps
+            )));
         }
         match args.what {
             None | Some(Subject::Picture) => Ok(Self::Movie { kind }),

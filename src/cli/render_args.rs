@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use thallus::picture::{Background, Camera, Ground};
+use thallus::picture::{Background, Camera, Ground, unwritable};
 use thallus::skin::parse_color;
 
 use super::args::choice;
@@ -68,7 +68,7 @@ pub(crate) struct ViewArgs {
     #[arg(long)]
     pub(crate) legend: bool,
     /// What a unit of the mesh is called, for the legend, as mm
-    #[arg(long, value_name = "NAME", requires = "legend")]
+    #[arg(long, value_name = "NAME", requires = "legend", value_parser = unit)]
     pub(crate) unit: Option<String>,
 }
 
@@ -179,6 +179,16 @@ fn zoom(text: &str) -> Result<f32, &'static str> {
     }
 }
 
+/// A name that the legend can show as it is: one letter less may be a thousand times as much.
+fn unit(text: &str) -> Result<String, String> {
+    match unwritable(text) {
+        None => Ok(text.to_owned()),
+        Some(letter) => Err(format!(
+            "the letters of pictures have no {letter:?}: write it with those of English, and µ, as mm^2"
+        )),
+    }
+}
+
 fn background(text: &str) -> Result<Background, String> {
     match text {
         "studio" => Ok(Background::Studio),
@@ -240,6 +250,12 @@ mod tests {
         for text in ["stone", "bark", "#0a80ff"] {
             assert_eq!(ground(text).map(ground_text).as_deref(), Ok(text));
         }
+    }
+
+    #[test]
+    fn units_are_in_letters_that_pictures_have() {
+        assert_eq!(unit("μm").as_deref(), Ok("μm"));
+        assert!(unit("mm²").is_err_and(|e| e.contains("'²'") && e.contains("mm^2")));
     }
 
     #[test]

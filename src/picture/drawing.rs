@@ -101,11 +101,6 @@ fn line_height(style: &impl BackendTextStyle) -> f32 {
     (style.size() / HEIGHT) as f32 * LINE
 }
 
-/// In letters that the font has.
-fn spelled(words: &str) -> String {
-    words.replace('±', "+-")
-}
-
 /// A line of text, white on black.
 struct Line {
     ink: Image,
@@ -115,10 +110,9 @@ impl Line {
     fn new(words: &str, height: f32) -> Self {
         /// Share of the height above the line that letters stand on.
         const ABOVE: f32 = 0.78;
-        let words = spelled(words);
-        let width = text::width(&words, height).ceil() as u32 + 1;
+        let width = text::width(words, height).ceil() as u32 + 1;
         let mut ink = Image::sheet(width, height.ceil() as u32, [0; 3]);
-        text::write(&mut ink, &words, [0.0, ABOVE * height], height, [255; 3]);
+        text::write(&mut ink, words, [0.0, ABOVE * height], height, [255; 3]);
         Self { ink }
     }
 
@@ -216,7 +210,7 @@ impl DrawingBackend for Drawing<'_> {
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
         let height = line_height(style);
-        let width = text::width(&spelled(words), height).ceil();
+        let width = text::width(words, height).ceil();
         Ok((width as u32, height.ceil() as u32))
     }
 

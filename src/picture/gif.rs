@@ -24,12 +24,16 @@ impl<W: Write> std::fmt::Debug for GifWriter<W> {
     }
 }
 
+/// The most pictures a second. Browsers show one for two hundredths of a second at least, and take less
+/// for ten.
+pub const FASTEST_GIF: f64 = 50.0;
+
 /// How thoroughly colours are chosen: 1 takes every pixel, 30 one in thirty.
 const SPEED: i32 = 10;
 
 impl<W: Write> GifWriter<W> {
     /// Of pictures of this width and height, at so many a second, as near as hundredths of a second
-    /// come to it.
+    /// come to it; at [`FASTEST_GIF`] where more are asked for.
     ///
     /// # Errors
     /// `InvalidInput` when a side is 0 or beyond 65,535; those of `out`.
@@ -46,7 +50,7 @@ impl<W: Write> GifWriter<W> {
         Ok(Self {
             encoder,
             size: [w, h],
-            fps,
+            fps: fps.min(FASTEST_GIF),
             frames: 0,
         })
     }
@@ -78,5 +82,30 @@ fn from_encoding(error: EncodingError) -> io::Error {
     match error {
         EncodingError::Io(error) => error,
         other => io::Error::other(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_picture_is_too_short_for_browsers() {
+        for fps in [10.0, 24.0, 45.0, 49.9, 50.0, 60.0, 1000.0] {
+            let mut bytes = Vec::new();
+            let mut writer = GifWriter::new(&mut bytes, 2, 2, fps).unwrap();
+            for _ in 0..20 {
+                writer.add(&Image::sheet(2, 2, [200; 3])).unwrap();
+            }
+            drop(writer);
+            let mut gif = gif::DecodeOptions::new().read_info(&bytes[..]).unwrap();
+            let mut all = 0;
+            while let Some(frame) = gif.read_next_frame().unwrap() {
+                assert!(frame.delay >= 2, "{fps}: {}", frame.delay);
+                all += frame.delay;
+            }
+            let expected = (2000.0 / fps.min(50.0)).round();
+            assert_eq!(f64::from(all), expected, "{fps}");
+        }
     }
 }

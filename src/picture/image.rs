@@ -53,12 +53,12 @@ impl Image {
         if width >= self.width {
             return self.clone();
         }
-        let height = (self.height * width / self.width).max(1);
-        let pixel = |i: u32| self.mean(i % width, i / width, [width, height]);
+        let height = height_at(width, [self.width, self.height]);
+        let row = |y: u32| (0..width).flat_map(move |x| self.mean(x, y, [width, height]));
         Self {
             width,
             height,
-            rgb: (0..width * height).flat_map(pixel).collect(),
+            rgb: (0..height).flat_map(row).collect(),
             alpha: None,
         }
     }
@@ -171,6 +171,12 @@ impl Image {
     }
 }
 
+/// Rows of a picture of this size at another width, in proportion.
+fn height_at(width: u32, [old, height]: [u32; 2]) -> u32 {
+    let rows = u64::from(height) * u64::from(width) / u64::from(old);
+    u32::try_from(rows).unwrap_or(u32::MAX).max(1)
+}
+
 fn with_alpha(rgb: &[u8], alpha: &[u8]) -> Vec<u8> {
     let pixels = rgb.chunks_exact(3).zip(alpha);
     pixels.flat_map(|(p, &a)| [p[0], p[1], p[2], a]).collect()
@@ -186,6 +192,8 @@ mod tests {
         assert_eq!(image.shrunk(3), Image::sheet(3, 2, [200, 10, 90]));
         assert_eq!(image.shrunk(6), image);
         assert_eq!(image.shrunk(4).height, 2);
+        // More pixels than 32 bits count.
+        assert_eq!(height_at(100_000, [200_000, 300_000]), 150_000);
         // Half black, half white: half of the light, which is 188 of 255.
         image.rgb = [[0; 3], [255; 3]].concat().repeat(12);
         assert_eq!(image.shrunk(3).rgb, [188; 18]);

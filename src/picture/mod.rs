@@ -30,13 +30,14 @@ use std::fmt;
 
 pub use camera::Camera;
 pub use color::{age_color, hue_color};
-pub use gif::GifWriter;
+pub use gif::{FASTEST_GIF, GifWriter};
 pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
 pub use material::Ground;
 pub(crate) use material::longest_axis;
 pub use render::{Background, Settings, render, render_unless};
 pub use sheet::{ContactSheet, Tile};
+pub use text::unwritable;
 pub use trace::{Stone, World};
 pub use view::Sight;
 

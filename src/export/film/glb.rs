@@ -124,7 +124,8 @@ impl Glb {
         for (frame, mesh) in self.frames.iter().enumerate() {
             let Some(mesh) = mesh else { continue };
             let remains = self.stays || frame == last;
-            let [times, scales] = steps(frame, fps, remains);
+            let end = (frame == last && self.frames.len() > 1).then_some(self.frames.len());
+            let [times, scales] = steps(frame, fps, remains, end);
             if times.len() > 1 {
                 let input = self.parts.floats(1, &times, None);
                 let output = self.parts.floats(3, &scales, None);
@@ -178,8 +179,9 @@ impl Glb {
     }
 }
 
-/// Times in seconds, and the scales from each on, that show a frame.
-fn steps(frame: usize, fps: f64, remains: bool) -> [Vec<f32>; 2] {
+/// Times in seconds, and the scales from each on, that show a frame. The last to come has a key at the
+/// end of the film too: players that repeat begin again at the last key, and would never show it.
+fn steps(frame: usize, fps: f64, remains: bool, end: Option<usize>) -> [Vec<f32>; 2] {
     let at = |frame: usize| (frame as f64 / fps) as f32;
     let mut steps = vec![(at(frame), 1.0)];
     if frame > 0 {
@@ -188,6 +190,7 @@ fn steps(frame: usize, fps: f64, remains: bool) -> [Vec<f32>; 2] {
     if !remains {
         steps.push((at(frame + 1), 0.0));
     }
+    steps.extend(end.map(|end| (at(end), 1.0)));
     let times = steps.iter().map(|(time, _)| *time).collect();
     [
         times,
@@ -224,4 +227,19 @@ fn columns(scene: &Scene, color: AgeColor<'_>, of: &[usize], origin: [f64; 3]) -
         ("_BIRTH", 1, of.iter().map(|&i| i as f32).collect()),
         ("_RADIUS", 1, vec![radius; of.len()]),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_frame_lasts_as_long_as_the_others() {
+        let [times, scales] = steps(3, 2.0, true, Some(4));
+        assert_eq!(times, [0.0, 1.5, 2.0]);
+        assert_eq!(scales, [[0.0; 3], [1.0; 3], [1.0; 3]].concat());
+        // Frames at the end that bring nothing new last too.
+        assert_eq!(steps(3, 2.0, true, Some(6))[0], [0.0, 1.5, 3.0]);
+        assert_eq!(steps(1, 2.0, false, None)[0], [0.0, 0.5, 1.0]);
+    }
 }

@@ -177,3 +177,38 @@ impl Spool {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In map coordinates, where places are stored from an origin.
+    #[test]
+    fn the_box_of_an_empty_frame_lies_where_the_film_does() {
+        let far = [500_000.0, 5_400_000.0, 112.0];
+        let mesh = TriMesh {
+            positions: vec![
+                far,
+                [far[0] + 1.0, far[1], far[2]],
+                [far[0], far[1] + 1.0, far[2]],
+            ],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            colors: vec![[9; 3]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..TriMesh::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let mut film = Film::new(&USDA, 24.0, folder.path()).about(&mesh);
+        film.add_skin(&TriMesh::default()).unwrap();
+        film.add_skin(&mesh).unwrap();
+        let mut out = Vec::new();
+        film.write(1.0, &mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let (_, extents) = text.split_once("float3[] extent").unwrap();
+        assert!(extents.contains("1: [(0, 0, 0), (0, 0, 0)],"), "{text}");
+        assert!(
+            extents.contains("2: [(-0.5, -0.5, 0), (0.5, 0.5, 0)],"),
+            "{text}"
+        );
+    }
+}

@@ -66,7 +66,12 @@ impl Usda {
         self.sample("int[] faceVertexCounts", "", counts)?;
         let corners = mesh.triangles.as_flattened().iter();
         self.sample("int[] faceVertexIndices", "", corners)?;
-        self.sample("float3[] extent", "", mesh.bounds().iter().map(local))?;
+        // A box about nothing lies where the film does, not at the far origin of its file.
+        let extent = match mesh.positions.is_empty() {
+            true => [origin; 2],
+            false => mesh.bounds(),
+        };
+        self.sample("float3[] extent", "", extent.iter().map(local))?;
         self.sample("point3f[] points", "", mesh.positions.iter().map(local))?;
         let normals = mesh.normals.iter().map(|n| Tuple(*n));
         self.sample("normal3f[] normals", VERTEX, normals)?;

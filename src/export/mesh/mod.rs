@@ -60,6 +60,9 @@ pub enum MeshError {
     /// A coordinate that is not a finite number.
     #[error("vertex {0} is not at a finite place")]
     Place(usize),
+    /// Lengths that attributes and most files cannot say.
+    #[error("its lengths are beyond what 32-bit numbers hold: bring them nearer to 1 with --scale")]
+    Range,
     /// More than files count.
     #[error("{0} vertices or triangles: files count them with 31 bits; make the mesh coarser")]
     TooMany(usize),
@@ -156,16 +159,24 @@ impl MeshFormat {
 }
 
 impl TriMesh {
-    /// Checks what every file promises: columns of one length, finite places, corners that are
-    /// vertices, numbers that fit a signed 32-bit integer.
+    /// Checks what every file promises: columns of one length, finite places in the range of 32-bit
+    /// numbers, corners that are vertices, numbers that fit a signed 32-bit integer.
     ///
     /// # Errors
     /// The first that does not hold.
     pub fn check(&self) -> Result<(), MeshError> {
-        let expected = self.positions.len();
         let columns = [("normal", self.normals.len()), ("color", self.colors.len())];
         let named = self.attributes.iter().map(|a| (a.name, a.values.len()));
-        for (column, found) in columns.into_iter().chain(named) {
+        self.check_with(columns.into_iter().chain(named))
+    }
+
+    /// Checks the same of places, triangles and columns of these names and lengths.
+    fn check_with(
+        &self,
+        columns: impl IntoIterator<Item = (&'static str, usize)>,
+    ) -> Result<(), MeshError> {
+        let expected = self.positions.len();
+        for (column, found) in columns {
             if found != expected {
                 return Err(MeshError::Ragged {
                     column,
@@ -182,9 +193,22 @@ impl TriMesh {
         if let Some(vertex) = self.positions.iter().position(|p| !finite(p)) {
             return Err(MeshError::Place(vertex));
         }
+        if !self.fits_single() {
+            return Err(MeshError::Range);
+        }
         let there = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < expected);
         let stray = self.triangles.iter().position(|t| !there(t));
         stray.map_or(Ok(()), |triangle| Err(MeshError::Corner(triangle)))
+    }
+
+    /// Whether float32, which attributes and most formats have, can say its places and tell them apart,
+    /// with room for sums of them: what a scene is asked too.
+    fn fits_single(&self) -> bool {
+        let range = f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX) / 16.0;
+        let [low, high] = self.bounds();
+        let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        let mut ends = low.iter().chain(&high);
+        (size == 0.0 || size >= range.start) && ends.all(|x| x.abs() < range.end)
     }
 
     /// Turns and scales the mesh into the axes and units of a file.
@@ -231,5 +255,87 @@ impl TriMesh {
             .chain(&high)
             .fold(0.0, |m: f64, x| m.max(x.abs()));
         farthest * HALF_ULP > size * 1e-6 || farthest > f64::from(f32::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(size: f64) -> TriMesh {
+        TriMesh {
+            positions: vec![[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            colors: vec![[9; 3]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..TriMesh::default()
+        }
+    }
+
+    fn textured(size: f64) -> TexturedMesh {
+        let colors = Vec::new();
+        TexturedMesh {
+            shape: TriMesh {
+                colors,
+                ..triangle(size)
+            },
+            uvs: vec![[0.0; 2]; 3],
+            tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
+        }
+    }
+
+    const IMAGES: MapImages = MapImages {
+        base_color: &[],
+        normal: &[],
+        orm: &[],
+    };
+
+    fn said(written: io::Result<()>, out: &[u8]) -> Option<String> {
+        let error = written.err()?;
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+        assert!(out.is_empty(), "nothing is begun");
+        Some(error.to_string())
+    }
+
+    #[test]
+    fn lengths_that_float32_cannot_say_are_refused() {
+        for (size, fits) in [
+            (1e-60, false),
+            (1e-30, true),
+            (1e30, true),
+            (1e38, false),
+            (1e40, false),
+        ] {
+            let mut found = Vec::new();
+            for format in MESH_FORMATS {
+                let mut out = Vec::new();
+                let written = format.write(&triangle(size), 1.0, &mut out);
+                found.push(said(written, &out));
+            }
+            let mut out = Vec::new();
+            let written = textured(size).write_glb(&IMAGES, &mut out);
+            found.push(said(written, &out));
+            let is_right = |said: &Option<String>| match said {
+                None => fits,
+                Some(said) => !fits && said.contains("32-bit") && said.contains("--scale"),
+            };
+            assert!(found.iter().all(is_right), "{size}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn textured_meshes_are_checked_column_by_column() {
+        let mut mesh = textured(1.0);
+        mesh.uvs.pop();
+        let mut out = Vec::new();
+        let written = mesh.write_glb(&IMAGES, &mut out);
+        assert!(said(written, &out).is_some_and(|said| said.contains("'uv' has 2 rows")));
+    }
+
+    /// Empty meshes, and those of one place, are in range.
+    #[test]
+    fn meshes_without_a_size_are_sound() {
+        assert_eq!(TriMesh::default().check(), Ok(()));
+        assert_eq!(triangle(0.0).check(), Ok(()));
     }
 }

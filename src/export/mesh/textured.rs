@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::TriMesh;
+use super::{MeshError, TriMesh};
 use crate::export::Placement;
 use crate::export::glb::{document, node, write_head};
 
@@ -53,8 +53,11 @@ impl TexturedMesh {
     /// Writes it as it is placed, with its images inside.
     ///
     /// # Errors
-    /// Those of `out`; `InvalidInput` beyond 4 GiB.
+    /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound; `InvalidInput`
+    /// beyond 4 GiB.
     pub fn write_glb(&self, images: &MapImages, out: &mut dyn Write) -> io::Result<()> {
+        self.check()
+            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
         let mut body = Body::default();
         let origin = self.shape.origin();
         let attributes = self.vertices(origin, &mut body);
@@ -85,6 +88,15 @@ impl TexturedMesh {
         document["buffers"] = json!([{ "byteLength": body.bytes.len() }]);
         write_head(&document, body.bytes.len(), out)?;
         out.write_all(&body.bytes)
+    }
+
+    /// As [`TriMesh::check`], of the columns that it has.
+    fn check(&self) -> Result<(), MeshError> {
+        self.shape.check_with([
+            ("normal", self.shape.normals.len()),
+            ("uv", self.uvs.len()),
+            ("tangent", self.tangents.len()),
+        ])
     }
 
     fn vertices(&self, origin: [f64; 3], body: &mut Body) -> Value {
