@@ -2,6 +2,8 @@
 
 #[path = "common/desk.rs"]
 mod desk;
+#[path = "sweep_cli/found.rs"]
+mod found;
 
 use std::collections::BTreeMap;
 use std::fs;

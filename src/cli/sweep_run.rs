@@ -17,7 +17,7 @@ use super::failure::Failure;
 use super::memory::After;
 use super::output::Finished;
 use super::sweep_progress::Show;
-use super::sweep_record::{self as record, MEASURES};
+use super::sweep_record::{self as record, MEASURES, Record};
 use super::terminal::Voice;
 use super::{memory, resume};
 
@@ -129,8 +129,11 @@ impl Sweep<'_> {
             Err(OutputError::Locked { .. }) => return Ok(End::Elsewhere),
             output => output?,
         };
-        if !anew && self.outcome(run).is_some() {
-            return Ok(End::Finished);
+        if !anew {
+            if self.outcome(run).is_some() {
+                return Ok(End::Finished);
+            }
+            self.check_ours(run, folder)?;
         }
         let recipe = self.plan.runs[run].recipe.as_ref();
         let recipe = recipe.map_err(Clone::clone)?;
@@ -157,10 +160,27 @@ impl Sweep<'_> {
         };
         finished.write_into(&mut output)?;
         let report = finished.report();
-        let measures = record::measures(self.substrate, &growth, &report)?;
-        record::write(&mut output, &self.plan.runs[run], measures, report.stopped)?;
+        let grown = &self.plan.runs[run];
+        Record::of(self.substrate, grown, &growth, &report)?.write(&mut output)?;
         output.commit()?;
         Ok(End::Finished)
+    }
+
+    /// Refuses to replace what somebody grew in the folder of a run, or changed there.
+    fn check_ours(&self, run: usize, folder: &Path) -> Result<(), Failure> {
+        match record::foreign(folder, &self.plan.runs[run]) {
+            None => Ok(()),
+            Some(problem) => Err(self.with_cure(run, &problem)),
+        }
+    }
+
+    /// A problem with what is in the folder of a run, and how it is grown all the same.
+    fn with_cure(&self, run: usize, problem: &str) -> Failure {
+        let cell = &self.plan.cells[self.plan.runs[run].cell].name;
+        Failure::Failed(anyhow::anyhow!(
+            "{problem}; move it out of the sweep if you want to keep it, or let --only {cell} grow the \
+             cell anew in its place"
+        ))
     }
 
     /// The run with what is sound of an interrupted one, and its log.

@@ -1,0 +1,102 @@
+//! What a sweep finds in the folder of a run, and makes of it.
+
+use std::fs;
+
+use super::desk::said;
+use super::{assert_same, desk, done, refused};
+
+/// Runs that take no time.
+const SMALL: &str =
+    "plane.obj --L 5r,10r --radius 0.4% --elements 60 --size 48x40 --samples 1 --quiet";
+
+/// Measures are of the lichen that they lie beside, and what a user grew in a sweep's folder is theirs.
+#[test]
+fn another_lichen_in_the_place_of_a_finished_run_is_told_and_kept() {
+    let desk = desk();
+    done(&desk, &format!("{SMALL} -o clean"));
+    let sweep = format!("{SMALL} -o out");
+    let run = "out/cells/L=5r/seed-1";
+    let grow = |words: &str| {
+        let output = desk
+            .call("grow --quiet --preview 16", words)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{words}: {}", said(&output));
+    };
+    let cut = || {
+        let file = desk.path(&format!("{run}/elements.ply"));
+        let text = fs::read(&file).unwrap();
+        fs::write(&file, [&text[..], b"\n"].concat()).unwrap();
+    };
+    let resumed = format!("plane.obj --resume {run} --elements 90");
+    let forced = format!("plane.obj -o {run} --force --radius 0.4% --elements 60 --bias 0.9");
+    let changes: [(&str, &dyn Fn(), &str); 3] = [
+        (
+            "resumed",
+            &|| grow(&resumed),
+            "the size was elements = 60 and is elements = 90",
+        ),
+        ("forced", &|| grow(&forced), "bias was 0.5 and is 0.9"),
+        (
+            "cut",
+            &cut,
+            "elements.ply was changed or damaged after it was measured",
+        ),
+    ];
+    for (name, change, told) in changes {
+        done(&desk, &sweep);
+        change();
+        let elements = desk.read(&format!("{run}/elements.ply"));
+        let parts = [
+            "1 run failed: L=5r seed 1",
+            "L=5r/seed-1 holds another lichen than this sweep's",
+            told,
+            "--only L=5r",
+        ];
+        refused(&desk, &sweep, 1, &parts);
+        assert!(
+            desk.read(&format!("{run}/elements.ply")) == elements,
+            "{name}: it is kept"
+        );
+        let csv = String::from_utf8(desk.read("out/results.csv")).unwrap();
+        assert_eq!(csv.matches(",failed,").count(), 1, "{name}: {csv}");
+        let words = "merge out clean -o joined --quiet";
+        refused(
+            &desk,
+            words,
+            1,
+            &[told, "leave that part out", "nothing was written"],
+        );
+        assert!(!desk.path("joined").exists(), "{name}");
+        let words = "merge clean out -o out --quiet";
+        refused(&desk, words, 1, &[told]);
+        assert!(
+            desk.read(&format!("{run}/elements.ply")) == elements,
+            "{name}: not merged over"
+        );
+        // Both cures.
+        match name {
+            "forced" => fs::rename(desk.path(run), desk.path("mine")).unwrap(),
+            _ => drop(done(&desk, &format!("{sweep} --only L=5r"))),
+        }
+        done(&desk, &sweep);
+        let _ = fs::remove_file(desk.path(&format!("{run}/preview.png")));
+        assert_same(&desk, "out", "clean");
+    }
+}
+
+/// A sweep by a program that did not look at elements is gone on with, if they are those of the sweep.
+#[test]
+fn a_record_without_a_hash_of_its_elements_is_made_again() {
+    let desk = desk();
+    done(&desk, &format!("{SMALL} -o clean"));
+    done(&desk, &format!("{SMALL} -o out"));
+    let file = desk.path("out/cells/L=5r/seed-1/measures.json");
+    let text = fs::read_to_string(&file).unwrap();
+    let hashless = |line: &&str| !line.contains("elements_hash");
+    let lines: Vec<&str> = text.lines().filter(hashless).collect();
+    assert_eq!(lines.len() + 1, text.lines().count());
+    fs::write(&file, lines.join("\n")).unwrap();
+    done(&desk, &format!("{SMALL} -o out"));
+    assert_same(&desk, "out", "clean");
+}
