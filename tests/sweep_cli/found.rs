@@ -1,9 +1,15 @@
 //! What a sweep finds in the folder of a run, and makes of it.
 
 use std::fs;
+use std::ops::ControlFlow;
 
-use super::desk::said;
-use super::{assert_same, desk, done, refused};
+use thallus::cluster::Element;
+use thallus::log::{Log, LogWriter, head};
+use thallus::run::{Execution, Observer, Progress, Run, Settings};
+use thallus::substrate::Substrate;
+
+use super::desk::{Desk, said};
+use super::{LONG, assert_same, desk, done, refused};
 
 /// Runs that take no time.
 const SMALL: &str =
@@ -98,5 +104,96 @@ fn a_record_without_a_hash_of_its_elements_is_made_again() {
     assert_eq!(lines.len() + 1, text.lines().count());
     fs::write(&file, lines.join("\n")).unwrap();
     done(&desk, &format!("{SMALL} -o out"));
+    assert_same(&desk, "out", "clean");
+}
+
+/// The log of a run that was killed, durable after every 500 elements, and damaged in the second 500.
+fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
+    let substrate = Substrate::load(&desk.path("plane.obj")).unwrap();
+    let settings = Settings::read(&desk.path(&format!("{run}/recipe.toml"))).unwrap();
+    let recipe = settings.resolve(&substrate, "plane.obj").unwrap();
+    let file = desk.path("killed.log");
+    fs::write(&file, head(&recipe)).unwrap();
+    let (mut log, begun) = LogWriter::open(Log::read(&file).unwrap()).unwrap();
+    let mut lengths = Vec::new();
+    let mut watch = |element: &Element, progress: &Progress| {
+        let _ = log.born(element, progress);
+        if progress.elements.is_multiple_of(500) {
+            log.finish().unwrap();
+            lengths.push(file.metadata().unwrap().len() as usize);
+        }
+        match lengths.len() {
+            4 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        }
+    };
+    let begun = Run::new(&substrate, &recipe, begun).unwrap();
+    begun.grow(&Execution::default(), &mut watch);
+    let mut bytes = fs::read(&file).unwrap();
+    bytes[lengths[0] + 50] ^= 1;
+    bytes
+}
+
+/// What is sound of a log is gone on with, and what is not is told; a log that cannot be read is no reason to
+/// begin anew.
+#[test]
+fn a_damaged_log_is_told_and_one_that_cannot_be_read_is_an_error() {
+    let desk = desk();
+    let grid = LONG
+        .replace("--L 5r,10r,20r --B 0.3,0.9", "--L 5r,10r")
+        .replace("--quiet", "");
+    done(&desk, &format!("{grid} -o clean"));
+    done(&desk, &format!("{grid} -o out"));
+    let run = "out/cells/L=5r/seed-1";
+    let log = desk.path(&format!("{run}/run.log"));
+    let whole = fs::read(&log).unwrap();
+    let unfinished = |bytes: &[u8]| {
+        for name in ["measures.json", "elements.ply", "report.json"] {
+            fs::remove_file(desk.path(&format!("{run}/{name}"))).unwrap();
+        }
+        fs::write(&log, bytes).unwrap();
+    };
+    let flipped = |at: usize| {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1;
+        bytes
+    };
+    let block = Log::read(&log).unwrap().sound as usize;
+    let from = "goes on from the 500 elements before that";
+    let cases = [
+        (flipped(block - 20), None),
+        (flipped(30), Some("run.log is damaged at its head")),
+        (Vec::new(), Some("run.log is damaged at its head")),
+        (damaged_log(&desk, run), Some(from)),
+    ];
+    for (bytes, told) in cases {
+        unfinished(&bytes);
+        let output = done(&desk, &format!("{grid} -o out"));
+        let said = said(&output);
+        assert_eq!(said.contains("damaged"), told.is_some(), "{said}");
+        assert!(said.contains(told.unwrap_or_default()), "{said}");
+        assert_same(&desk, "out", "clean");
+    }
+
+    unfinished(&whole);
+    fs::remove_file(&log).unwrap();
+    fs::create_dir(&log).unwrap();
+    let parts = [
+        "1 run failed: L=5r seed 1",
+        "run.log: reading the log failed",
+    ];
+    refused(&desk, &format!("{grid} -o out"), 1, &parts);
+    assert!(log.is_dir());
+    fs::remove_dir(&log).unwrap();
+
+    // Of another recipe.
+    fs::copy(desk.path("out/cells/L=10r/seed-1/run.log"), &log).unwrap();
+    let parts = [
+        "run.log is of another run than this sweep's: curvature-radius was",
+        "--only L=5r",
+    ];
+    refused(&desk, &format!("{grid} -o out"), 1, &parts);
+    fs::remove_file(&log).unwrap();
+    done(&desk, &format!("{grid} -o out"));
     assert_same(&desk, "out", "clean");
 }
