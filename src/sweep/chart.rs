@@ -72,7 +72,7 @@ impl Scale {
     }
 
     /// The values from left to right: people need not list them so.
-    fn from_left(&self) -> Vec<usize> {
+    fn left_to_right(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.shares.len()).collect();
         order.sort_by(|&a, &b| self.shares[a].total_cmp(&self.shares[b]));
         order
@@ -157,7 +157,7 @@ pub(super) fn chart(results: &Results, measure: usize, page: usize) -> Option<St
             "<text class=\"name\" x=\"{middle}\" y=\"{y}\">{name}</text>"
         );
     }
-    let order = scale.from_left();
+    let order = scale.left_to_right();
     for (row, summaries) in summaries.chunks(layout.columns).enumerate() {
         let row = Row {
             points: order.iter().map(|&i| (x(i), summaries[i])).collect(),
@@ -279,7 +279,7 @@ mod tests {
                 );
             }
         }
-        assert_eq!(scale("L", "20r,5r,10r").from_left(), [1, 2, 0]);
+        assert_eq!(scale("L", "20r,5r,10r").left_to_right(), [1, 2, 0]);
         assert_eq!(Scale::of(None).shares, [0.5]);
     }
 

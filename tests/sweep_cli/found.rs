@@ -9,7 +9,7 @@ use thallus::run::{Execution, Observer, Progress, Run, Settings};
 use thallus::substrate::Substrate;
 
 use super::desk::{Desk, said};
-use super::{LONG, assert_same, desk, done, refused};
+use super::{GRID, LONG, assert_same, desk, done, refused};
 
 /// Runs that take no time.
 const SMALL: &str =
@@ -196,4 +196,29 @@ fn a_damaged_log_is_told_and_one_that_cannot_be_read_is_an_error() {
     fs::remove_file(&log).unwrap();
     done(&desk, &format!("{grid} -o out"));
     assert_same(&desk, "out", "clean");
+}
+
+#[test]
+fn another_grid_in_the_folder_is_refused() {
+    let desk = desk();
+    done(&desk, &format!("{GRID} -o out --only L=5r_B=0.3"));
+    let grid = desk.read("out/grid.toml");
+    for (old, new, part) in [
+        ("--seeds 2", "--seeds 3", "seeds was 2 and is 3"),
+        ("5r,10r", "5r,20r", "axes were"),
+        ("18r", "19r", "the size was reach = \"18.0r\""),
+        ("0.4%", "0.5%", "radius was"),
+        ("plane.obj", "rock.obj", "mesh-hash was"),
+    ] {
+        refused(
+            &desk,
+            &format!("{} -o out", GRID.replace(old, new)),
+            1,
+            &["out holds another sweep", part, "choose another folder"],
+        );
+    }
+    assert!(desk.read("out/grid.toml") == grid);
+    fs::create_dir(desk.path("full")).unwrap();
+    fs::write(desk.path("full/notes.txt"), "mine").unwrap();
+    refused(&desk, &format!("{GRID} -o full"), 1, &["full is not empty"]);
 }
