@@ -6,7 +6,9 @@ use std::path::Path;
 use thallus::export::TableValues;
 use thallus::run::{Length, Settings, StopRule, StopSetting};
 use thallus::substrate::Substrate;
-use thallus::sweep::{Axis, CellPicture, Grid, Layout, Outcome, Results, cost, page};
+use thallus::sweep::{
+    Axis, CellPicture, Grid, Layout, Outcome, Results, captions, cost, mean_of, page,
+};
 
 fn plane() -> Substrate {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
@@ -358,6 +360,9 @@ fn the_page_is_whole_and_needs_no_network() {
         8
     ];
     pictures[1].jpeg.clear();
+    let words = |cell| captions(&results, cell);
+    assert_eq!(words(0).len(), 2, "nothing of failures");
+    assert_eq!(words(1), ["failed"]);
     let html = page(
         &results,
         &pictures,
@@ -418,4 +423,75 @@ fn the_page_is_whole_and_needs_no_network() {
             .unwrap()
             .contains("seed 1: </script>")
     );
+}
+
+/// A mean of those that are left is not shown as one of all.
+#[test]
+fn a_cell_of_which_some_runs_failed_says_so() {
+    let grid = grid(&[("L", "20r,5r,10r")], 3);
+    let plan = grid.plan(&plane(), "plane.obj").unwrap();
+    let whole: Vec<_> = (0..9).map(|i| outcome(f64::from(i), 2.0)).collect();
+    let mut outcomes = whole.clone();
+    for run in [1, 3, 4] {
+        outcomes[run] = Err("no room".to_owned());
+    }
+    outcomes[5].as_mut().unwrap().stopped = "full".to_owned();
+    let mut without_a_cell = whole.clone();
+    without_a_cell[..3].fill(Err("no room".to_owned()));
+    let results = |outcomes| Results {
+        grid: &grid,
+        plan: &plan,
+        outcomes,
+    };
+    let show = |outcomes| page(&results(outcomes), &vec![CellPicture::default(); 3], &[]);
+    let sound = show(&whole);
+    assert!(sound.contains("mean of 3 seeds, bars") && !sound.contains("(of "));
+    let means = [&whole, &without_a_cell, &outcomes].map(|o| mean_of(&results(o)));
+    let [all, some] = ["mean of 3 seeds", "mean of up to 3 seeds"];
+    assert_eq!(means, [all, all, some]);
+    let of = |cell| captions(&results(&outcomes), cell);
+    assert_eq!(of(0), ["R_e 2.000 ± 0.000", "n 1 ± 1", "1 of 3 failed"]);
+    assert_eq!(of(1), ["R_e 2", "n 5", "1 of 3 full", "2 of 3 failed"]);
+    assert_eq!(of(2), ["R_e 2.000 ± 0.000", "n 7 ± 1"]);
+    let html = show(&outcomes);
+    for words in [
+        "<span>1 of 3 failed</span>",
+        "mean of up to 3 seeds, bars",
+        "<title>2 (of 1)</title>",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn charts_join_points_from_left_to_right_and_only_on_one_scale() {
+    let chart = |values: &str| {
+        let grid = grid(&[("L", values)], 1);
+        let plan = grid.plan(&plane(), "plane.obj").unwrap();
+        let runs = plan.runs.len() as u32;
+        let outcomes: Vec<_> = (0..runs).map(|i| outcome(f64::from(i), 2.0)).collect();
+        let results = Results {
+            grid: &grid,
+            plan: &plan,
+            outcomes: &outcomes,
+        };
+        let html = page(&results, &vec![CellPicture::default(); runs as usize], &[]);
+        let svg = html.split("<svg").nth(1).unwrap();
+        let svg = svg.split("</svg>").next().unwrap().to_owned();
+        assert!(!svg.contains("NaN"), "{values}: {svg}");
+        svg
+    };
+    let across = |svg: &str| -> Vec<f64> {
+        let points = svg.split("<polyline points=\"").nth(1).unwrap();
+        let points = points.split('"').next().unwrap().split(' ');
+        let x = |point: &str| point.split(',').next().unwrap().parse().unwrap();
+        points.map(x).collect()
+    };
+    let x = across(&chart("20r,5r,10r"));
+    assert!(x.len() == 3 && x.is_sorted(), "{x:?}");
+    for mixed in ["5r,5%", "5r,0.2", "5r,1000,5%"] {
+        let svg = chart(mixed);
+        assert!(!svg.contains("<polyline"), "{mixed}");
+        assert!(svg.matches("<circle").count() >= 2, "{mixed}");
+    }
 }

@@ -2,6 +2,8 @@
 
 #[path = "common/desk.rs"]
 mod desk;
+#[path = "sweep_cli/found.rs"]
+mod found;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -587,31 +589,6 @@ fn a_run_that_failed_in_a_part_is_told_when_parts_are_joined() {
             .path("part/cells/L=10r_B=0.3/seed-2.error.txt")
             .exists()
     );
-}
-
-#[test]
-fn another_grid_in_the_folder_is_refused() {
-    let desk = desk();
-    done(&desk, &format!("{GRID} -o out --only L=5r_B=0.3"));
-    let grid = desk.read("out/grid.toml");
-    for (old, new, part) in [
-        ("--seeds 2", "--seeds 3", "seeds was 2 and is 3"),
-        ("5r,10r", "5r,20r", "axes were"),
-        ("18r", "19r", "the size was reach = \"18.0r\""),
-        ("0.4%", "0.5%", "radius was"),
-        ("plane.obj", "rock.obj", "mesh-hash was"),
-    ] {
-        refused(
-            &desk,
-            &format!("{} -o out", GRID.replace(old, new)),
-            1,
-            &["out holds another sweep", part, "choose another folder"],
-        );
-    }
-    assert!(desk.read("out/grid.toml") == grid);
-    fs::create_dir(desk.path("full")).unwrap();
-    fs::write(desk.path("full/notes.txt"), "mine").unwrap();
-    refused(&desk, &format!("{GRID} -o full"), 1, &["full is not empty"]);
 }
 
 #[test]

@@ -334,7 +334,9 @@ impl Sweep<'_> {
         ends: &[End],
     ) -> Result<(), Failure> {
         let all = self.plan.runs.len();
-        let finished = (0..all).filter(|&run| self.outcome(run).is_some()).count();
+        // Once: it reads all elements.
+        let found: Vec<_> = (0..all).map(|run| self.outcome(run)).collect();
+        let finished = found.iter().flatten().count();
         let folder = self.folder.display();
         if self.execution.is_cancelled() {
             let (finished, all) = (count(finished as u64), count(all as u64));
@@ -344,8 +346,8 @@ impl Sweep<'_> {
             ));
             return Err(Failure::Interrupted);
         }
-        let failures = self.failures(now);
-        let Some(outcomes) = self.outcomes(&failures) else {
+        let failures = self.failures(&found, now);
+        let Some(outcomes) = outcomes(found, &failures) else {
             self.tell_unfinished(args, finished, ends)?;
             return failed(self.plan, &failures, AGAIN);
         };
@@ -379,22 +381,14 @@ impl Sweep<'_> {
     }
 
     /// The runs that failed, now or before, and why.
-    fn failures(&self, now: BTreeMap<usize, String>) -> BTreeMap<usize, String> {
-        let recorded = |run| {
-            let reason = record::read_error(&self.folder_of(run))?;
-            self.outcome(run).is_none().then_some((run, reason))
-        };
-        let before = (0..self.plan.runs.len()).filter_map(recorded);
-        before.chain(now).collect()
-    }
-
-    /// What every run came to; none where some are still to grow.
-    fn outcomes(&self, failures: &BTreeMap<usize, String>) -> Option<Vec<Result<Outcome, String>>> {
-        let outcome = |run| match self.outcome(run) {
-            Some(outcome) => Some(Ok(outcome)),
-            None => failures.get(&run).cloned().map(Err),
-        };
-        (0..self.plan.runs.len()).map(outcome).collect()
+    fn failures(
+        &self,
+        found: &[Option<Outcome>],
+        now: BTreeMap<usize, String>,
+    ) -> BTreeMap<usize, String> {
+        let left = (0..found.len()).filter(|&run| found[run].is_none());
+        let recorded = |run| Some((run, record::read_error(&self.folder_of(run))?));
+        left.filter_map(recorded).chain(now).collect()
     }
 
     /// Other parts, or another process, have yet to end.
@@ -426,6 +420,18 @@ impl Sweep<'_> {
         }
         Ok(())
     }
+}
+
+/// What every run came to; none where some are still to grow.
+fn outcomes(
+    found: Vec<Option<Outcome>>,
+    failures: &BTreeMap<usize, String>,
+) -> Option<Vec<Result<Outcome, String>>> {
+    let outcome = |(run, outcome): (usize, Option<Outcome>)| match outcome {
+        Some(outcome) => Some(Ok(outcome)),
+        None => failures.get(&run).cloned().map(Err),
+    };
+    found.into_iter().enumerate().map(outcome).collect()
 }
 
 /// How a sweep tries again what failed.

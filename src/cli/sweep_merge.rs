@@ -163,9 +163,7 @@ fn sources<'a>(
     let mut missing = BTreeSet::new();
     let mut doubled: BTreeMap<[&Path; 2], usize> = BTreeMap::new();
     for run in 0..plan.runs.len() {
-        let has =
-            |part: &&PathBuf| record::read(&part.join(plan.folder(run)), &plan.runs[run]).is_some();
-        let mut holders = parts.iter().filter(has);
+        let mut holders = holders(parts, plan, run)?.into_iter();
         let Some(first) = holders.next() else {
             match error(parts, plan, run) {
                 Some(reason) => sources.push(Err(reason)),
@@ -188,6 +186,22 @@ fn sources<'a>(
         voice.warn(&twice(first, second, runs));
     }
     Ok(sources)
+}
+
+/// The parts that have a run finished. One that has another lichen in its place is refused.
+fn holders<'a>(parts: &'a [PathBuf], plan: &Plan, run: usize) -> Result<Vec<&'a PathBuf>, Failure> {
+    let mut holders = Vec::new();
+    for part in parts {
+        let folder = part.join(plan.folder(run));
+        if record::read(&folder, &plan.runs[run]).is_some() {
+            holders.push(part);
+        } else if let Some(problem) = record::foreign(&folder, &plan.runs[run]) {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{problem}; move it out of the sweep, or leave that part out; nothing was written"
+            )));
+        }
+    }
+    Ok(holders)
 }
 
 /// Why a run failed: it cannot be grown, or a part says so.

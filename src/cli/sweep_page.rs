@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use thallus::export::write_file_atomically;
 use thallus::run::{StopRule, shell_path};
 use thallus::substrate::Substrate;
-use thallus::sweep::{Grid, Outcome, Plan, Results, page};
+use thallus::sweep::{Grid, Outcome, Plan, Results, mean_of, page};
 
 use super::failure::Failure;
 use super::number::{count, duration, elements, plural, short};
@@ -82,7 +82,10 @@ impl Page<'_> {
     fn note(&self) -> String {
         let seeds = match self.grid.seeds {
             1 => String::new(),
-            seeds => format!("; mean of {seeds} seeds, the picture is of the first"),
+            _ => format!(
+                "; {}, the picture is of the first",
+                mean_of(&self.results())
+            ),
         };
         format!(
             "each grown to {}; same camera and scale{seeds}",
@@ -132,7 +135,11 @@ impl Page<'_> {
         facts.push(fact("Grown to", self.size()));
         let runs = plural(self.plan.runs.len(), "run", "runs");
         let seeds = plural(self.grid.seeds as usize, "seed", "seeds");
-        facts.push(fact("Runs", format!("{runs}, {seeds} a cell")));
+        let failed = match self.outcomes.iter().filter(|o| o.is_err()).count() {
+            0 => String::new(),
+            failed => format!("; {} failed", count(failed as u64)),
+        };
+        facts.push(fact("Runs", format!("{runs}, {seeds} a cell{failed}")));
         let said = self.grid.base.flags();
         if !said.is_empty() {
             facts.push(fact("All cells", said));

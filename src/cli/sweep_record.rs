@@ -1,20 +1,23 @@
 //! What a sweep's folder says of itself: its grid, and what each run came to.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::analysis::{Centres, SurfaceMetric, analyze};
-use thallus::export::{OutputDir, OutputError, write_file_atomically};
-use thallus::run::{Growth, RunReport};
+use thallus::cluster::Cluster;
+use thallus::export::{Elements, OutputDir, OutputError, format_of, write_file_atomically};
+use thallus::input;
+use thallus::picture::age_color;
+use thallus::run::{Growth, Recipe, RunReport, Settings};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, GridRun, Outcome};
 
 use super::export::smooth_on;
 use super::failure::Failure;
-use super::output::{ELEMENTS, REPORT, as_written};
+use super::output::{ELEMENTS, RECIPE, REPORT, as_written};
 
 /// The record of the grid.
 pub(super) const GRID: &str = "grid.toml";
@@ -77,8 +80,11 @@ pub(super) fn check_same(there: &Grid, grid: &Grid, folder: &Path) -> Result<(),
 
 /// What a run came to, as `measures.json` has it.
 #[derive(Debug, Deserialize, Serialize)]
-struct Record {
+pub(super) struct Record {
     recipe_hash: String,
+    /// Of `elements.ply`, so that the measures are not taken for those of another lichen that came into
+    /// the folder later. Records of earlier programs have none.
+    elements_hash: Option<String>,
     stopped: String,
     measures: Vec<Measure>,
 }
@@ -101,40 +107,140 @@ struct Seconds {
     grow: f64,
 }
 
-/// Writes what a run came to into its folder, to appear after everything else.
-pub(super) fn write(
-    output: &mut OutputDir,
-    run: &GridRun,
-    measures: Vec<(String, f64)>,
-    stopped: &str,
-) -> Result<(), Failure> {
-    let measure = |(name, value): (String, f64)| Measure {
-        name,
-        value: value.is_finite().then_some(value),
-    };
-    let record = Record {
-        recipe_hash: run.hash().context("a run without a recipe")?,
-        stopped: stopped.to_owned(),
-        measures: measures.into_iter().map(measure).collect(),
-    };
-    let json = serde_json::to_string_pretty(&record).context("writing JSON")? + "\n";
-    Ok(output.write(MEASURES, |out: &mut dyn Write| {
-        out.write_all(json.as_bytes())
-    })?)
+impl Record {
+    /// What a run came to.
+    pub(super) fn of(
+        substrate: &Substrate,
+        run: &GridRun,
+        growth: &Growth,
+        report: &RunReport,
+    ) -> Result<Self, Failure> {
+        let measure = |(name, value): (String, f64)| Measure {
+            name,
+            value: value.is_finite().then_some(value),
+        };
+        let measures = measures(substrate, growth, report)?;
+        Ok(Self {
+            recipe_hash: run.hash().context("a run without a recipe")?,
+            elements_hash: Some(hash_to_be(substrate, &growth.cluster)?),
+            stopped: report.stopped.to_owned(),
+            measures: measures.into_iter().map(measure).collect(),
+        })
+    }
+
+    /// Writes it into the folder of its run, to appear after everything else.
+    pub(super) fn write(&self, output: &mut OutputDir) -> Result<(), Failure> {
+        let json = serde_json::to_string_pretty(self).context("writing JSON")? + "\n";
+        Ok(output.write(MEASURES, |out: &mut dyn Write| {
+            out.write_all(json.as_bytes())
+        })?)
+    }
+
+    /// That of this run in its folder, if it is there.
+    fn read(folder: &Path, run: &GridRun) -> Option<Self> {
+        let record: Self = json(folder, MEASURES)?;
+        (record.recipe_hash == run.hash()?).then_some(record)
+    }
+
+    /// Whether the elements in the folder are those that were measured.
+    fn is_of(&self, elements: &str) -> bool {
+        self.elements_hash.as_deref() == Some(elements)
+    }
+}
+
+fn json<T: for<'a> Deserialize<'a>>(folder: &Path, name: &str) -> Option<T> {
+    serde_json::from_slice(&fs::read(folder.join(name)).ok()?).ok()
+}
+
+/// A hash of the elements' file as it will be written.
+fn hash_to_be(substrate: &Substrate, cluster: &Cluster) -> anyhow::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    let elements = Elements::of(substrate, cluster);
+    format_of(ELEMENTS.as_ref())?.write(&elements, &age_color, &mut hasher)?;
+    Ok(hasher.finalize().to_string())
+}
+
+/// A hash of the elements' file that is there.
+fn hash_there(folder: &Path) -> io::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(input::regular(&folder.join(ELEMENTS))?)?;
+    Ok(hasher.finalize().to_string())
 }
 
 /// What a run came to, if its folder holds it finished.
 pub(super) fn read(folder: &Path, run: &GridRun) -> Option<Outcome> {
-    let json = |name: &str| fs::read(folder.join(name)).ok();
-    let record: Record = serde_json::from_slice(&json(MEASURES)?).ok()?;
-    let timed: Timed = serde_json::from_slice(&json(REPORT)?).ok()?;
-    let is_whole = record.recipe_hash == run.hash()? && folder.join(ELEMENTS).is_file();
+    let record = Record::read(folder, run)?;
+    let timed: Timed = json(folder, REPORT)?;
+    let is_whole = record.is_of(&hash_there(folder).ok()?);
     let value = |m: Measure| (m.name, m.value.unwrap_or(f64::NAN));
     is_whole.then(|| Outcome {
         stopped: record.stopped,
         measures: record.measures.into_iter().map(value).collect(),
         seconds: timed.seconds.grow,
     })
+}
+
+/// Why what is in the folder of a run must not be replaced: it is not of this sweep, or no longer as it
+/// was measured, and somebody may want it. None where it is a run of the sweep that is not finished, or
+/// nothing.
+pub(super) fn foreign(folder: &Path, run: &GridRun) -> Option<String> {
+    let recipe = run.recipe.as_ref().ok()?;
+    let other = other_recipe(folder, recipe).or_else(|| other_elements(folder, run))?;
+    Some(format!(
+        "{} holds another lichen than this sweep's: {other}",
+        folder.display()
+    ))
+}
+
+/// In what the recipe in a folder is not this one. A log alone says itself whose it is.
+fn other_recipe(folder: &Path, recipe: &Recipe) -> Option<String> {
+    let is_there = |name: &str| folder.join(name).symlink_metadata().is_ok();
+    match (is_there(RECIPE), is_there(ELEMENTS)) {
+        (false, false) => return None,
+        (false, true) => return Some(format!("there is no {RECIPE} beside {ELEMENTS}")),
+        (true, _) => {}
+    }
+    match Settings::read(&folder.join(RECIPE)) {
+        Ok(there) => other_settings(&there, recipe),
+        Err(error) => Some(Failure::from(error).reason()),
+    }
+}
+
+/// In what settings that are complete are not this recipe, size included.
+pub(super) fn other_settings(there: &Settings, recipe: &Recipe) -> Option<String> {
+    let planned = Settings::from(recipe);
+    let mut differences = planned.differences(there);
+    if planned.stop != there.stop {
+        let [planned, there] = [&planned, there].map(size);
+        differences.push(format!("the size was {planned} and is {there}"));
+    }
+    (!differences.is_empty()).then(|| differences.join(", "))
+}
+
+/// `elements = 500`.
+fn size(settings: &Settings) -> String {
+    let stop = Settings {
+        stop: settings.stop,
+        ..Settings::default()
+    };
+    let said = stop.said().pop();
+    said.map_or_else(
+        || "unsaid".to_owned(),
+        |(key, value)| format!("{key} = {value}"),
+    )
+}
+
+/// Whether the elements in a folder are other ones than were measured.
+fn other_elements(folder: &Path, run: &GridRun) -> Option<String> {
+    let record = Record::read(folder, run).filter(|record| record.elements_hash.is_some())?;
+    match hash_there(folder) {
+        Ok(hash) if record.is_of(&hash) => None,
+        Ok(_) => Some(format!(
+            "{ELEMENTS} was changed or damaged after it was measured"
+        )),
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => Some(format!("{ELEMENTS}: reading failed: {error}")),
+    }
 }
 
 /// Where it is said why a run failed: beside its folder, which may be what is wrong.
@@ -162,7 +268,7 @@ pub(super) fn remove_error(folder: &Path) {
 
 /// The named numbers of a finished run, lengths in mesh units: those of the analysis, as `thallus analyze`
 /// finds them in its folder, and what growing it took.
-pub(super) fn measures(
+fn measures(
     substrate: &Substrate,
     growth: &Growth,
     report: &RunReport,

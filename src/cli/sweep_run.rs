@@ -1,6 +1,7 @@
 //! Growing the runs of a grid: the costliest first, each durable as soon as it is done.
 
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -8,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use thallus::export::{OutputDir, OutputError};
-use thallus::log::{LOG, Log, LogWriter};
+use thallus::log::{LOG, Log, LogError, LogWriter};
 use thallus::run::{Execution, Recipe, Run, Stopped, Timings};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
@@ -17,9 +18,9 @@ use super::failure::Failure;
 use super::memory::After;
 use super::output::Finished;
 use super::sweep_progress::Show;
-use super::sweep_record::{self as record, MEASURES};
+use super::sweep_record::{self as record, MEASURES, Record};
 use super::terminal::Voice;
-use super::{memory, resume};
+use super::{memory, number, resume};
 
 /// A sweep that is ready to run.
 pub(super) struct Sweep<'a> {
@@ -129,13 +130,16 @@ impl Sweep<'_> {
             Err(OutputError::Locked { .. }) => return Ok(End::Elsewhere),
             output => output?,
         };
-        if !anew && self.outcome(run).is_some() {
-            return Ok(End::Finished);
+        if !anew {
+            if self.outcome(run).is_some() {
+                return Ok(End::Finished);
+            }
+            self.check_ours(run, folder)?;
         }
         let recipe = self.plan.runs[run].recipe.as_ref();
         let recipe = recipe.map_err(Clone::clone)?;
         memory::check(self.substrate, recipe, After::Sweep, Voice { quiet: true })?;
-        let (begun, mut log) = self.begin(&mut output, recipe, anew)?;
+        let (begun, mut log) = self.begin(&mut output, run, recipe, anew)?;
         let started = Instant::now();
         let growth = begun.grow(execution, &mut log);
         let seconds = Timings {
@@ -157,30 +161,89 @@ impl Sweep<'_> {
         };
         finished.write_into(&mut output)?;
         let report = finished.report();
-        let measures = record::measures(self.substrate, &growth, &report)?;
-        record::write(&mut output, &self.plan.runs[run], measures, report.stopped)?;
+        let grown = &self.plan.runs[run];
+        Record::of(self.substrate, grown, &growth, &report)?.write(&mut output)?;
         output.commit()?;
         Ok(End::Finished)
+    }
+
+    /// Refuses to replace what somebody grew in the folder of a run, or changed there.
+    fn check_ours(&self, run: usize, folder: &Path) -> Result<(), Failure> {
+        match record::foreign(folder, &self.plan.runs[run]) {
+            None => Ok(()),
+            Some(problem) => Err(self.with_cure(run, &problem)),
+        }
+    }
+
+    /// A problem with what is in the folder of a run, and how it is grown all the same.
+    fn with_cure(&self, run: usize, problem: &str) -> Failure {
+        let cell = &self.plan.cells[self.plan.runs[run].cell].name;
+        Failure::Failed(anyhow::anyhow!(
+            "{problem}; move it out of the sweep if you want to keep it, or let --only {cell} grow the \
+             cell anew in its place"
+        ))
     }
 
     /// The run with what is sound of an interrupted one, and its log.
     fn begin(
         &self,
         output: &mut OutputDir,
+        run: usize,
         recipe: &Recipe,
         anew: bool,
     ) -> Result<(Run<'_>, LogWriter), Failure> {
+        let earlier = match anew {
+            true => None,
+            false => self.earlier(run, recipe)?,
+        };
         output.remove(MEASURES)?;
-        let log = Log::read(&output.path().join(LOG));
-        let earlier = log.ok().filter(|log| !anew && log.check(recipe).is_ok());
-        if let Some(earlier) = earlier {
-            let (log, begun) = LogWriter::open(earlier)?;
-            let run = Run::new(self.substrate, recipe, begun)?;
-            resume::place_recipe(output, recipe)?;
-            return Ok((run, log));
+        let Some(earlier) = earlier else {
+            let (log, begun) = LogWriter::open(resume::begin(output, recipe)?)?;
+            return Ok((Run::new(self.substrate, recipe, begun)?, log));
+        };
+        let (log, begun) = LogWriter::open(earlier)?;
+        let run = Run::new(self.substrate, recipe, begun)?;
+        resume::place_recipe(output, recipe)?;
+        Ok((run, log))
+    }
+
+    /// What is sound of an interrupted run's log; none where the run begins anew. What is dropped of a damaged
+    /// log is told, and grows again as it was. A log that cannot be read now may be sound.
+    fn earlier(&self, run: usize, recipe: &Recipe) -> Result<Option<Log>, Failure> {
+        let path = self.folder_of(run).join(LOG);
+        let shown = path.display();
+        let is_gone = |error: io::Error| error.kind() == ErrorKind::NotFound;
+        if path.symlink_metadata().is_err_and(is_gone) {
+            return Ok(None);
         }
-        let (log, begun) = LogWriter::open(resume::begin(output, recipe)?)?;
-        Ok((Run::new(self.substrate, recipe, begun)?, log))
+        let log = match Log::read(&path) {
+            Err(LogError::Damaged { at, elements, .. }) => {
+                self.voice.warn(&format!(
+                    "{shown} is damaged at byte {at}: the run goes on from the {} before that, and what came \
+                     after them grows again as it was",
+                    number::elements(elements)
+                ));
+                Log::read_sound(&path)?
+            }
+            Err(LogError::NoLog(_) | LogError::Head(_)) => {
+                self.voice.warn(&format!(
+                    "{shown} is damaged at its head: nothing in it can be trusted, and the run begins anew"
+                ));
+                return Ok(None);
+            }
+            Err(LogError::Version { found, .. }) => {
+                let problem = format!("{shown} is of a run by thallus {found}");
+                return Err(self.with_cure(run, &problem));
+            }
+            log => log?,
+        };
+        match record::other_settings(&log.recipe, recipe) {
+            None => Ok(Some(log)),
+            Some(other) => {
+                let problem = format!("{shown} is of another run than this sweep's: {other}");
+                Err(self.with_cure(run, &problem))
+            }
+        }
     }
 }
 

@@ -6,6 +6,7 @@ mod length;
 mod names;
 mod observer;
 mod parameter;
+mod places;
 pub mod preset;
 mod recipe;
 mod recipe_text;
@@ -24,6 +25,7 @@ pub use parameter::{
     BIAS, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
     ParameterInfo, RADIUS, REACH,
 };
+pub(crate) use places::Places;
 pub use recipe::{MeshId, Recipe, StopRule};
 pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};

@@ -5,7 +5,7 @@
 use super::parameter::{self as info, ParameterInfo};
 use super::preset;
 use super::settings_error::SettingsError;
-use super::{Length, MeshId, Recipe, StopRule};
+use super::{Length, MeshId, Places, Recipe, StopRule};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 use crate::substrate::{Substrate, UpAxis};
 
@@ -142,6 +142,15 @@ impl Settings {
     /// As [`Settings::complete`]; when a length does not suit the mesh, the seed element has no place on it, or
     /// another axis is said to be up than [the substrate was told](Substrate::with_up).
     pub fn resolve(self, substrate: &Substrate, file: &str) -> Result<Recipe, SettingsError> {
+        self.resolve_by(&Places::on(substrate), file)
+    }
+
+    /// The same, for many recipes on one mesh.
+    ///
+    /// # Errors
+    /// As [`Settings::resolve`].
+    pub(crate) fn resolve_by(self, places: &Places, file: &str) -> Result<Recipe, SettingsError> {
+        let substrate = places.substrate;
         if let Some(said) = self.mesh_up.filter(|up| *up != substrate.up_axis()) {
             return Err(SettingsError::OtherUp { said });
         }
@@ -155,7 +164,7 @@ impl Settings {
             mesh_up: substrate.unusual_up(),
             ..complete.measured(substrate.units().diagonal(), mesh)?
         };
-        let at = recipe.at.locate(substrate, recipe.seed, 0)?;
+        let at = places.of(&recipe.at, recipe.seed)?;
         check_room(substrate, at.triangle, &recipe, is_auto)?;
         Ok(recipe)
     }

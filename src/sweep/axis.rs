@@ -44,9 +44,9 @@ impl AxisValue {
         &self.label
     }
 
-    /// The number in it, without its unit.
-    pub fn number(&self) -> Option<f64> {
-        split_unit(&self.label).map(|(number, _)| number)
+    /// The number in it, and its unit: `r`, `%` or nothing.
+    pub fn number(&self) -> Option<(f64, &str)> {
+        split_unit(&self.label)
     }
 
     /// Of a word of a list: a number, or else a text.

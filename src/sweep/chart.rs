@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::{Axis, Results, Summary};
+use super::{Axis, AxisValue, Results, Summary};
 use crate::picture::{number, round_below};
 
 /// Size of a chart and of the space about its frame: left, top, right, bottom; SVG units.
@@ -11,46 +11,71 @@ const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 230.0;
 const SPACE: [f64; 4] = [62.0, 10.0, 14.0, 40.0];
 
-/// Where values of an axis lie, 0 to 1 from end to end.
-enum Scale {
-    /// At equal distances: words.
-    Words(usize),
-    Linear([f64; 2]),
+/// Where values of an axis lie.
+struct Scale {
+    /// Of each value, 0 to 1 from end to end.
+    shares: Vec<f64>,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// At equal distances.
+    Words,
+    Linear,
     /// Of logarithms.
-    Log([f64; 2]),
+    Log,
 }
 
 impl Scale {
-    /// Logarithmic where the steps have one ratio, to a twentieth, and not one difference.
+    /// Numbers where all values are, and of one unit: how far 5r is from 5% hangs on the mesh.
     fn of(axis: Option<&Axis>) -> Self {
         let values = axis.map_or(&[][..], Axis::values);
-        let numbers: Option<Vec<f64>> = values.iter().map(super::AxisValue::number).collect();
-        let Some(numbers) = numbers.filter(|n| n.len() > 1) else {
-            return Self::Words(values.len().max(1));
-        };
-        let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let numbers: Option<Vec<(f64, &str)>> = values.iter().map(AxisValue::number).collect();
+        let numbers = numbers.unwrap_or_default();
+        let has_one_unit = numbers.iter().all(|(_, unit)| *unit == numbers[0].1);
+        match numbers.len() > 1 && has_one_unit {
+            true => Self::of_numbers(numbers.iter().map(|(number, _)| *number).collect()),
+            false => Self::of_words(values.len().max(1)),
+        }
+    }
+
+    fn of_words(count: usize) -> Self {
+        let share = |i| (i as f64 + 0.5) / count as f64;
+        Self {
+            shares: (0..count).map(share).collect(),
+            kind: Kind::Words,
+        }
+    }
+
+    /// Logarithmic where the steps have one ratio, to a twentieth, and not one difference.
+    fn of_numbers(mut numbers: Vec<f64>) -> Self {
+        let mut sorted = numbers.clone();
+        sorted.sort_by(f64::total_cmp);
         let steps = |of: fn(f64, f64) -> f64| -> Vec<f64> {
-            numbers.windows(2).map(|w| of(w[0], w[1])).collect()
+            sorted.windows(2).map(|w| of(w[0], w[1])).collect()
         };
         let even = |steps: &[f64]| steps.iter().all(|s| (s / steps[0] - 1.0).abs() < 0.05);
+        let (mut low, mut high) = (sorted[0], sorted[sorted.len() - 1]);
         let is_log = low > 0.0
             && numbers.len() > 2
             && !even(&steps(|a, b| b - a))
             && even(&steps(|a, b| libm::log(b / a)));
-        match is_log {
-            true => Self::Log([low, high]),
-            false => Self::Linear([low, high]),
+        if is_log {
+            let logs = numbers.iter_mut().chain([&mut low, &mut high]);
+            logs.for_each(|x| *x = libm::log(*x));
+        }
+        Self {
+            shares: numbers.iter().map(|x| (x - low) / (high - low)).collect(),
+            kind: if is_log { Kind::Log } else { Kind::Linear },
         }
     }
 
-    fn share(&self, i: usize, axis: Option<&Axis>) -> f64 {
-        let number = || axis.and_then(|a| a.values()[i].number()).unwrap_or(0.0);
-        match *self {
-            Self::Words(n) => (i as f64 + 0.5) / n as f64,
-            Self::Linear([low, high]) => (number() - low) / (high - low),
-            Self::Log([low, high]) => libm::log(number() / low) / libm::log(high / low),
-        }
+    /// The values from left to right: people need not list them so.
+    fn left_to_right(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.shares.len()).collect();
+        order.sort_by(|&a, &b| self.shares[a].total_cmp(&self.shares[b]));
+        order
     }
 }
 
@@ -116,7 +141,7 @@ pub(super) fn chart(results: &Results, measure: usize, page: usize) -> Option<St
     let scale = Scale::of(across);
     let inner = WIDTH - SPACE[0] - SPACE[2];
     // Away from the frame, so that no point lies on it.
-    let x = |i: usize| SPACE[0] + inner * (0.06 + 0.88 * scale.share(i, across));
+    let x = |i: usize| SPACE[0] + inner * (0.06 + 0.88 * scale.shares[i]);
     let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">");
     draw_frame(&mut svg, &range);
     for i in 0..layout.columns {
@@ -132,14 +157,19 @@ pub(super) fn chart(results: &Results, measure: usize, page: usize) -> Option<St
             "<text class=\"name\" x=\"{middle}\" y=\"{y}\">{name}</text>"
         );
     }
+    let order = scale.left_to_right();
     for (row, summaries) in summaries.chunks(layout.columns).enumerate() {
-        let name = match results.grid.axes.get(1) {
-            Some(axis) => axis.title(row),
-            None => String::new(),
+        let row = Row {
+            points: order.iter().map(|&i| (x(i), summaries[i])).collect(),
+            seeds: results.grid.seeds as usize,
+            hue: hue(row, layout.rows),
+            is_line: scale.kind != Kind::Words,
+            name: match results.grid.axes.get(1) {
+                Some(axis) => axis.title(row),
+                None => String::new(),
+            },
         };
-        let is_line = !matches!(scale, Scale::Words(_));
-        let hue = hue(row, layout.rows);
-        draw_row(&mut svg, summaries, hue, is_line, &name, &x, &range);
+        row.draw(&mut svg, &range);
     }
     svg.push_str("</svg>");
     Some(svg)
@@ -168,24 +198,33 @@ fn draw_label(svg: &mut String, x: f64, label: &str) {
     );
 }
 
-fn draw_row(
-    svg: &mut String,
-    summaries: &[Summary],
+/// The values of a measure along the first axis.
+struct Row {
+    /// Where each lies across, from left to right, and what it is.
+    points: Vec<(f64, Summary)>,
+    seeds: usize,
     hue: f64,
     is_line: bool,
-    name: &str,
-    x: &dyn Fn(usize) -> f64,
-    range: &Range,
-) {
-    let shown = || summaries.iter().enumerate().filter(|(_, s)| s.runs > 0);
-    let _ = write!(svg, "<g style=\"--h:{hue}\">");
-    if is_line {
-        let points = shown().map(|(i, s)| format!("{:.1},{:.1}", x(i), range.y(s.mean)));
-        let points = points.collect::<Vec<_>>().join(" ");
-        let _ = write!(svg, "<polyline points=\"{points}\"/>");
+    name: String,
+}
+
+impl Row {
+    fn draw(&self, svg: &mut String, range: &Range) {
+        let shown = || self.points.iter().filter(|(_, s)| s.runs > 0);
+        let _ = write!(svg, "<g style=\"--h:{}\">", self.hue);
+        if self.is_line {
+            let points = shown().map(|(x, s)| format!("{x:.1},{:.1}", range.y(s.mean)));
+            let points = points.collect::<Vec<_>>().join(" ");
+            let _ = write!(svg, "<polyline points=\"{points}\"/>");
+        }
+        for (x, s) in shown() {
+            self.draw_point(svg, *x, s, range);
+        }
+        svg.push_str("</g>");
     }
-    for (i, s) in shown() {
-        let (x, y) = (x(i), range.y(s.mean));
+
+    fn draw_point(&self, svg: &mut String, x: f64, s: &Summary, range: &Range) {
+        let y = range.y(s.mean);
         let [top, foot] = [s.mean + s.deviation, s.mean - s.deviation].map(|v| range.y(v));
         if s.deviation > 0.0 {
             let (a, b) = (x - 3.0, x + 3.0);
@@ -194,35 +233,54 @@ fn draw_row(
                 "<path d=\"M{x:.1} {top:.1}V{foot:.1}M{a:.1} {top:.1}H{b:.1}M{a:.1} {foot:.1}H{b:.1}\"/>"
             );
         }
-        let numbers = super::page::spread(s);
-        let title = super::page::escaped(name);
-        let gap = if name.is_empty() { "" } else { ": " };
+        let numbers = super::page::spread_of(s, self.seeds);
+        let title = super::page::escaped(&self.name);
+        let gap = if title.is_empty() { "" } else { ": " };
         let _ = write!(
             svg,
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\"><title>{title}{gap}{numbers}</title></circle>"
         );
     }
-    svg.push_str("</g>");
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn scale(text: &str) -> Scale {
-        Scale::of(Some(&Axis::parse("L", text).unwrap()))
+    fn scale(name: &str, text: &str) -> Scale {
+        Scale::of(Some(&Axis::parse(name, text).unwrap()))
     }
 
     #[test]
     fn scales_follow_the_values() {
-        assert!(matches!(scale("5r,10r,20r"), Scale::Log([5.0, 20.0])));
-        assert!(matches!(scale("5r,10r,15r"), Scale::Linear([5.0, 15.0])));
-        assert!(matches!(scale("5r,10r"), Scale::Linear(_)));
-        let words = Axis::parse("preset", "dla,foliose").unwrap();
-        assert!(matches!(Scale::of(Some(&words)), Scale::Words(2)));
-        let axis = Axis::parse("L", "5r,10r,20r").unwrap();
-        let log = Scale::of(Some(&axis));
-        assert!((log.share(1, Some(&axis)) - 0.5).abs() < 1e-12);
+        let cases = [
+            ("L", "5r,10r,20r", Kind::Log, &[0.0, 0.5, 1.0] as &[f64]),
+            ("L", "5r,10r,15r", Kind::Linear, &[0.0, 0.5, 1.0]),
+            ("L", "5r,10r", Kind::Linear, &[0.0, 1.0]),
+            ("B", "0.2,0.3,0.7", Kind::Linear, &[0.0, 0.2, 1.0]),
+            ("preset", "dla,foliose", Kind::Words, &[0.25, 0.75]),
+            // In any order.
+            ("L", "20r,5r,10r", Kind::Log, &[1.0, 0.0, 0.5]),
+            ("L", "15r,5r,10r", Kind::Linear, &[1.0, 0.0, 0.5]),
+            // Of several units there is no common scale.
+            ("L", "5r,5%", Kind::Words, &[0.25, 0.75]),
+            ("L", "5r,0.2", Kind::Words, &[0.25, 0.75]),
+            ("L", "0.5%,1%", Kind::Linear, &[0.0, 1.0]),
+        ];
+        for (name, text, kind, shares) in cases {
+            let scale = scale(name, text);
+            assert_eq!(scale.kind, kind, "{text}");
+            assert_eq!(scale.shares.len(), shares.len(), "{text}");
+            for (found, expected) in scale.shares.iter().zip(shares) {
+                assert!(
+                    (found - expected).abs() < 1e-12,
+                    "{text}: {:?}",
+                    scale.shares
+                );
+            }
+        }
+        assert_eq!(scale("L", "20r,5r,10r").left_to_right(), [1, 2, 0]);
+        assert_eq!(Scale::of(None).shares, [0.5]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use super::{Axis, GridError};
-use crate::run::{BIAS, Length, Recipe, Settings, SettingsError, StopRule, StopSetting};
+use crate::run::{BIAS, Length, Places, Recipe, Settings, SettingsError, StopRule, StopSetting};
 use crate::substrate::Substrate;
 
 /// Where no size is asked for, every cell grows to this effective radius, in radii of the largest
@@ -216,7 +216,14 @@ impl Grid {
     pub fn plan(&self, substrate: &Substrate, file: &str) -> Result<Plan, GridError> {
         let mut cells = self.cells()?;
         let seeds = self.seed_numbers()?;
-        let resolve = |cell: &Cell, seed| resolve(cell, seed, substrate, file);
+        let places = Places::on(substrate);
+        let resolve = |cell: &Cell, seed| {
+            let settings = Settings {
+                seed: Some(seed),
+                ..cell.settings.clone()
+            };
+            settings.resolve_by(&places, file)
+        };
         let radius = |cell: &Cell| {
             let mut recipes = seeds.iter().map(|&seed| resolve(cell, seed));
             recipes.find_map(|recipe| Some(recipe.ok()?.radius))
@@ -242,19 +249,6 @@ impl Grid {
         let costs = runs.iter().map(cost).collect();
         Ok(Plan { cells, runs, costs })
     }
-}
-
-fn resolve(
-    cell: &Cell,
-    seed: u64,
-    substrate: &Substrate,
-    file: &str,
-) -> Result<Recipe, SettingsError> {
-    let settings = Settings {
-        seed: Some(seed),
-        ..cell.settings.clone()
-    };
-    settings.resolve(substrate, file)
 }
 
 fn check_possible(cells: &[Cell], runs: &[GridRun]) -> Result<(), GridError> {

@@ -17,5 +17,5 @@ mod results;
 pub use axis::{Axis, AxisValue};
 pub use error::{AxisError, GridError, GridFileError, GridTextError};
 pub use grid::{Cell, Grid, GridRun, Layout, Plan, REACH_RADII, cost};
-pub use page::{CellPicture, captions, page, title};
+pub use page::{CellPicture, captions, mean_of, page, title};
 pub use results::{Outcome, Results, Summary};

@@ -8,6 +8,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::chart::{chart, hue};
+use super::results::FAILED;
 use super::{Axis, Results, Summary};
 use crate::analysis::SCALARS;
 use crate::picture::number;
@@ -178,8 +179,8 @@ fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: 
 }
 
 /// What stands under the picture of a cell: effective radius R_e in mesh units and number of
-/// elements n, with their standard deviations over several seeds; and whether no free surface was left
-/// before the lichen had its size.
+/// elements n, with their standard deviations over several seeds; whether no free surface was left
+/// before the lichen had its size; and how many runs failed, of which the numbers say nothing.
 pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     let names = results.measures();
     let of = |name: &str| names.iter().position(|n| *n == name);
@@ -191,15 +192,25 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     if let Some(elements) = summary("elements").filter(|s| s.runs > 0) {
         lines.push(format!("n {}", counted(&elements)));
     }
-    match (results.full(cell), results.grid.seeds) {
-        (0, _) => {}
-        (_, 1) => lines.push("full".to_owned()),
-        (full, seeds) => lines.push(format!("{full} of {seeds} full")),
-    }
-    if lines.is_empty() {
-        lines.push("failed".to_owned());
+    let runs = results.runs_of(cell).len();
+    for (some, word) in [(results.full(cell), "full"), (results.failed(cell), FAILED)] {
+        match some {
+            0 => {}
+            some if some == runs && (runs == 1 || word == FAILED) => lines.push(word.to_owned()),
+            some => lines.push(format!("{some} of {runs} {word}")),
+        }
     }
     lines
+}
+
+/// How many seeds a mean is of, in words: fewer where some runs of a cell failed.
+pub fn mean_of(results: &Results) -> String {
+    let seeds = results.grid.seeds;
+    let is_partial = |cell| (1..results.runs_of(cell).len()).contains(&results.failed(cell));
+    match (0..results.plan.cells.len()).any(is_partial) {
+        true => format!("mean of up to {seeds} seeds"),
+        false => format!("mean of {seeds} seeds"),
+    }
 }
 
 /// Where there is no number.
@@ -215,7 +226,7 @@ fn counted(summary: &Summary) -> String {
 }
 
 /// The same, and of how many runs where not all have a number: such a mean is of a selection.
-fn spread_of(summary: &Summary, runs: usize) -> String {
+pub(super) fn spread_of(summary: &Summary, runs: usize) -> String {
     match summary.runs {
         some if some > 0 && some < runs => format!("{} (of {some})", spread(summary)),
         _ => spread(summary),
@@ -299,12 +310,9 @@ fn push_legend(html: &mut String, results: &Results) {
             let _ = write!(html, "<span style=\"--h:{hue}\"><i></i>{title}</span> ");
         }
     }
-    let seeds = results.grid.seeds;
-    if seeds > 1 {
-        let _ = write!(
-            html,
-            "<span>mean of {seeds} seeds, bars ± one standard deviation</span>"
-        );
+    if results.grid.seeds > 1 {
+        let mean = mean_of(results);
+        let _ = write!(html, "<span>{mean}, bars ± one standard deviation</span>");
     }
     html.push_str("</p>\n");
 }
@@ -360,7 +368,7 @@ fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
                 .map(|run| {
                     results.outcomes[run]
                         .as_ref()
-                        .map_or("failed", |o| o.stopped.as_str())
+                        .map_or(FAILED, |o| o.stopped.as_str())
                 })
                 .collect(),
             errors: runs().filter_map(|run| error(results, run)).collect(),

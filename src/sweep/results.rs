@@ -56,7 +56,7 @@ impl Summary {
 }
 
 /// The word for a run that failed, where others say why they ended.
-const FAILED: &str = "failed";
+pub(super) const FAILED: &str = "failed";
 
 impl<'a> Results<'a> {
     /// Names of the measures.
@@ -79,6 +79,12 @@ impl<'a> Results<'a> {
             outcome.is_ok_and(|o| o.stopped == Stopped::Full.name())
         };
         self.runs_of(cell).filter(is_full).count()
+    }
+
+    /// How many runs of a cell failed.
+    pub fn failed(&self, cell: usize) -> usize {
+        let has_failed = |run: &usize| self.outcomes[*run].is_err();
+        self.runs_of(cell).filter(has_failed).count()
     }
 
     /// The run of a cell that stands for it in pictures: the first that was grown.
