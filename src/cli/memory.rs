@@ -225,7 +225,7 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
 
 /// What (R_e/r)^D is the number of elements of: the curvature rule closes gaps, the more the smaller B is. D was
 /// 1.88 to 1.9 at B = 0.1 and 0.3, 1.82 at 0.5, 1.75 at 0.7 and 1.7 at 0.9, at 150 and 400 radii.
-pub(super) fn dimension(recipe: &Recipe) -> f64 {
+fn dimension(recipe: &Recipe) -> f64 {
     const CLOSED: f64 = 1.9;
     const OPEN: f64 = 1.7;
     if recipe.gain == 0.0 {

@@ -13,7 +13,7 @@ use super::number::{count, duration, plural};
 use super::output::check_names_folder;
 use super::skin::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
-use super::sweep_estimate::{Estimate, counted};
+use super::sweep_estimate::Estimate;
 use super::sweep_page::Page;
 use super::sweep_record as record;
 use super::sweep_run::{End, Sweep};
@@ -311,7 +311,7 @@ impl Sweep<'_> {
     fn warn_of_memory(&self, runs: &[usize], threads: usize) {
         let needed = self
             .recipes(runs)
-            .map(|r| memory::needed(self.substrate, &counted(r)));
+            .map(|r| memory::needed(self.substrate, r));
         let mut needed: Vec<f64> = needed.collect();
         needed.sort_by(|a, b| b.total_cmp(a));
         let together: f64 = needed.iter().take(threads).sum();

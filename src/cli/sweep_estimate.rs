@@ -4,7 +4,6 @@ use thallus::run::{Recipe, StopRule};
 use thallus::substrate::Substrate;
 
 use super::memory;
-use super::progress::DIMENSION;
 use super::sweep_view::PictureStyle;
 
 /// Seconds an element on one thread for the measures of a finished run: 33 to 40 µs were found at 4,000
@@ -30,9 +29,8 @@ pub(super) struct Estimate {
 
 impl Estimate {
     pub(super) fn add_run(&mut self, substrate: &Substrate, recipe: &Recipe) {
-        let recipe = counted(recipe);
-        let measures = MEASURES * elements(substrate, &recipe);
-        let seconds = memory::seconds(substrate, &recipe) + measures;
+        let measures = MEASURES * elements(substrate, recipe);
+        let seconds = memory::seconds(substrate, recipe) + measures;
         self.runs += seconds;
         self.longest = self.longest.max(seconds);
     }
@@ -45,7 +43,7 @@ impl Estimate {
     ) {
         let pixels = f64::from(style.size.width) * f64::from(style.size.height);
         let rays = f64::from(style.samples).sqrt();
-        let skin = SKIN * elements(substrate, &counted(recipe));
+        let skin = SKIN * elements(substrate, recipe);
         self.pictures += skin + PIXEL * pixels * rays;
     }
 
@@ -54,34 +52,6 @@ impl Estimate {
         let threads = threads.max(1) as f64;
         (self.runs / threads).max(self.longest) + self.pictures / threads
     }
-}
-
-/// The recipe with the elements that it is expected to take to its reach: the curvature rule closes
-/// gaps, the more the smaller B is.
-pub(super) fn counted(recipe: &Recipe) -> Recipe {
-    let stop = match recipe.stop {
-        StopRule::Reach(length) => {
-            let elements = (length / recipe.radius).powf(dimension(recipe));
-            StopRule::Elements(elements.max(1.0) as u64)
-        }
-        stop => stop,
-    };
-    Recipe {
-        stop,
-        ..recipe.clone()
-    }
-}
-
-/// What (R_e/r)^D is the number of elements of: D was 1.88 to 1.9 at B = 0.1 and 0.3, 1.82 at 0.5, 1.75
-/// at 0.7 and 1.7 at 0.9, at 150 and 400 radii.
-fn dimension(recipe: &Recipe) -> f64 {
-    const CLOSED: f64 = 1.9;
-    const OPEN: f64 = 1.7;
-    if recipe.gain == 0.0 {
-        return DIMENSION;
-    }
-    let share = ((0.9 - recipe.bias) / 0.6).clamp(0.0, 1.0);
-    OPEN + (CLOSED - OPEN) * share
 }
 
 /// How many elements there are room and orders for: memory goes with their number.
@@ -134,7 +104,7 @@ mod tests {
             let recipe = recipe(&rock, curvature_radius, bias);
             for _seed in 0..2 {
                 estimate.add_run(&rock, &recipe);
-                found += elements(&rock, &counted(&recipe));
+                found += elements(&rock, &recipe);
             }
             estimate.add_picture(&rock, &recipe, &style);
         }

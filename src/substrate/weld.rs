@@ -1,7 +1,7 @@
 //! Welding by position and dropping what no walker can stand on.
 //!
 //! Exporters split vertices at UV and normal seams, so vertices are welded by position before
-//! adjacency is built, or every seam would be a wall (DESIGN section 2).
+//! adjacency is built, or every seam would be a wall.
 //! Triangles without area go, but for those that hold others together, which become parts of them
 //! (`caps.rs`).
 //!
