@@ -27,8 +27,9 @@ pub struct Units {
 
 impl Units {
     /// Units for the vertices that triangles with an area use. One without, far off, would decide them
-    /// otherwise: a scan in geodetic coordinates may have one at the origin.
-    pub(super) fn of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
+    /// otherwise: a scan in geodetic coordinates may have one at the origin. Where that reaches out of the
+    /// box of the others, its corners become one of theirs.
+    pub(super) fn of(positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Self {
         let corners = |t: &[u32; 3]| t.map(|i| DVec3::from(positions[i as usize]));
         let all = Self::from_points(triangles.iter().flat_map(corners));
         let is_outermost = |c: &DVec3| c.cmpeq(all.min).any() || c.cmpeq(all.max).any();
@@ -36,15 +37,16 @@ impl Units {
         if !triangles.par_iter().any(is_deciding) {
             return all;
         }
-        let mut sound = triangles
-            .iter()
-            .map(corners)
-            .filter(|t| !is_flat(*t))
-            .peekable();
-        match sound.peek() {
-            None => all,
-            Some(_) => Self::from_points(sound.flatten()),
-        }
+        let Some(sound) = triangles.iter().find(|t| !is_flat(corners(t))) else {
+            return all;
+        };
+        let inside = sound[0];
+        let shapes = triangles.iter().map(corners).filter(|t| !is_flat(*t));
+        let units = Self::from_points(shapes.flatten());
+        let reaches_out = |t: &[u32; 3]| corners(t).iter().any(|c| !units.holds(*c));
+        let outside = triangles.iter_mut().filter(|t| reaches_out(t));
+        outside.for_each(|t| *t = [inside; 3]);
+        units
     }
 
     fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
@@ -68,7 +70,7 @@ impl Units {
     }
 
     /// Whether a point of the file is in the bounding box.
-    pub(super) fn holds(&self, p: DVec3) -> bool {
+    fn holds(&self, p: DVec3) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 

@@ -19,7 +19,6 @@
 //! Nothing here depends on the order of vertices or triangles.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Soup;
 use super::adjacency::{flatten, unite};
@@ -61,8 +60,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
         mut triangles,
         ..
     } = soup;
-    let units = Units::of(&positions, &triangles);
-    forget_outside(&units, &positions, &mut triangles);
+    let units = Units::of(&positions, &mut triangles);
     let used = count_used(positions.len(), &triangles);
     let vertices = merge_vertices(&units, &positions, &mut triangles);
     drop(positions);
@@ -111,16 +109,6 @@ pub(super) fn stand_for(one: &[u32], places: &mut [DVec3], triangles: &mut [[u32
     }
     let corners = triangles.as_flattened_mut();
     corners.iter_mut().for_each(|c| *c = one[*c as usize]);
-}
-
-/// Takes their corners from triangles that reach out of the box, which have no area.
-fn forget_outside(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) {
-    let is_inside = |t: &[u32; 3]| t.iter().all(|&i| units.holds(positions[i as usize].into()));
-    let Some(inside) = triangles.iter().find(|t| is_inside(t)).map(|t| t[0]) else {
-        return;
-    };
-    let outside = triangles.par_iter_mut().filter(|t| !is_inside(t));
-    outside.for_each(|t| *t = [inside; 3]);
 }
 
 fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
