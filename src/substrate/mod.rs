@@ -173,7 +173,7 @@ impl Substrate {
     /// apart.
     ///
     /// # Errors
-    /// As [`from_soup`](Self::from_soup).
+    /// As [`from_soup`](Self::from_soup), but for corners, which loaders have asked about.
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
         let Loaded { soup, hash, format } = loaded;
         let substrate = Self::cleaned(soup)?;
@@ -200,6 +200,7 @@ impl Substrate {
     /// positions, or its position is not finite or beyond f32. Vertices that no triangle uses may be
     /// anywhere.
     pub fn from_soup(soup: Soup) -> Result<Self, SubstrateError> {
+        soup.check()?;
         let hash = soup.hash();
         let substrate = Self::cleaned(soup)?;
         Ok(Self { hash, ..substrate })
@@ -210,7 +211,7 @@ impl Substrate {
         match read {
             0 => return Err(SubstrateError::NoTriangles),
             n if n > MOST_TRIANGLES => return Err(SubstrateError::TooLarge { triangles: n }),
-            _ => soup.check()?,
+            _ => {}
         }
         let notes = std::mem::take(&mut soup.notes);
         let mut welded = weld::weld(soup);

@@ -23,7 +23,7 @@ pub struct Soup {
 
 impl Soup {
     /// Refuses corners that are not there, or nowhere. Loaders have asked before and named the place in the
-    /// file; asking again is one look at each corner, which is nothing beside welding.
+    /// file.
     pub(super) fn check(&self) -> Result<(), SubstrateError> {
         for (triangle, corners) in self.triangles.iter().enumerate() {
             for &vertex in corners {

@@ -2,7 +2,6 @@
 //! a UTM offset nor a scale of 1e-6 costs precision. Reports and files use the file's own units.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::weld::is_flat;
 
@@ -31,10 +30,19 @@ impl Units {
     /// box of the others, its corners become one of theirs.
     pub(super) fn of(positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Self {
         let corners = |t: &[u32; 3]| t.map(|i| DVec3::from(positions[i as usize]));
-        let all = Self::from_points(triangles.iter().flat_map(corners));
-        let is_outermost = |c: &DVec3| c.cmpeq(all.min).any() || c.cmpeq(all.max).any();
-        let is_deciding = |t: &[u32; 3]| corners(t).iter().any(is_outermost) && is_flat(corners(t));
-        if !triangles.par_iter().any(is_deciding) {
+        let mut outermost = Vec::new();
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (t, shape) in triangles.iter().map(corners).enumerate() {
+            let (low, high) = shape
+                .iter()
+                .fold((min, max), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+            if (low, high) != (min, max) {
+                outermost.push(t);
+            }
+            (min, max) = (low, high);
+        }
+        let all = Self::from_points([min, max].into_iter());
+        if !outermost.iter().any(|&t| is_flat(corners(&triangles[t]))) {
             return all;
         }
         let Some(sound) = triangles.iter().find(|t| !is_flat(corners(t))) else {
