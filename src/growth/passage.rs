@@ -16,6 +16,8 @@ pub struct Lune {
     free: f64,
     /// The distance from the walker to that centre.
     distance: f64,
+    /// Where the circles cross, (x, ±y), with the walker at 0 and the centre on the positive x-axis.
+    crossing: DVec2,
 }
 
 /// Where a walker first meets the rim of a lune, seen from where it was.
@@ -32,35 +34,31 @@ impl Lune {
     /// but not beyond its centre, and crosses it in two places. None otherwise.
     pub fn new(centre: DVec2, contact: f64, free: f64) -> Option<Self> {
         let distance = centre.length();
-        let lune = Self {
+        let gap = distance - contact;
+        let x = (gap * (distance + contact) + free * free) / (2.0 * distance);
+        let y = (free * free - x * x).max(0.0).sqrt();
+        // Of a disc that reaches across by round-off alone nothing is left to arrive at.
+        let is_cut = gap > 0.0 && gap < free && free <= distance && y > 0.0;
+        is_cut.then_some(Self {
             centre,
             contact,
             free,
             distance,
-        };
-        let gap = lune.gap();
-        // Of a disc that reaches across by round-off alone nothing is left to arrive at.
-        let is_cut = gap > 0.0 && gap < free && free <= distance && lune.crossing().y > 0.0;
-        is_cut.then_some(lune)
-    }
-
-    fn gap(&self) -> f64 {
-        self.distance - self.contact
-    }
-
-    /// Where the circles cross, (x, ±y), with the walker at 0 and the centre on the positive x-axis.
-    fn crossing(&self) -> DVec2 {
-        let free_sq = self.free * self.free;
-        let x = (self.gap() * (self.distance + self.contact) + free_sq) / (2.0 * self.distance);
-        DVec2::new(x, (free_sq - x * x).max(0.0).sqrt())
+            crossing: DVec2::new(x, y),
+        })
     }
 
     /// The first arrival at the rim of a Brownian path from the walker, from a standard Cauchy
     /// number.
     pub fn first_arrival(&self, cauchy: f64) -> Arrival {
-        let Self { free, distance, .. } = *self;
-        let gap = self.gap();
-        let DVec2 { x, y } = self.crossing();
+        let Self {
+            contact,
+            free,
+            distance,
+            crossing: DVec2 { x, y },
+            ..
+        } = *self;
+        let gap = distance - contact;
         // Half the angles of the wedge between the walker and either side.
         let to_contact = libm::atan2(y * gap, free * free - gap * x);
         let to_free = libm::atan2(y, free + x);

@@ -329,3 +329,89 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
         self.counts = counts;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::stick::tests::parameters;
+    use super::*;
+    use crate::cluster::NO_PARENT;
+
+    /// A model that was told of these births, and the cluster of them.
+    fn begun<'a>(
+        substrate: &'a Substrate,
+        parameters: &Parameters,
+        births: &[Element],
+        threads: usize,
+    ) -> (WalkerModel<'a>, Cluster) {
+        let mut model = WalkerModel::new(substrate, parameters.clone()).on_threads(threads);
+        let mut cluster = Cluster::new(parameters.radius);
+        for birth in births {
+            cluster.push(*birth);
+            model.born(&cluster);
+        }
+        (model, cluster)
+    }
+
+    fn grow(
+        model: &mut WalkerModel,
+        cluster: &mut Cluster,
+        births: usize,
+        seen: &mut dyn FnMut(&WalkerModel),
+    ) {
+        for _ in 0..births {
+            cluster.push(model.next(cluster, &|| false).expect("a birth"));
+            model.born(cluster);
+            seen(model);
+        }
+    }
+
+    #[test]
+    fn walkers_in_small_steps_wait_where_their_tracks_are_full() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let large = parameters(
+            substrate
+                .units()
+                .length_to_local(substrate.units().diagonal())
+                / 4000.0,
+        );
+        let small = Parameters {
+            steps: Steps::Small,
+            kill: 20.0,
+            ..large.clone()
+        };
+        let (at, _) = substrate.nearest(substrate.bounds()[0].midpoint(substrate.bounds()[1]));
+        let position = substrate.position(&at);
+        let seed = Element {
+            at,
+            position,
+            parent: NO_PARENT,
+            colony: 0,
+            probability: 1.0,
+        };
+        let (mut model, mut cluster) = begun(&substrate, &large, &[seed], 1);
+        grow(&mut model, &mut cluster, 400, &mut |_| {});
+
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(2)
+            .build()
+            .expect("threads");
+        let mut full = 0;
+        let [one, two] = [1, 2].map(|threads| {
+            let (mut model, mut cluster) = begun(&substrate, &small, cluster.elements(), threads);
+            pool.install(|| {
+                grow(&mut model, &mut cluster, 60, &mut |model| {
+                    full += model
+                        .fleet
+                        .iter()
+                        .filter(|flight| flight.track.is_full())
+                        .count();
+                });
+            });
+            cluster
+        });
+        assert_eq!(one.elements(), two.elements());
+        assert!(full > 0, "no walk was long enough");
+    }
+}

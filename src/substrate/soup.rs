@@ -63,7 +63,7 @@ impl Soup {
 }
 
 /// Whether welding can round it to f32; NaN and infinity it cannot.
-fn is_representable(position: [f64; 3]) -> bool {
+pub(super) fn is_representable(position: [f64; 3]) -> bool {
     position.iter().all(|x| x.abs() <= f64::from(f32::MAX))
 }
 

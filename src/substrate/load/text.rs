@@ -3,6 +3,7 @@
 use super::Format;
 use super::error::{LoadFault, Parsed};
 use super::{Soup, counted};
+use crate::substrate::soup::is_representable;
 
 /// Longest excerpt of a file that a message quotes, in bytes.
 const QUOTE: usize = 40;
@@ -72,7 +73,7 @@ pub(super) fn used_are_finite(
     format: Format,
     place: impl Fn(usize) -> String,
 ) -> Parsed<()> {
-    if soup.positions.iter().all(is_place) {
+    if soup.positions.iter().all(|p| is_representable(*p)) {
         return Ok(());
     }
     for &corner in soup.triangles.as_flattened() {
@@ -80,7 +81,7 @@ pub(super) fn used_are_finite(
         finite(soup.positions[corner], format, || place(corner))?;
     }
     let mut passed_over = 0;
-    for position in soup.positions.iter_mut().filter(|p| !is_place(p)) {
+    for position in soup.positions.iter_mut().filter(|p| !is_representable(**p)) {
         *position = [0.0; 3];
         passed_over += 1;
     }
@@ -92,18 +93,13 @@ pub(super) fn used_are_finite(
     Ok(())
 }
 
-/// Whether the position survives the rounding to single precision, in which vertices are welded.
-fn is_place(position: &[f64; 3]) -> bool {
-    position.iter().all(|x| x.abs() <= f64::from(f32::MAX))
-}
-
 /// Refuses a position that is not a place in space.
 pub(super) fn finite(
     position: [f64; 3],
     format: Format,
     place: impl FnOnce() -> String,
 ) -> Parsed<[f64; 3]> {
-    if is_place(&position) {
+    if is_representable(position) {
         return Ok(position);
     }
     let [x, y, z] = position;
