@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use thallus::cluster::Element;
+use thallus::growth::Counts;
 use thallus::run::{Observer, Progress, StopRule};
 
 use super::number::{count, duration, percent, short};
@@ -23,6 +24,8 @@ pub(crate) struct Display {
     form: Form,
     shown: Instant,
     pace: Pace,
+    /// Whether it was said that open edges take the walkers.
+    starving: bool,
 }
 
 /// When a growth ends.
@@ -54,6 +57,7 @@ impl Display {
             form,
             shown: now,
             pace: Pace::new(now, begun.elements, share_done(&goal, begun)),
+            starving: false,
         }
     }
 
@@ -68,6 +72,7 @@ impl Display {
         self.shown = now;
         let share = share_done(&self.goal, progress);
         self.pace.update(now, progress.elements, share);
+        self.tell_of_starving(progress);
         match &self.form {
             Form::Nothing => {}
             Form::Lines => terminal::plain(&line(progress, &self.pace, share)),
@@ -75,6 +80,19 @@ impl Display {
                 bar.set_message(short_line(progress, &self.pace, share));
                 bar.set_position((share * FULL as f64) as u64);
             }
+        }
+    }
+
+    /// Says once why a growth comes to a stand-still at open edges that absorb.
+    fn tell_of_starving(&mut self, progress: &Progress) {
+        let Some(why) = starving(progress).filter(|_| !self.starving) else {
+            return;
+        };
+        self.starving = true;
+        match &self.form {
+            Form::Bar(bar) => bar.suspend(|| terminal::warn(&why)),
+            Form::Lines => terminal::warn(&why),
+            Form::Nothing => {}
         }
     }
 }
@@ -129,6 +147,22 @@ fn short_line(progress: &Progress, pace: &Pace, share: f64) -> String {
 fn time_left(pace: &Pace, share: f64) -> String {
     pace.seconds_left(share)
         .map_or_else(|| "?".to_owned(), duration)
+}
+
+/// Walkers that open edges take for each element, from which on nearly all of the time goes into them.
+const STARVING: u64 = 200;
+
+fn starving(progress: &Progress) -> Option<String> {
+    let Counts { absorbed, .. } = progress.counts;
+    let each = absorbed / progress.elements.max(1);
+    (each >= STARVING).then(|| {
+        format!(
+            "{} walkers were lost at open edges, {} for each element, and ever more will be: --boundary reflect \
+             loses none",
+            count(absorbed),
+            count(each)
+        )
+    })
 }
 
 /// Share of the work that is done, 0 to 1, as far as one can tell.
@@ -186,7 +220,6 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use thallus::growth::Counts;
 
     fn progress(elements: u64) -> Progress {
         Progress {
@@ -232,6 +265,23 @@ mod tests {
         }
         assert!((pace.elements_per_second - 10.0).abs() < 10.0);
         assert_eq!(pace.seconds_left(0.0), None);
+    }
+
+    #[test]
+    fn edges_that_take_nearly_all_walkers_are_told_of() {
+        let lost = |absorbed| Progress {
+            counts: Counts {
+                absorbed,
+                ..Counts::default()
+            },
+            ..progress(50)
+        };
+        assert_eq!(starving(&lost(9_999)), None);
+        let said = starving(&lost(10_000)).expect("a warning");
+        assert!(
+            said.contains("10,000 walkers") && said.contains("200 for each"),
+            "{said}"
+        );
     }
 
     #[test]

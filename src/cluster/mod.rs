@@ -12,6 +12,9 @@ pub use index::{ElementIndex, Look, Mark};
 pub use presence::{Ease, Presence};
 pub use sparse::{Notes, SparseIndex};
 
+/// The smallest radius that positions and indices resolve, over the diagonal of the mesh's bounding box.
+pub const LEAST_RADIUS: f64 = 1e-7;
+
 /// The append-only list of elements, in birth order.
 ///
 /// Everything is in the substrate's local units.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Elements;
-use crate::cluster::{Cluster, Element, NO_PARENT};
+use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
 use crate::substrate::{Substrate, SurfacePoint};
 
 /// Elements that do not lie on a mesh.
@@ -27,8 +27,10 @@ impl Elements {
     ///
     /// # Errors
     /// When an element's triangle and weights say a place farther than a twentieth of the radius
-    /// from its position, beyond what float32 rounds, or its triangle is not there.
+    /// from its position, beyond what float32 rounds, or its triangle is not there; when no run on this mesh
+    /// could have elements of their radius.
     pub fn places_on(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
+        self.check_radius(substrate)?;
         let triangles = substrate.triangles().len() as u32;
         let mut inner = vec![0; triangles as usize];
         (0..triangles).for_each(|t| inner[substrate.canonical_triangle(t) as usize] = t);
@@ -73,6 +75,19 @@ impl Elements {
         Ok(cluster)
     }
 
+    /// Refuses a radius with which nothing grows on this mesh, as of a table in other units.
+    fn check_radius(&self, substrate: &Substrate) -> Result<(), NotOnMesh> {
+        let (radius, diagonal) = (self.radius, substrate.units().diagonal());
+        let grows = (LEAST_RADIUS * diagonal..=diagonal).contains(&radius);
+        match grows || self.is_empty() {
+            true => Ok(()),
+            false => Err(NotOnMesh {
+                element: 0,
+                problem: format!("its radius is {radius:e}, and the mesh {diagonal:e} across"),
+            }),
+        }
+    }
+
     fn no_triangle(&self, i: usize, triangles: u32) -> String {
         let triangle = self.triangle[i];
         format!("its triangle has number {triangle}, and there are {triangles}")
@@ -89,5 +104,36 @@ impl Elements {
         let edge = (b - a).length().max((c - a).length());
         let edge = substrate.units().length_to_file(edge);
         TOLERANCE * self.radius + f64::from(f32::EPSILON) * edge
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn radii_that_fit_no_run_on_the_mesh_are_refused() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let (at, _) = substrate.nearest(DVec3::ZERO);
+        let mut cluster = Cluster::new(0.01);
+        cluster.push(Element {
+            at,
+            position: substrate.position(&at),
+            parent: NO_PARENT,
+            colony: 0,
+            probability: 1.0,
+        });
+        let elements = Elements::of(&substrate, &cluster);
+        assert_eq!(elements.places_on(&substrate), Ok(vec![at]));
+        for radius in [1e-30, 1e30] {
+            let other = Elements {
+                radius,
+                ..elements.clone()
+            };
+            let refused = other.places_on(&substrate).expect_err("no lichen");
+            assert!(refused.problem.contains(&format!("radius is {radius:e}")));
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The loop that grows: births, one after the other, until a rule says stop.
 
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
-use crate::cluster::{Cluster, Element, NO_PARENT};
+use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, Parameters, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
 
@@ -107,9 +107,6 @@ const MOST_ELEMENTS: u64 = u32::MAX as u64 - 1;
 
 /// Bytes: room is made for some 400 an element.
 const TWICE_THE_ROOM: usize = 800;
-
-/// Smallest radius over the diagonal.
-const LEAST_RADIUS: f64 = 1e-7;
 
 /// Grows a lichen by a recipe.
 ///
