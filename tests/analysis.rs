@@ -456,7 +456,7 @@ fn outlines_are_those_of_the_closed_forms() {
     assert_near(outline.length, length, 1e-9);
     let between = 2.0 * ((disc * disc - 1.0).sqrt() + disc * disc * disc.recip().asin());
     let area = f64::from(n - 1) * between + disc * disc * PI;
-    assert_near(outline.area, area, 0.5);
+    assert_near(outline.area, area, 1e-9 * area);
     let (a, b) = (200.0, 56.0 * 3f64.sqrt());
     let inside = |p: &DVec2| p.x.abs() <= a / 2.0 && p.y.abs() <= b / 2.0;
     let found = measured(&packing(80).filter(inside).collect::<Vec<_>>());
