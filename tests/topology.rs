@@ -50,6 +50,28 @@ fn geodetic_sheet() -> Soup {
     soup
 }
 
+/// The first and the last are one as both are one with the second: with the last it is equal as f32, and from the
+/// first it is noise away.
+#[test]
+fn places_that_are_one_with_a_third_are_one() {
+    let places = [
+        [-0.99999999, 0.0, 2.0],
+        [-0.99999999, 4e-11, 2.0],
+        [-1.0, 4e-11, 2.0],
+        [0.0, 0.0, 0.0],
+    ];
+    for order in [[0, 1, 2, 3], [2, 1, 0, 3], [1, 2, 0, 3], [2, 0, 1, 3]] {
+        let (positions, triangles) = fans(&order.map(|i: usize| places[i]));
+        let numbers = welded(&positions, &triangles);
+        let [first, second, last, far] = [0, 1, 2, 3].map(|i| {
+            let at = order.iter().position(|&o| o == i).unwrap();
+            numbers[at].clone()
+        });
+        assert_eq!((&first, &second), (&second, &last), "{order:?}");
+        assert_ne!(first, far);
+    }
+}
+
 #[test]
 fn triangles_without_area_decide_nothing_by_where_they_lie() {
     let sheet = Substrate::from_soup(geodetic_sheet()).unwrap();

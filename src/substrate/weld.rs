@@ -132,9 +132,13 @@ fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> 
 
 /// Replaces corner indices by those of merged vertices and returns the merged positions.
 fn merge_vertices(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
-    let mut places = merge_equal(units, positions, triangles);
+    let (mut places, equal) = merge_equal(units, positions, triangles);
     let [min, _] = units.bounding_box();
-    let one = classes(&places, min, NOISE * units.diagonal());
+    let mut one = classes(&places, min, NOISE * units.diagonal());
+    for [a, b] in equal {
+        unite(&mut one, a, b);
+    }
+    flatten(&mut one);
     if one.iter().enumerate().any(|(i, &root)| root as usize != i) {
         stand_for(&one, &mut places, triangles);
         forget_unused(&mut places, triangles);
@@ -145,14 +149,19 @@ fn merge_vertices(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 
     places
 }
 
-/// Merges vertices that are equal as f32; the positions that are left, in the file's units.
-fn merge_equal(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+/// Merges vertices at one place; the places in the file's units, and pairs of them that are equal as f32.
+fn merge_equal(
+    units: &Units,
+    positions: &[[f64; 3]],
+    triangles: &mut [[u32; 3]],
+) -> (Vec<DVec3>, Vec<[u32; 2]>) {
     let far = units.offset() > FAR * units.diagonal();
     let shift = if far { units.origin() } else { DVec3::ZERO };
     let place = |i: u32| DVec3::from(positions[i as usize]);
     let key = |p: DVec3| (p - shift).to_array().map(rounded_bits);
     let mut seen = HashIndex::with_capacity(positions.len());
     let mut places: Vec<DVec3> = Vec::with_capacity(positions.len().min(triangles.len()));
+    let mut equal = Vec::new();
     // Most corners are at positions that others were at.
     let mut numbers = vec![HashIndex::EMPTY; positions.len()];
     for corner in triangles.as_flattened_mut() {
@@ -161,14 +170,18 @@ fn merge_equal(units: &Units, positions: &[[f64; 3]], triangles: &mut [[u32; 3]]
             let (p, next) = (place(*corner), places.len() as u32);
             let k = key(p);
             *number = seen.find_or_insert(k, next, |i| key(places[i as usize]) == k);
-            match *number == next {
-                true => places.push(p),
-                false => places[*number as usize] = lower(places[*number as usize], p),
+            if *number == next {
+                places.push(p);
+            } else if places[*number as usize] != p {
+                // It stays a place of its own: what is one with it need not be one with the other.
+                equal.push([*number, next]);
+                places.push(p);
+                *number = next;
             }
         }
         *corner = *number;
     }
-    places
+    (places, equal)
 }
 
 /// The first of two places by x, then y, then z: which of many stands for all must not depend on
