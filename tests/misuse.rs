@@ -6,7 +6,7 @@ mod desk;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, assert_refused_in_a_line, names, said};
@@ -135,7 +135,6 @@ fn fewer_elements_never_take_the_place_of_a_finished_run() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_on_the_way_back_leaves_the_finished_run() {
-    use std::process::Command;
     let desk = Desk::new();
     let run = "rock.obj --radius 0.2% --quiet";
     desk.done(&format!("{run} --elements 40000 -o whole"));
@@ -522,4 +521,28 @@ fn what_may_not_be_written_is_refused_and_not_touched() {
     assert!(output.status.success(), "{}", said(&output));
     desk.done("rock.obj --radius 0.2% --elements 3500 -o whole --quiet");
     desk.assert_same("out", "whole");
+}
+
+/// Interrupted while the file is being written, in a folder that was made for it.
+#[cfg(unix)]
+#[test]
+fn half_a_file_goes_when_it_is_interrupted() {
+    let desk = Desk::new();
+    desk.done("rock.obj --radius 0.2% --elements 20000 -o out --quiet");
+    for (command, words, signal) in [
+        ("export", "out -o new/er/a.usda", "-INT"),
+        ("skin", "out -o new/er/a.obj --resolution 0.5r", "-TERM"),
+    ] {
+        let mut child = desk.call(command, words).spawn().unwrap();
+        let is_begun = || fs::read_dir(desk.path("new/er")).is_ok_and(|files| files.count() > 0);
+        while !is_begun() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let id = child.id().to_string();
+        let kill = Command::new("kill").args([signal, &id]).status();
+        assert!(kill.unwrap().success());
+        let code = child.wait().unwrap().code();
+        assert_eq!(code, Some(130), "{command}: 0 when it ended before");
+        assert_eq!(names(desk.0.path()), ["out", "rock.obj"], "{command}");
+    }
 }

@@ -15,6 +15,7 @@ use super::analyze_args::AnalyzeArgs;
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
+use super::interrupt::leave_no_part;
 use super::number::{elements, short};
 use super::output::check_names_folder;
 use super::skin::{check_free, spinner, start_threads};
@@ -27,6 +28,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
         .collect();
     args.plots.as_deref().map_or(Ok(()), check_names_folder)?;
     check_free(&files, args.force)?;
+    leave_no_part();
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let mut grown = Grown::read(&args.from)?;

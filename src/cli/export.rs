@@ -13,6 +13,7 @@ use super::args::ExportArgs;
 use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::{Grown, load};
+use super::interrupt::leave_no_part;
 use super::mesh_args::MeshArgs;
 use super::number::{elements, plural};
 use super::skin::start_threads;
@@ -26,6 +27,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
         axes: format.axes,
         metres: format.metres,
     };
+    leave_no_part();
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let mut grown = Grown::read(&args.from)?;

@@ -1,8 +1,10 @@
-//! Ctrl-C: the first ends the growth well, the second quits at once.
+//! Ctrl-C: the first ends the growth well, the second quits at once, without half of a file.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+
+use thallus::export::discard_unfinished_files;
 
 use super::{INTERRUPTED, terminal};
 
@@ -30,7 +32,15 @@ fn set(
     })
 }
 
+/// Makes Ctrl-C (and a polite kill) quit at once, but without the file that is being written.
+pub(crate) fn leave_no_part() {
+    if let Err(e) = ctrlc::set_handler(|| quit()) {
+        terminal::warn(&format!("Ctrl-C may leave a hidden file behind: {e}"));
+    }
+}
+
 fn quit() -> ! {
+    discard_unfinished_files();
     std::process::exit(i32::from(INTERRUPTED))
 }
 

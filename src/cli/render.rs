@@ -20,6 +20,7 @@ use thallus::substrate::Substrate;
 
 use super::failure::Failure;
 use super::grown::Grown;
+use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
 use super::preview::{bare, granules, stone};
@@ -34,6 +35,7 @@ use super::terminal::{self, Voice};
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     check_name(&args.output)?;
     check_free(std::slice::from_ref(&args.output), args.force)?;
+    leave_no_part();
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let mut clock = Clock::new();

@@ -15,6 +15,7 @@ use thallus::substrate::Substrate;
 use super::axes::Convention;
 use super::failure::Failure;
 use super::grown::Grown;
+use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{count, duration, elements};
 use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
@@ -25,6 +26,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
     check_free(&files, args.force)?;
+    leave_no_part();
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let started = Instant::now();

@@ -3,9 +3,11 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::mem;
 use std::path::{Component, Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::OutputError;
 
@@ -35,6 +37,24 @@ pub fn write_file_atomically(
     Ok(())
 }
 
+/// Removes what [`write_file_atomically`] has not finished, with the folders that it made for it, and lets it
+/// finish nothing more: for a program that is about to end in the middle of its work, as on Ctrl-C.
+///
+/// From then on whoever writes, or calls this again, waits for the end of the program.
+pub fn discard_unfinished_files() {
+    let unfinished = unfinished();
+    for path in unfinished.iter().rev() {
+        let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
+    }
+    mem::forget(unfinished);
+}
+
+/// Files and folders that are gone if what they are for is not finished, each after the folder that it is in.
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn check_free(path: &Path, force: bool) -> Result<(), OutputError> {
     if path.as_os_str().is_empty() {
         return Err(OutputError::NoName);
@@ -56,13 +76,17 @@ pub(super) struct NewFolders(Vec<PathBuf>);
 impl NewFolders {
     /// Makes a folder and its parents, as far as they are missing.
     pub(super) fn make(folder: &Path) -> Result<Self, OutputError> {
+        let mut unfinished = unfinished();
         let made = Self(missing(folder));
-        make_folder(folder)?;
-        Ok(made)
+        unfinished.extend_from_slice(&made.0);
+        let result = make_folder(folder);
+        drop(unfinished);
+        result.map(|()| made)
     }
 
     /// Leaves them in place, durably.
     pub(super) fn keep(mut self) {
+        unfinished().retain(|path| !self.0.contains(path));
         for folder in self.0.drain(..) {
             sync_folder(folder_of(&folder));
         }
@@ -71,8 +95,10 @@ impl NewFolders {
 
 impl Drop for NewFolders {
     fn drop(&mut self) {
+        let mut unfinished = unfinished();
         for folder in self.0.iter().rev() {
             let _ = fs::remove_dir(folder);
+            unfinished.retain(|path| path != folder);
         }
     }
 }
@@ -134,27 +160,24 @@ fn fill_file(file: &File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     file.sync_all()
 }
 
-/// A temporary file that is removed when dropped, unless it was persisted.
+/// A temporary file that is removed when dropped.
 struct Partial {
     file: File,
     path: PathBuf,
-    persisted: bool,
 }
 
 impl Partial {
     /// Opened by hand and not by `tempfile`, which makes files that only their owner can read.
     fn create(folder: &Path, shown: &Path) -> Result<Self, OutputError> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
+        let mut unfinished = unfinished();
         loop {
             let count = COUNTER.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!(".thallus-{}-{count}.part", process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    return Ok(Self {
-                        file,
-                        path,
-                        persisted: false,
-                    });
+                    unfinished.push(path.clone());
+                    return Ok(Self { file, path });
                 }
                 // A killed process that had the same number left it.
                 Err(e) if e.kind() == ErrorKind::AlreadyExists && count < 1 << 20 => {}
@@ -171,11 +194,10 @@ impl Partial {
         fill_file(&self.file, fill).map_err(OutputError::io(shown, "writing"))
     }
 
-    fn persist(mut self, path: &Path, force: bool) -> Result<(), OutputError> {
+    fn persist(self, path: &Path, force: bool) -> Result<(), OutputError> {
+        let unfinished = unfinished();
         if force {
-            fs::rename(&self.path, path).map_err(OutputError::io(path, "writing"))?;
-            self.persisted = true;
-            return Ok(());
+            return fs::rename(&self.path, path).map_err(OutputError::io(path, "writing"));
         }
         // A second name is refused when the first is taken, which a rename is not.
         match fs::hard_link(&self.path, path) {
@@ -186,6 +208,7 @@ impl Partial {
             // Not every file system has hard links.
             Err(_) => {
                 check_free(path, false)?;
+                drop(unfinished);
                 self.persist(path, true)
             }
         }
@@ -194,8 +217,8 @@ impl Partial {
 
 impl Drop for Partial {
     fn drop(&mut self) {
-        if !self.persisted {
-            let _ = fs::remove_file(&self.path);
-        }
+        // Not there where it was renamed.
+        let _ = fs::remove_file(&self.path);
+        unfinished().retain(|path| *path != self.path);
     }
 }

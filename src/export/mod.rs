@@ -7,7 +7,7 @@
 //! program that it is for; each of [`SCENE_FORMATS`] writes it as points, instances or curves. A
 //! [`TriMesh`] is written by each of [`MESH_FORMATS`].
 //! [`Film`] takes the frames of a growing lichen into one file.
-//! [`OutputDir`] and [`write_file_atomically`] put bytes on disk.
+//! [`OutputDir`] and [`write_file_atomically`] put bytes on disk; [`discard_unfinished_files`] is for who cannot wait.
 //!
 //! Nothing here knows of growth or of runs.
 
@@ -43,7 +43,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use crate::substrate::UpAxis;
-pub use atomic::write_file_atomically;
+pub use atomic::{discard_unfinished_files, write_file_atomically};
 pub use elements::{Attribute, Elements, TableError, Values};
 pub use film::{FILM_FORMATS, Film, FilmFormat};
 pub use mesh::{
