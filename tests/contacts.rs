@@ -204,6 +204,8 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
     fine.push(("rough rock".into(), common::noisy_rock(60, 0.02)));
     fine.push(("jagged rock".into(), common::noisy_rock(60, 0.1)));
     fine.push(("finer slab".into(), common::slab(60, 1.0, 0.01)));
+    fine.push(("thinner slab".into(), common::slab(60, 1.0, 0.003)));
+    fine.push(("thicker slab".into(), common::slab(60, 1.0, 0.03)));
     let (mut joined, mut apart, mut looked, mut held) = (0, 0, 0, 0);
     for (name, substrate) in fine {
         let size = substrate
