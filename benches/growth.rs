@@ -210,6 +210,7 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
     let recipe = settings.resolve(&substrate, workload.mesh).expect("fits");
     let execution = Execution {
         threads,
+        uses_all_threads: true,
         ..Execution::default()
     };
     let (before, started) = (cpu::seconds(), Instant::now());

@@ -220,7 +220,7 @@ fn the_command_that_a_message_names_can_be_pasted() {
     let message = said(&skin.arg(folder).output().unwrap());
     let command = message.split(" goes on").next().unwrap();
     let command = &command[command.find("thallus grow").unwrap()..];
-    let pasted = format!("thallus() {{ \"$0\" \"$@\"; }}; {command} --preview 32");
+    let pasted = format!("thallus() {{ \"$0\" \"$@\"; }}; {command} --threads 1 --preview 32");
     let output = Command::new("sh")
         .args(["-c", &pasted, env!("CARGO_BIN_EXE_thallus")])
         .current_dir(desk.0.path())

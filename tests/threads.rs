@@ -10,6 +10,7 @@ use thallus::substrate::Substrate;
 fn grown(substrate: &Substrate, recipe: &Recipe, threads: usize) -> (Cluster, Counts, u64) {
     let execution = Execution {
         threads,
+        uses_all_threads: true,
         ..Execution::default()
     };
     let growth = grow(substrate, recipe, &execution, &mut ()).expect("grows");

@@ -174,7 +174,8 @@ pub(crate) struct GrowArgs {
     /// With --resume: go on from what is sound before a place where run.log is damaged
     #[arg(long, help_heading = RUN)]
     pub(crate) keep_sound: bool,
-    /// Threads to use; the result is the same for any number [default: one for growing, all cores for the rest]
+    /// Threads to use at most; the result is the same for any number, and growth uses as many as make it faster
+    /// [default: as many as there are cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors

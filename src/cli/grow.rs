@@ -268,16 +268,15 @@ fn default_folder(mesh: &Path, number: u32) -> PathBuf {
 }
 
 fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
-    let default = Execution::default();
-    let asked = args.threads.map(usize::from);
-    // Without a number the pool takes all cores, for loading and for the picture.
+    /// To the pool this is as many as there are cores.
+    const ALL: u16 = 0;
     rayon::ThreadPoolBuilder::new()
-        .num_threads(asked.unwrap_or(0))
+        .num_threads(args.threads.unwrap_or(ALL).into())
         .build_global()
         .context("starting threads")?;
     Ok(Execution {
-        threads: asked.unwrap_or(default.threads),
-        ..default
+        threads: rayon::current_num_threads(),
+        ..Execution::default()
     })
 }
 

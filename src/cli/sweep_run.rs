@@ -72,7 +72,7 @@ impl Sweep<'_> {
         // Two threads gain a run little (docs/performance.md).
         let each = Execution {
             threads: 1,
-            cancel: self.execution.cancel.clone(),
+            ..self.execution.clone()
         };
         let next = AtomicUsize::new(0);
         let ends = Mutex::new(vec![End::Interrupted; runs.len()]);

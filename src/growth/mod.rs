@@ -14,6 +14,7 @@ mod orbit;
 mod parameters;
 mod passage;
 mod place;
+mod sharing;
 mod step;
 mod stick;
 mod surroundings;

@@ -86,4 +86,6 @@ pub struct Parallel {
     pub conflicts: u64,
     /// Seconds with several walkers on their way; the rest of growth runs on one thread.
     pub seconds: f64,
+    /// Threads that walked at the end: where fewer than all are faster, these.
+    pub threads: usize,
 }

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
+use super::sharing::Sharing;
 use super::stick::{Crowd, widest_count};
 use super::walker::{Fate, Interrupts, Walk};
 use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Steps, Stickiness, Surroundings};
@@ -31,8 +32,11 @@ const CROSSINGS_PER_TRIANGLE: u64 = 4;
 /// Meshes of fewer triangles are walked over as fast without a copy.
 const LEAST_TRIANGLES: usize = 20_000;
 
-/// Walkers on their way for each thread, at most.
+/// Walkers on their way for each thread, at most, one of which is expected to be born.
 const FLEET_PER_THREAD: usize = 3;
+
+/// Walkers on their way for each of those, at most, where most are lost: they come in nobody's way.
+const MOST_LOST: usize = 64;
 
 /// Looks at what a thread waits for before it may sleep: some hundred microseconds.
 const MOST_WAITS: u32 = 10_000;
@@ -52,10 +56,12 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     fleet: VecDeque<Box<Flight<I>>>,
     /// Flights that have landed, for what they hold in memory.
     landed: Vec<Box<Flight<I>>>,
-    threads: usize,
+    sharing: Sharing,
     /// One a thread.
     scratch: Vec<Mutex<Connectivity>>,
     parallel: Parallel,
+    /// Walkers that have landed since the last birth.
+    lost: usize,
     /// Flights of the fleet so far.
     flown: Arc<AtomicU64>,
 }
@@ -83,7 +89,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             counts: Counts::default(),
             fleet: VecDeque::new(),
             landed: Vec::new(),
-            threads: 1,
+            sharing: Sharing::always(1),
+            lost: 0,
             scratch: vec![Mutex::default()],
             parallel: Parallel::default(),
             flown: Arc::default(),
@@ -92,25 +99,42 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
-    /// The same on several threads of the present rayon pool.
+    /// The same on several threads of the present rayon pool, always.
     #[must_use]
-    pub fn on_threads(mut self, threads: usize) -> Self {
-        self.threads = threads.max(1);
-        self.scratch.resize_with(self.threads, Mutex::default);
+    pub fn on_threads(self, threads: usize) -> Self {
+        self.sharing(Sharing::always(threads.max(1)), threads)
+    }
+
+    /// The same on as many threads of the present rayon pool as pay, but no more than these.
+    #[must_use]
+    pub fn on_threads_that_pay(self, most: usize) -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        self.sharing(Sharing::new(most.max(1), cores), most)
+    }
+
+    fn sharing(mut self, sharing: Sharing, most: usize) -> Self {
+        self.sharing = sharing;
+        self.scratch.resize_with(most.max(1), Mutex::default);
         self
     }
 
     /// How the work was shared.
-    pub fn parallel(&self) -> &Parallel {
-        &self.parallel
+    pub fn parallel(&self) -> Parallel {
+        Parallel {
+            threads: self.sharing.threads(),
+            ..self.parallel
+        }
     }
 
     /// Walkers that walk at the same time: enough to share among the threads, but so few beside the
     /// lichen's tips that they seldom come in each other's way.
     fn fleet_size(&self, elements: usize) -> usize {
-        match self.threads {
+        match self.sharing.threads() {
             1 => 1,
-            threads => (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads),
+            threads => {
+                let born = (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads);
+                born * self.lost.clamp(1, MOST_LOST)
+            }
         }
     }
 
@@ -125,9 +149,10 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
 
     /// Lets the fleet walk, at least until its first walker has come to its end.
     fn fly(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) {
+        self.sharing.walked(&self.counts);
         self.complete_fleet(cluster.len());
         let mut fleet = std::mem::take(&mut self.fleet);
-        match fleet.len() {
+        match self.sharing.threads().min(fleet.len()) {
             1 => {
                 let interrupts = Interrupts {
                     cancelled,
@@ -135,7 +160,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                 };
                 self.advance(&mut fleet[0], cluster, false, interrupts);
             }
-            _ => self.fly_together(&mut fleet, cluster, cancelled),
+            threads => self.fly_together(&mut fleet, threads, cluster, cancelled),
         }
         self.fleet = fleet;
     }
@@ -143,6 +168,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     fn fly_together(
         &mut self,
         fleet: &mut VecDeque<Box<Flight<I>>>,
+        threads: usize,
         cluster: &Cluster,
         cancelled: Cancelled<'_>,
     ) {
@@ -151,7 +177,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let conflicts = AtomicU64::new(0);
         // When a thread has nothing left to do, the others pause, but the first goes on to its end:
         // without it none can land.
-        let enough = (fleet.len() + 1).saturating_sub(self.threads);
+        let enough = (fleet.len() + 1).saturating_sub(threads);
         let paused =
             || stopped.load(Ordering::Relaxed) >= enough && first_ended.load(Ordering::Relaxed);
         let interrupts = Interrupts {
@@ -162,28 +188,25 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         self.flown.fetch_add(1, Ordering::Relaxed);
         let all = fleet.len();
         let waiting = Mutex::new(fleet.iter_mut().enumerate());
-        (0..self.threads)
-            .into_par_iter()
-            .with_max_len(1)
-            .for_each(|_| {
-                while let Some((i, flight)) = next_of(&waiting) {
-                    let again = this.advance(flight, cluster, i > 0, interrupts);
-                    conflicts.fetch_add(again.into(), Ordering::Relaxed);
-                    stopped.fetch_add(1, Ordering::Relaxed);
-                    first_ended.fetch_or(i == 0, Ordering::Relaxed);
-                }
-                wait_while(|| stopped.load(Ordering::Relaxed) < all);
-            });
+        (0..threads).into_par_iter().with_max_len(1).for_each(|_| {
+            while let Some((i, flight)) = next_of(&waiting) {
+                let again = this.advance(flight, cluster, i > 0, interrupts);
+                conflicts.fetch_add(again.into(), Ordering::Relaxed);
+                stopped.fetch_add(1, Ordering::Relaxed);
+                first_ended.fetch_or(i == 0, Ordering::Relaxed);
+            }
+            wait_while(|| stopped.load(Ordering::Relaxed) < all);
+        });
         self.parallel.seconds += started.elapsed().as_secs_f64();
         self.parallel.conflicts += conflicts.into_inner();
-        self.keep_awake();
+        self.keep_awake(threads);
     }
 
     /// Keeps the other threads from falling asleep until the fleet flies again: that takes less time
     /// than to wake them.
-    fn keep_awake(&self) {
+    fn keep_awake(&self, threads: usize) {
         let flown = self.flown.load(Ordering::Relaxed);
-        for _ in 1..self.threads {
+        for _ in 1..threads {
             let latest = Arc::clone(&self.flown);
             rayon::spawn(move || wait_while(|| latest.load(Ordering::Relaxed) == flown));
         }
@@ -202,7 +225,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         if !others_walk {
             flight.track.forget(&self.index);
         }
-        let thread = rayon::current_thread_index().unwrap_or(0) % self.threads;
+        let thread = rayon::current_thread_index().unwrap_or(0) % self.scratch.len();
         let mut scratch = match self.scratch[thread].lock() {
             Ok(scratch) => scratch,
             // Scratch is good in any state.
@@ -277,7 +300,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             self.index
                 .adopt(cluster.elements(), &mut flight.track.notes);
             self.counts.add(&flight.track.counts);
-            self.parallel.walks += u64::from(self.threads > 1);
+            self.parallel.walks += u64::from(self.sharing.threads() > 1);
+            self.lost += 1;
         }
         self.landed.push(flight);
     }
@@ -302,6 +326,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn born(&mut self, cluster: &Cluster) {
+        self.lost = 0;
         if !cluster.is_empty() {
             self.index.insert(cluster.elements());
             self.launcher

@@ -242,7 +242,10 @@ impl<'a> Run<'a> {
 
     /// Grows until a rule says stop. The observer sees the births from here on.
     pub fn grow(mut self, execution: &Execution, observer: &mut dyn Observer) -> Growth {
-        self.model = self.model.on_threads(execution.threads);
+        self.model = match execution.uses_all_threads {
+            true => self.model.on_threads(execution.threads),
+            false => self.model.on_threads_that_pay(execution.threads),
+        };
         let stopped = match execution.threads {
             0 | 1 => self.until_stopped(execution, observer),
             // From inside the pool this thread takes its share of the walkers.
@@ -250,7 +253,7 @@ impl<'a> Run<'a> {
         };
         Growth {
             counts: self.model.counts().clone(),
-            parallel: *self.model.parallel(),
+            parallel: self.model.parallel(),
             cluster: self.cluster,
             stopped,
         }

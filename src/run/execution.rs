@@ -6,9 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How to run, apart from what to grow.
 #[derive(Clone, Debug)]
 pub struct Execution {
-    /// Threads that walk; the result is the same for any number. One by default: two are 1.5 times as
-    /// fast, and many lichens are grown faster side by side (`docs/performance.md`).
+    /// Threads that walk, at most; the result is the same for any number. One by default: two are 1.5 times
+    /// as fast, and many lichens are grown faster side by side (`docs/performance.md`).
     pub threads: usize,
+    /// Whether all of them walk all the time, for measurements. Else, where fewer are faster, fewer do:
+    /// that is found by trial.
+    pub uses_all_threads: bool,
     /// Set it to stop after the current element. It stays set: a run that is given it again stops at once,
     /// so clear it or take another [`Execution`] to go on.
     pub cancel: Arc<AtomicBool>,
@@ -18,6 +21,7 @@ impl Default for Execution {
     fn default() -> Self {
         Self {
             threads: 1,
+            uses_all_threads: false,
             cancel: Arc::default(),
         }
     }

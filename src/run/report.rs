@@ -80,8 +80,8 @@ pub struct Timings {
     pub write: f64,
 }
 
-const NOTE: &str = "Timings differ from run to run: of a run's files this one alone is not promised \
-                    to be the same bytes again. Lengths and areas are in mesh units.";
+const NOTE: &str = "Timings, and how threads shared the work, differ from run to run: of a run's files this \
+                    one alone is not promised to be the same bytes again. Lengths and areas are in mesh units.";
 
 fn serial_share(parallel: f64, all: f64) -> f64 {
     if all > 0.0 {

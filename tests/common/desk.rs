@@ -75,7 +75,9 @@ impl Desk {
     pub(crate) fn report(&self, folder: &str) -> serde_json::Value {
         let text = self.read(&format!("{folder}/report.json"));
         let mut report: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        report["seconds"].take();
+        for differs in ["seconds", "parallel", "serial_share"] {
+            report[differs].take();
+        }
         report
     }
 
