@@ -4,7 +4,7 @@ mod common;
 
 use thallus::cluster::Cluster;
 use thallus::growth::{Boundary, Counts, Join, Law, SeedPlace};
-use thallus::run::{Execution, Recipe, grow};
+use thallus::run::{Execution, Recipe, Stopped, grow};
 use thallus::substrate::Substrate;
 
 fn grown(substrate: &Substrate, recipe: &Recipe, threads: usize) -> (Cluster, Counts, u64) {
@@ -109,4 +109,28 @@ fn lichen_of_brownian_motion_is_the_same_on_any_number_of_threads() {
     let (_, counts, _) = grown(&slab, &recipe, 1);
     let steps = counts.steps / counts.walkers;
     assert!(steps < 600, "{steps} steps a walker");
+}
+
+/// A strip far narrower than an element: no walker comes along it as far as the seed.
+#[test]
+fn lichen_that_open_edges_leave_no_walker_ends_at_the_same_one_on_any_number_of_threads() {
+    let corners = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 0.0, 1e-5],
+        [0.0, 0.0, 1e-5],
+    ];
+    let strip = common::substrate(corners, vec![[0, 2, 1], [0, 3, 2]]);
+    let mut recipe = common::recipe(1e-3, 100);
+    recipe.boundary = Boundary::Absorb;
+    let [one, two] = [1, 2].map(|threads| {
+        let execution = Execution {
+            threads,
+            ..Execution::default()
+        };
+        grow(&strip, &recipe, &execution, &mut ()).expect("a seed")
+    });
+    assert_eq!((one.stopped, one.cluster.len()), (Stopped::Starved, 1));
+    assert_eq!(one.counts.absorbed, 10_000_000);
+    assert_eq!((two.stopped, &two.counts), (one.stopped, &one.counts));
 }

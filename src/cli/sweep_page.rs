@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thallus::export::write_file_atomically;
-use thallus::run::{StopRule, shell_path};
+use thallus::run::{StopRule, Stopped, shell_path};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan, Results, mean_of, page};
 
@@ -20,6 +20,26 @@ use super::terminal::{self, Voice};
 pub(super) const CSV: &str = "results.csv";
 const PARQUET: &str = "results.parquet";
 const REPORT: &str = "report.html";
+
+/// Why runs end before they have the size asked for, and what helps.
+struct Early {
+    why: Stopped,
+    words: &'static str,
+    cure: &'static str,
+}
+
+const EARLY: [Early; 2] = [
+    Early {
+        why: Stopped::Full,
+        words: "no free surface was left",
+        cure: "ask for a smaller one, or take smaller elements",
+    },
+    Early {
+        why: Stopped::Starved,
+        words: "open edges took all walkers",
+        cure: "--boundary reflect loses none",
+    },
+];
 
 /// Everything that is known of a sweep whose runs have ended.
 pub(super) struct Page<'a> {
@@ -107,17 +127,14 @@ impl Page<'_> {
             StopRule::Reach(length) => format!("R_e = {} mesh units", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
         };
-        match self.full() {
-            0 => size,
-            _ => format!("{size}, or until no free surface was left"),
-        }
+        let ends = EARLY.iter().filter(|end| self.stopped(end.why) > 0);
+        ends.fold(size, |size, end| format!("{size}, or until {}", end.words))
     }
 
-    /// How many runs stopped before their size, as no free surface was left.
-    fn full(&self) -> usize {
+    fn stopped(&self, why: Stopped) -> usize {
         let results = self.results();
         (0..self.plan.cells.len())
-            .map(|cell| results.full(cell))
+            .map(|cell| results.stopped(cell, why))
             .sum()
     }
 
@@ -158,12 +175,16 @@ impl Page<'_> {
 
     /// Tells what there is now.
     pub(super) fn tell(&self) -> Result<(), Failure> {
-        if let full @ 1.. = self.full() {
-            self.voice.warn(&format!(
-                "{} short of the size asked for, as no free surface was left: 'full' in {CSV}; ask for a \
-                 smaller one, or take smaller elements",
-                plural(full, "lichen stopped", "lichens stopped")
-            ));
+        for end in &EARLY {
+            if let some @ 1.. = self.stopped(end.why) {
+                self.voice.warn(&format!(
+                    "{} short of the size asked for, as {}: '{}' in {CSV}; {}",
+                    plural(some, "lichen stopped", "lichens stopped"),
+                    end.words,
+                    end.why.name(),
+                    end.cure,
+                ));
+            }
         }
         if self.voice.quiet {
             return Ok(());

@@ -37,6 +37,8 @@ pub trait GrowthModel {
 pub enum Halt {
     /// The lichen leaves no place free on its component.
     NoFreeSurface,
+    /// Open edges took ten million walkers in a row.
+    Starved,
     /// It was told to stop.
     Cancelled,
 }

@@ -38,6 +38,10 @@ const FLEET_PER_THREAD: usize = 3;
 /// Walkers on their way for each of those, at most, where most are lost: they come in nobody's way.
 const MOST_LOST: usize = 64;
 
+/// Walkers that open edges take in a row before growth ends: some seconds at least. A lichen that grows slowly
+/// because they take most loses some thousands for each element.
+const MOST_ABSORBED: u64 = 10_000_000;
+
 /// Looks at what a thread waits for before it may sleep: some hundred microseconds.
 const MOST_WAITS: u32 = 10_000;
 
@@ -52,6 +56,8 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     far: Option<Far>,
     far_was_weighed: bool,
     counts: Counts,
+    /// Walkers that open edges had taken by the last birth.
+    absorbed: u64,
     /// Walkers on their way, in order of their numbers.
     fleet: VecDeque<Box<Flight<I>>>,
     /// Flights that have landed, for what they hold in memory.
@@ -87,6 +93,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             far_was_weighed: parameters.steps != Steps::Large
                 || substrate.triangles().len() < LEAST_TRIANGLES,
             counts: Counts::default(),
+            absorbed: 0,
             fleet: VecDeque::new(),
             landed: Vec::new(),
             sharing: Sharing::always(1),
@@ -295,6 +302,10 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
+    fn is_starved(&self) -> bool {
+        self.counts.absorbed - self.absorbed >= MOST_ABSORBED
+    }
+
     fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
         if !matches!(flight.fate(), Some(Fate::Halted(_))) {
             self.index
@@ -326,7 +337,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn born(&mut self, cluster: &Cluster) {
-        self.lost = 0;
+        (self.lost, self.absorbed) = (0, self.counts.absorbed);
         if !cluster.is_empty() {
             self.index.insert(cluster.elements());
             self.launcher
@@ -341,6 +352,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
                 Fate::Joined(element) => return Ok(element),
                 Fate::Halted(halt) => return Err(halt),
                 Fate::Lost if cancelled() => return Err(Halt::Cancelled),
+                Fate::Lost if self.is_starved() => return Err(Halt::Starved),
                 Fate::Lost => {}
             }
         }
@@ -351,6 +363,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn resume(&mut self, counts: Counts) {
+        self.absorbed = counts.absorbed;
         self.counts = counts;
     }
 }

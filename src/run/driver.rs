@@ -29,6 +29,8 @@ pub enum Stopped {
     Cover,
     /// No place is left free on its component.
     Full,
+    /// Open edges that absorb took ten million walkers in a row.
+    Starved,
     /// It was told to stop.
     Cancelled,
     /// Its observer ended it.
@@ -286,6 +288,7 @@ impl<'a> Run<'a> {
         match self.model.next(&self.cluster, &cancelled) {
             Ok(element) if !execution.is_cancelled() => Ok(element),
             Err(Halt::NoFreeSurface) => Err(Stopped::Full),
+            Err(Halt::Starved) => Err(Stopped::Starved),
             Ok(_) | Err(Halt::Cancelled) => Err(Stopped::Cancelled),
         }
     }

@@ -154,6 +154,7 @@ impl Stopped {
             Self::Reach => "reach",
             Self::Cover => "cover",
             Self::Full => "full",
+            Self::Starved => "starved",
             Self::Cancelled => "cancelled",
             Self::Observer => "observer",
         }
@@ -174,6 +175,10 @@ impl Stopped {
                 "it has the size asked for".to_owned()
             }
             (Self::Full, _) => "no free surface is left on its piece of the mesh".to_owned(),
+            (Self::Starved, _) => {
+                "open edges took ten million walkers in a row; --boundary reflect loses none"
+                    .to_owned()
+            }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),
             (Self::Observer, _) => "its observer ended it".to_owned(),
         }

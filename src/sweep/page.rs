@@ -12,6 +12,7 @@ use super::results::FAILED;
 use super::{Axis, Results, Summary};
 use crate::analysis::SCALARS;
 use crate::picture::number;
+use crate::run::Stopped;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -193,7 +194,9 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
         lines.push(format!("n {}", counted(&elements)));
     }
     let runs = results.runs_of(cell).len();
-    for (some, word) in [(results.full(cell), "full"), (results.failed(cell), FAILED)] {
+    let short =
+        [Stopped::Full, Stopped::Starved].map(|why| (results.stopped(cell, why), why.name()));
+    for (some, word) in short.into_iter().chain([(results.failed(cell), FAILED)]) {
         match some {
             0 => {}
             some if some == runs && (runs == 1 || word == FAILED) => lines.push(word.to_owned()),

@@ -72,13 +72,13 @@ impl<'a> Results<'a> {
         cell * seeds..(cell + 1) * seeds
     }
 
-    /// How many runs of a cell stopped because no free surface was left, and not at their size.
-    pub fn full(&self, cell: usize) -> usize {
-        let is_full = |run: &usize| {
+    /// How many runs of a cell stopped for this reason.
+    pub fn stopped(&self, cell: usize, why: Stopped) -> usize {
+        let is_so = |run: &usize| {
             let outcome = self.outcomes[*run].as_ref();
-            outcome.is_ok_and(|o| o.stopped == Stopped::Full.name())
+            outcome.is_ok_and(|o| o.stopped == why.name())
         };
-        self.runs_of(cell).filter(is_full).count()
+        self.runs_of(cell).filter(is_so).count()
     }
 
     /// How many runs of a cell failed.
