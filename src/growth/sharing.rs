@@ -13,6 +13,8 @@ pub(super) struct Sharing {
     /// Whether it tries others than the most.
     tries: bool,
     phase: Phase,
+    /// Walkers until it looks at the clock again.
+    next_look: u64,
     /// When the phase began, and what had been walked by then.
     since: Option<(Instant, Walked)>,
     /// How long a number is kept before another is tried.
@@ -59,6 +61,9 @@ const WALKERS: u64 = 64;
 /// The shortest and the longest time between trials: short while they find something better.
 const PAUSES: [Duration; 2] = [Duration::from_millis(32), Duration::from_secs(2)];
 
+/// Walkers from one look at the clock to the next: it takes a tenth of the time of a short walk.
+const LOOK: u64 = 16;
+
 /// How much faster another number must be to be kept.
 const GAIN: f64 = 1.05;
 
@@ -78,6 +83,7 @@ impl Sharing {
             most,
             tries: most > 1,
             phase: Phase::Settled,
+            next_look: 0,
             since: None,
             pause: PAUSES[0],
             upwards: false,
@@ -91,7 +97,8 @@ impl Sharing {
 
     /// Tells what has been walked.
     pub(super) fn walked(&mut self, counts: &Counts) {
-        if self.tries {
+        if self.tries && counts.walkers >= self.next_look {
+            self.next_look = counts.walkers + LOOK;
             self.at(Instant::now(), Walked::of(counts));
         }
     }

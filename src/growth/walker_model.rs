@@ -35,8 +35,8 @@ const LEAST_TRIANGLES: usize = 20_000;
 /// Walkers on their way for each thread, at most, one of which is expected to be born.
 const FLEET_PER_THREAD: usize = 3;
 
-/// Walkers on their way for each of those, at most, where most are lost: they come in nobody's way.
-const MOST_LOST: usize = 64;
+/// Walkers on their way, at most, where most are lost: these come in nobody's way.
+const MOST_TOGETHER: usize = 384;
 
 /// Walkers that open edges take in a row before growth ends: some seconds at least. A lichen that grows slowly
 /// because they take most loses some thousands for each element.
@@ -140,7 +140,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             1 => 1,
             threads => {
                 let born = (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads);
-                born * self.lost.clamp(1, MOST_LOST)
+                (born * self.lost.max(1)).min(born.max(MOST_TOGETHER))
             }
         }
     }
