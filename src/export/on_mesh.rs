@@ -44,7 +44,7 @@ impl Elements {
             let [u, v] = self.uv[i].map(f64::from);
             let place = SurfacePoint { triangle, u, v };
             match self.distance(substrate, i, &place) {
-                d if d <= self.tolerance(substrate, &place) => Ok(place),
+                d if d <= self.tolerance(substrate, i, &place) => Ok(place),
                 d => Err(fail(format!("it is {d:.3e} away from it"))),
             }
         };
@@ -98,12 +98,14 @@ impl Elements {
         (there - DVec3::from(self.positions[i])).length()
     }
 
-    /// Weights and positions are float32, the latter unless they are far from the origin.
-    fn tolerance(&self, substrate: &Substrate, place: &SurfacePoint) -> f64 {
+    /// Weights and positions are float32, the latter unless they are far from the origin. Then they are float64,
+    /// and in the file's units even that may be coarse beside the radius.
+    fn tolerance(&self, substrate: &Substrate, i: usize, place: &SurfacePoint) -> f64 {
         let [a, b, c] = substrate.corners(place.triangle);
         let edge = (b - a).length().max((c - a).length());
         let edge = substrate.units().length_to_file(edge);
-        TOLERANCE * self.radius + f64::from(f32::EPSILON) * edge
+        let from_origin = DVec3::from(self.positions[i]).abs().max_element();
+        TOLERANCE * self.radius + f64::from(f32::EPSILON) * edge + 2.0 * f64::EPSILON * from_origin
     }
 }
 
@@ -112,6 +114,34 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::substrate::Soup;
+
+    /// A hundred-thousandth across and five million from the origin, where float64 is a fifth of the radius apart.
+    #[test]
+    fn a_speck_far_from_its_origin_has_the_elements_that_grew_on_it() {
+        let far = |x: f64, y: f64| [x * 1e-5, y * 1e-5 - 1e5, 5e6 + (x - y) * 1e-5];
+        let soup = Soup {
+            positions: vec![far(0.1, 0.0), far(1.0, 0.3), far(0.2, 0.9)],
+            triangles: vec![[0, 1, 2]],
+            ..Soup::default()
+        };
+        let substrate = Substrate::from_soup(soup).expect("a mesh");
+        let radius = substrate.units().length_to_local(5e-9);
+        let mut cluster = Cluster::new(radius);
+        for i in 0..10_000 {
+            let [u, v] = [0.5 + f64::from(i) * 1.1e-5, 0.3 - f64::from(i) * 2.3e-5];
+            let at = SurfacePoint { triangle: 0, u, v };
+            cluster.push(Element {
+                at,
+                position: substrate.position(&at),
+                parent: NO_PARENT,
+                colony: 0,
+                probability: 1.0,
+            });
+        }
+        let elements = Elements::of(&substrate, &cluster);
+        assert_eq!(elements.places_on(&substrate).map(|p| p.len()), Ok(10_000));
+    }
 
     #[test]
     fn radii_that_fit_no_run_on_the_mesh_are_refused() {
