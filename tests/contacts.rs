@@ -5,7 +5,7 @@ mod common;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use thallus::cluster::{Cluster, Element, ElementIndex, NO_PARENT, SparseIndex};
+use thallus::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, grow};
@@ -266,14 +266,7 @@ fn scattered(
     let mut cluster = Cluster::new(radius);
     let mut index = SparseIndex::new(radius, Some(10.0 * radius), substrate.bounds());
     for &at in points {
-        let position = substrate.position(&at);
-        cluster.push(Element {
-            at,
-            position,
-            parent: NO_PARENT,
-            colony: 0,
-            probability: 1.0,
-        });
+        cluster.push(Element::seed(substrate, at));
         index.insert(cluster.elements());
     }
     (cluster, index)
@@ -524,14 +517,7 @@ fn a_model_told_of_the_same_births_goes_on_the_same() {
         let mut model: WalkerModel<'_> = WalkerModel::new(&substrate, parameters.clone());
         let mut cluster = Cluster::new(parameters.radius);
         let at = SurfacePoint::centroid(0);
-        let position = substrate.position(&at);
-        cluster.push(Element {
-            at,
-            position,
-            parent: NO_PARENT,
-            colony: 0,
-            probability: 1.0,
-        });
+        cluster.push(Element::seed(&substrate, at));
         model.born(&cluster);
         while cluster.len() < stop {
             let next = model.next(&cluster, &|| false).expect("free surface");

@@ -3,7 +3,7 @@
 mod common;
 
 use glam::DVec3;
-use thallus::cluster::{Cluster, Element, ElementIndex, NO_PARENT, SparseIndex};
+use thallus::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use thallus::growth::{Join, Law, Parameters, Stickiness, Surroundings};
 use thallus::run::{Execution, Growth, Recipe, StopRule, grow};
 use thallus::substrate::Substrate;
@@ -163,14 +163,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
             );
             if occupied(p) {
                 let at = plane.nearest(plane.units().to_local(p.to_array())).0;
-                let position = plane.position(&at);
-                cluster.push(Element {
-                    at,
-                    position,
-                    parent: NO_PARENT,
-                    colony: 0,
-                    probability: 1.0,
-                });
+                cluster.push(Element::seed(&plane, at));
                 index.insert(cluster.elements());
             }
         }

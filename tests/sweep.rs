@@ -436,6 +436,7 @@ fn a_cell_of_which_some_runs_failed_says_so() {
         outcomes[run] = Err("no room".to_owned());
     }
     outcomes[5].as_mut().unwrap().stopped = "full".to_owned();
+    outcomes[6].as_mut().unwrap().stopped = "starved".to_owned();
     let mut without_a_cell = whole.clone();
     without_a_cell[..3].fill(Err("no room".to_owned()));
     let results = |outcomes| Results {
@@ -452,7 +453,7 @@ fn a_cell_of_which_some_runs_failed_says_so() {
     let of = |cell| captions(&results(&outcomes), cell);
     assert_eq!(of(0), ["R_e 2.000 ± 0.000", "n 1 ± 1", "1 of 3 failed"]);
     assert_eq!(of(1), ["R_e 2", "n 5", "1 of 3 full", "2 of 3 failed"]);
-    assert_eq!(of(2), ["R_e 2.000 ± 0.000", "n 7 ± 1"]);
+    assert_eq!(of(2), ["R_e 2.000 ± 0.000", "n 7 ± 1", "1 of 3 starved"]);
     let html = show(&outcomes);
     for words in [
         "<span>1 of 3 failed</span>",

@@ -7,31 +7,49 @@ use thallus::growth::{Boundary, Counts, Join, Law, SeedPlace};
 use thallus::run::{Execution, Recipe, Stopped, grow};
 use thallus::substrate::Substrate;
 
-fn grown(substrate: &Substrate, recipe: &Recipe, threads: usize) -> (Cluster, Counts, u64) {
+fn grown(
+    substrate: &Substrate,
+    recipe: &Recipe,
+    (threads, uses_all_threads): (usize, bool),
+) -> (Cluster, Counts, u64) {
     let execution = Execution {
         threads,
-        uses_all_threads: true,
+        uses_all_threads,
         ..Execution::default()
     };
     let growth = grow(substrate, recipe, &execution, &mut ()).expect("grows");
+    if uses_all_threads && threads > 1 {
+        assert_eq!(growth.parallel.walks, growth.counts.walkers);
+        assert_eq!(growth.parallel.threads, threads);
+    }
     (growth.cluster, growth.counts, growth.parallel.conflicts)
 }
 
+const ONE: (usize, bool) = (1, true);
+
 /// Element for element and count for count; the number of walkers that walked again.
 fn check(name: &str, substrate: &Substrate, recipe: &Recipe) -> u64 {
-    let (one, counts, none) = grown(substrate, recipe, 1);
+    let (one, counts, none) = grown(substrate, recipe, ONE);
     assert_eq!(none, 0);
     let mut conflicts = 0;
-    for threads in [2, 3, 4, 8, 16] {
+    // The last goes from one number to another as it runs.
+    for threads in [
+        (2, true),
+        (3, true),
+        (4, true),
+        (8, true),
+        (16, true),
+        (4, false),
+    ] {
         let (many, their_counts, again) = grown(substrate, recipe, threads);
         let differs = one
             .elements()
             .iter()
             .zip(many.elements())
             .position(|(a, b)| a != b);
-        assert_eq!(differs, None, "{name}: {threads} threads, first difference");
-        assert_eq!(one.len(), many.len(), "{name}: {threads} threads");
-        assert_eq!(counts, their_counts, "{name}: {threads} threads");
+        assert_eq!(differs, None, "{name}: {threads:?}, first difference");
+        assert_eq!(one.len(), many.len(), "{name}: {threads:?}");
+        assert_eq!(counts, their_counts, "{name}: {threads:?}");
         conflicts += again;
     }
     conflicts
@@ -64,7 +82,7 @@ fn lichen_all_round_is_the_same_on_any_number_of_threads() {
     let mut recipe = common::recipe(sphere.units().diagonal() / 120.0, 2500);
     recipe.at = SeedPlace::Center;
     check("sphere", &sphere, &recipe);
-    let (_, counts, _) = grown(&sphere, &recipe, 1);
+    let (_, counts, _) = grown(&sphere, &recipe, ONE);
     let triangles = sphere.triangles().len() as u64;
     assert!(triangles > 20_000 && counts.crossings > 8 * triangles);
     recipe.bias = 0.1;
@@ -79,7 +97,7 @@ fn lichen_on_one_face_of_a_plate_is_the_same_and_soon_crossed_under() {
     let mut recipe = common::recipe(0.002, 2500);
     recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
     check("slab", &slab, &recipe);
-    let (cluster, counts, _) = grown(&slab, &recipe, 1);
+    let (cluster, counts, _) = grown(&slab, &recipe, ONE);
     let front = |e: &thallus::cluster::Element| slab.units().to_file(e.position).y > 0.0;
     assert!(cluster.elements().iter().all(front), "the rim is far away");
     let steps = counts.steps / counts.walkers;
@@ -106,7 +124,7 @@ fn lichen_of_brownian_motion_is_the_same_on_any_number_of_threads() {
     let mut recipe = brownian(0.002, 2500);
     recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
     check("slab", &slab, &recipe);
-    let (_, counts, _) = grown(&slab, &recipe, 1);
+    let (_, counts, _) = grown(&slab, &recipe, ONE);
     let steps = counts.steps / counts.walkers;
     assert!(steps < 600, "{steps} steps a walker");
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::substrate::SurfacePoint;
+use crate::substrate::{Substrate, SurfacePoint};
 
 /// The parent of an element that has none: a seed.
 pub const NO_PARENT: u32 = u32::MAX;
@@ -20,4 +20,17 @@ pub struct Element {
     pub colony: u32,
     /// The sticking probability P_s that it stuck with; 1 for a seed.
     pub probability: f64,
+}
+
+impl Element {
+    /// A seed of the first colony.
+    pub fn seed(substrate: &Substrate, at: SurfacePoint) -> Self {
+        Self {
+            at,
+            position: substrate.position(&at),
+            parent: NO_PARENT,
+            colony: 0,
+            probability: 1.0,
+        }
+    }
 }

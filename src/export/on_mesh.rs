@@ -130,14 +130,10 @@ mod tests {
         let mut cluster = Cluster::new(radius);
         for i in 0..10_000 {
             let [u, v] = [0.5 + f64::from(i) * 1.1e-5, 0.3 - f64::from(i) * 2.3e-5];
-            let at = SurfacePoint { triangle: 0, u, v };
-            cluster.push(Element {
-                at,
-                position: substrate.position(&at),
-                parent: NO_PARENT,
-                colony: 0,
-                probability: 1.0,
-            });
+            cluster.push(Element::seed(
+                &substrate,
+                SurfacePoint { triangle: 0, u, v },
+            ));
         }
         let elements = Elements::of(&substrate, &cluster);
         assert_eq!(elements.places_on(&substrate).map(|p| p.len()), Ok(10_000));
@@ -148,13 +144,7 @@ mod tests {
         let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
         let (at, _) = substrate.nearest(DVec3::ZERO);
         let mut cluster = Cluster::new(0.01);
-        cluster.push(Element {
-            at,
-            position: substrate.position(&at),
-            parent: NO_PARENT,
-            colony: 0,
-            probability: 1.0,
-        });
+        cluster.push(Element::seed(&substrate, at));
         let elements = Elements::of(&substrate, &cluster);
         assert_eq!(elements.places_on(&substrate), Ok(vec![at]));
         for radius in [1e-30, 1e30] {

@@ -44,10 +44,9 @@ struct Walked {
 impl Walked {
     /// Work in hundreds of instructions, about.
     fn of(counts: &Counts) -> Self {
-        let (near, far) = (10 * counts.contacts, counts.crossings);
         Self {
             walkers: counts.walkers,
-            work: 20 * counts.walkers + 4 * counts.steps + far + near,
+            work: 20 * counts.walkers + 10 * counts.contacts + 4 * counts.steps + counts.crossings,
         }
     }
 }
@@ -78,6 +77,7 @@ impl Sharing {
 
     /// Among this many threads at most, on a machine of so many cores.
     pub(super) fn new(most: usize, cores: usize) -> Self {
+        let most = most.max(1);
         Self {
             threads: most.min(cores),
             most,
@@ -93,6 +93,11 @@ impl Sharing {
     /// Threads to walk on now.
     pub(super) fn threads(&self) -> usize {
         self.threads
+    }
+
+    /// The most that there may be.
+    pub(super) fn most(&self) -> usize {
+        self.most
     }
 
     /// Tells what has been walked.

@@ -200,7 +200,7 @@ pub(super) mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::cluster::{Cluster, Element, NO_PARENT, SparseIndex};
+    use crate::cluster::{Cluster, Element, SparseIndex};
     use crate::growth::launch::AreaSampler;
     use crate::growth::{Boundary, Join, Law, Steps};
     use crate::rng::{Purpose, Stream};
@@ -236,13 +236,7 @@ pub(super) mod tests {
         let mut stream = Stream::new(3, Purpose::Walker, 0);
         for _ in 0..elements {
             let at = area.sample(&mut stream);
-            cluster.push(Element {
-                at,
-                position: substrate.position(&at),
-                parent: NO_PARENT,
-                colony: 0,
-                probability: 1.0,
-            });
+            cluster.push(Element::seed(substrate, at));
             index.insert(cluster.elements());
         }
         (cluster, index)

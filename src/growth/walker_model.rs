@@ -32,7 +32,7 @@ const CROSSINGS_PER_TRIANGLE: u64 = 4;
 /// Meshes of fewer triangles are walked over as fast without a copy.
 const LEAST_TRIANGLES: usize = 20_000;
 
-/// Walkers on their way for each thread, at most, one of which is expected to be born.
+/// Walkers on their way for each thread, at most, while few are lost.
 const FLEET_PER_THREAD: usize = 3;
 
 /// Walkers on their way, at most, where most are lost: these come in nobody's way.
@@ -56,8 +56,8 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     far: Option<Far>,
     far_was_weighed: bool,
     counts: Counts,
-    /// Walkers that open edges had taken by the last birth.
-    absorbed: u64,
+    /// What they were at the last birth.
+    counts_at_birth: Counts,
     /// Walkers on their way, in order of their numbers.
     fleet: VecDeque<Box<Flight<I>>>,
     /// Flights that have landed, for what they hold in memory.
@@ -66,8 +66,6 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     /// One a thread.
     scratch: Vec<Mutex<Connectivity>>,
     parallel: Parallel,
-    /// Walkers that have landed since the last birth.
-    lost: usize,
     /// Flights of the fleet so far.
     flown: Arc<AtomicU64>,
 }
@@ -93,11 +91,10 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             far_was_weighed: parameters.steps != Steps::Large
                 || substrate.triangles().len() < LEAST_TRIANGLES,
             counts: Counts::default(),
-            absorbed: 0,
+            counts_at_birth: Counts::default(),
             fleet: VecDeque::new(),
             landed: Vec::new(),
             sharing: Sharing::always(1),
-            lost: 0,
             scratch: vec![Mutex::default()],
             parallel: Parallel::default(),
             flown: Arc::default(),
@@ -109,19 +106,19 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// The same on several threads of the present rayon pool, always.
     #[must_use]
     pub fn on_threads(self, threads: usize) -> Self {
-        self.sharing(Sharing::always(threads.max(1)), threads)
+        self.sharing(Sharing::always(threads))
     }
 
     /// The same on as many threads of the present rayon pool as pay, but no more than these.
     #[must_use]
     pub fn on_threads_that_pay(self, most: usize) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        self.sharing(Sharing::new(most.max(1), cores), most)
+        self.sharing(Sharing::new(most, cores))
     }
 
-    fn sharing(mut self, sharing: Sharing, most: usize) -> Self {
+    fn sharing(mut self, sharing: Sharing) -> Self {
+        self.scratch.resize_with(sharing.most(), Mutex::default);
         self.sharing = sharing;
-        self.scratch.resize_with(most.max(1), Mutex::default);
         self
     }
 
@@ -140,7 +137,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             1 => 1,
             threads => {
                 let born = (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads);
-                (born * self.lost.max(1)).min(born.max(MOST_TOGETHER))
+                let lost = (self.counts.walkers - self.counts_at_birth.walkers) as usize;
+                (born * lost.max(1)).min(born.max(MOST_TOGETHER))
             }
         }
     }
@@ -303,7 +301,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     fn is_starved(&self) -> bool {
-        self.counts.absorbed - self.absorbed >= MOST_ABSORBED
+        self.counts.absorbed - self.counts_at_birth.absorbed >= MOST_ABSORBED
     }
 
     fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
@@ -312,7 +310,6 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                 .adopt(cluster.elements(), &mut flight.track.notes);
             self.counts.add(&flight.track.counts);
             self.parallel.walks += u64::from(self.sharing.threads() > 1);
-            self.lost += 1;
         }
         self.landed.push(flight);
     }
@@ -337,7 +334,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn born(&mut self, cluster: &Cluster) {
-        (self.lost, self.absorbed) = (0, self.counts.absorbed);
+        self.counts_at_birth.clone_from(&self.counts);
         if !cluster.is_empty() {
             self.index.insert(cluster.elements());
             self.launcher
@@ -363,7 +360,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn resume(&mut self, counts: Counts) {
-        self.absorbed = counts.absorbed;
+        self.counts_at_birth.clone_from(&counts);
         self.counts = counts;
     }
 }
@@ -374,7 +371,6 @@ mod tests {
 
     use super::super::stick::tests::parameters;
     use super::*;
-    use crate::cluster::NO_PARENT;
 
     /// A model that was told of these births, and the cluster of them.
     fn begun<'a>(
@@ -420,14 +416,7 @@ mod tests {
             ..large.clone()
         };
         let (at, _) = substrate.nearest(substrate.bounds()[0].midpoint(substrate.bounds()[1]));
-        let position = substrate.position(&at);
-        let seed = Element {
-            at,
-            position,
-            parent: NO_PARENT,
-            colony: 0,
-            probability: 1.0,
-        };
+        let seed = Element::seed(&substrate, at);
         let (mut model, mut cluster) = begun(&substrate, &large, &[seed], 1);
         grow(&mut model, &mut cluster, 400, &mut |_| {});
 

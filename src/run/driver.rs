@@ -1,7 +1,7 @@
 //! The loop that grows: births, one after the other, until a rule says stop.
 
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
-use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
+use crate::cluster::{Cluster, Element, LEAST_RADIUS};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, Parameters, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
 
@@ -312,13 +312,7 @@ impl<'a> Run<'a> {
 
 fn seed(substrate: &Substrate, recipe: &Recipe) -> Result<Element, PlaceError> {
     let place = recipe.at.locate(substrate, recipe.seed, 0)?;
-    Ok(Element {
-        at: place,
-        position: substrate.position(&place),
-        parent: NO_PARENT,
-        colony: 0,
-        probability: 1.0,
-    })
+    Ok(Element::seed(substrate, place))
 }
 
 fn check_lengths(substrate: &Substrate, recipe: &Recipe) -> Result<(), GrowError> {
