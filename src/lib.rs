@@ -60,6 +60,7 @@
 
 #![warn(missing_debug_implementations)]
 
+mod ahead;
 pub mod analysis;
 pub mod animate;
 pub mod bake;

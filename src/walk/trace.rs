@@ -11,11 +11,12 @@
 //! A path aimed exactly at a vertex passes it on the left. A straight path has no unique
 //! continuation there (Polthier & Schmies 1998); for walkers this happens with probability zero.
 
-use std::hint::{black_box, select_unpredictable};
+use std::hint::select_unpredictable;
 
 use glam::DVec2;
 use wide::f64x2;
 
+use crate::ahead::fetch;
 use crate::substrate::{Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
 
 /// Why a trace ended.
@@ -165,12 +166,13 @@ pub(super) fn trace_out<V: Visitor>(
         if front.is_passed(end) {
             continue;
         }
-        let corners = unfolded.corners();
+        let corners = unfolded.corners_from_entry();
         let weights = areas(&corners, DVec2::new(end, 0.0));
         if is_near(&corners, end, weights) {
             if V::WATCHES {
                 visitor.arrive(unfolded.in_chart(substrate) * step.length());
             }
+            let weights = unfolded.in_own_order(weights);
             return ended(weigh(unfolded.entry / 3, weights), End::Distance, crossings);
         }
     }
@@ -247,7 +249,9 @@ impl Front {
             3 => grazing(side),
             k => k,
         };
-        let entry = substrate.twin(3 * triangle + k as HalfEdge);
+        // From the crossing that comes before it, which lies where the path has just been.
+        let before = 3 * triangle as usize + (k + 2) % 3;
+        let entry = substrate.crossings()[before].exits[0];
         Self {
             left: corners[(k + 1) % 3],
             right: corners[k],
@@ -291,7 +295,9 @@ impl Front {
         };
         let beyond = |exit: Twin| crossings[exit.half_edge() as usize];
         let [a, b] = [beyond(crossing.exits[0]), beyond(crossing.exits[1])];
-        fetch(crossings, [a.exits, b.exits].as_flattened());
+        for exit in [a.exits, b.exits].as_flattened() {
+            fetch(crossings.get(exit.half_edge() as usize));
+        }
         Unfolded {
             left: self.left,
             right: self.right,
@@ -346,13 +352,6 @@ impl Front {
 fn either(first: f64x2, a: DVec2, b: DVec2) -> DVec2 {
     let [a, b] = [a, b].map(|v| f64x2::new(v.to_array()));
     first.bitselect(a, b).to_array().into()
-}
-
-/// Reads what lies beyond some edges without need for it, so that it is at hand when there is.
-#[inline(always)]
-fn fetch(crossings: &[Crossing], exits: &[Twin]) {
-    let read = |exit: &Twin| crossings[exit.half_edge() as usize].along.to_bits();
-    black_box(exits.iter().fold(0, |all, exit| all ^ read(exit)));
 }
 
 /// The edge from a corner on the right of the path to one on its left, by the bits of the corners on
@@ -411,19 +410,32 @@ impl Unfolded {
         }
     }
 
-    /// The corners in the triangle's own order.
-    fn corners(&self) -> [DVec2; 3] {
-        let (start, end) = if self.mirrored {
-            (self.right, self.left)
+    /// The corners in the triangle's winding, from the start of the entry on.
+    #[inline(always)]
+    fn corners_from_entry(&self) -> [DVec2; 3] {
+        if self.mirrored {
+            [self.right, self.left, self.apex]
         } else {
-            (self.left, self.right)
+            [self.left, self.right, self.apex]
+        }
+    }
+
+    /// What each of these corners has, in the triangle's own order. Which one is its first is not to be
+    /// foreseen: numbers are chosen without a branch, and not by way of memory, where a number that has just
+    /// been written is waited for.
+    #[inline(always)]
+    fn in_own_order(&self, [start, end, apex]: [f64; 3]) -> [f64; 3] {
+        let k = self.entry % 3;
+        let of_three = |numbers: [f64; 3]| {
+            let [first, second, third] = numbers.map(f64::to_bits);
+            let later = select_unpredictable(k == 1, second, third);
+            f64::from_bits(select_unpredictable(k == 0, first, later))
         };
-        let k = self.entry as usize % 3;
-        let mut corners = [DVec2::ZERO; 3];
-        corners[k] = start;
-        corners[(k + 1) % 3] = end;
-        corners[(k + 2) % 3] = self.apex;
-        corners
+        [
+            of_three([start, apex, end]),
+            of_three([end, start, apex]),
+            of_three([apex, end, start]),
+        ]
     }
 
     /// The path's direction in the frame of this triangle's chart.
@@ -436,7 +448,8 @@ impl Unfolded {
             }
         };
         let chart = &substrate.charts()[self.entry as usize / 3];
-        let (flat, own) = (self.corners(), chart.corners());
+        let (flat, mut own) = (self.corners_from_entry(), chart.corners());
+        own.rotate_left(self.entry as usize % 3);
         // The rotation that best takes the edges as they lie to those of the chart, as a complex
         // number: a needle's short edge alone would not tell it well.
         let turn = (0..3).fold(DVec2::ZERO, |sum, k| {
