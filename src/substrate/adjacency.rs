@@ -8,6 +8,8 @@
 
 use glam::DVec3;
 
+use crate::ahead::fetch;
+
 /// A corner of a triangle, or the directed edge from it to the next corner: 3 · triangle + k.
 pub type HalfEdge = u32;
 
@@ -74,6 +76,12 @@ impl VertexCorners {
     pub(super) fn of(&self, vertex: u32) -> &[HalfEdge] {
         let v = vertex as usize;
         &self.corners[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
+
+    /// Asks for where these are.
+    #[inline]
+    pub(super) fn fetch(&self, vertex: u32) {
+        fetch(self.offsets.get(vertex as usize));
     }
 }
 

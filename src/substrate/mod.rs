@@ -409,6 +409,11 @@ impl Substrate {
         [vertex(a), vertex(b), vertex(c)]
     }
 
+    /// Asks for where the half-edges at a vertex are.
+    pub(crate) fn fetch_half_edges_at(&self, vertex: u32) {
+        self.corners.fetch(vertex);
+    }
+
     /// Half-edges that leave a vertex, one for each triangle there.
     pub fn half_edges_at(&self, vertex: u32) -> &[HalfEdge] {
         self.corners.of(vertex)

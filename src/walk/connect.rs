@@ -12,10 +12,14 @@
 //! what is joined by a line inside the ball is joined, and where a line fails the ball is searched.
 
 use super::section::{Ball, Place, leads};
+use crate::ahead::fetch;
 use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
 
 /// Triangles for each place that are searched on all sides before lines are followed.
 const FEW: usize = 4;
+
+/// What lies about a triangle is asked for when so many others come before it.
+const AHEAD: usize = 4;
 
 /// Places, of those joined before, of which the nearest is the one to make for.
 const LAST: usize = 32;
@@ -104,7 +108,7 @@ impl Connectivity {
         self.search += 1;
         self.next = 0;
         self.reached.clear();
-        self.mark(from);
+        self.mark(substrate, from);
     }
 
     /// Spreads on all sides until all that are wanted are found or the ball is searched, which is
@@ -123,10 +127,23 @@ impl Connectivity {
                 return false;
             }
             let t = self.reached[self.next];
+            self.fetch(substrate, self.next + AHEAD);
             self.next += 1;
             self.spread(substrate, t, ball);
         }
         true
+    }
+
+    /// Asks for what a later spread will need, whose triangle has been asked for.
+    fn fetch(&self, substrate: &Substrate, later: usize) {
+        let Some(&triangle) = self.reached.get(later) else {
+            return;
+        };
+        for v in substrate.triangles()[triangle as usize] {
+            fetch(substrate.vertices().get(v as usize));
+            fetch(self.spread.get(v as usize));
+            substrate.fetch_half_edges_at(v);
+        }
     }
 
     /// Follows lines from places to those that are found, the nearest ones first.
@@ -145,7 +162,7 @@ impl Connectivity {
             if !leads(substrate, [place, to], ball, there, &mut path) {
                 break;
             }
-            path.iter().for_each(|t| self.mark(*t));
+            path.iter().for_each(|t| self.mark(substrate, *t));
         }
         self.path = path;
     }
@@ -157,11 +174,12 @@ impl Connectivity {
         found.min_by(|a, b| away(a).total_cmp(&away(b))).copied()
     }
 
-    fn mark(&mut self, triangle: u32) {
+    fn mark(&mut self, substrate: &Substrate, triangle: u32) {
         let stamp = &mut self.stamp[triangle as usize];
         if *stamp != self.search {
             *stamp = self.search;
             self.reached.push(triangle);
+            fetch(substrate.triangles().get(triangle as usize));
         }
     }
 
@@ -190,7 +208,7 @@ impl Connectivity {
             let touches = || segment_distance_sq(centre, corners[this], corners[next]) <= limit;
             if !inside[this] && !inside[next] && touches() {
                 let twin = substrate.twin(3 * t + k as HalfEdge);
-                self.mark(twin.half_edge() / 3);
+                self.mark(substrate, twin.half_edge() / 3);
             }
         }
     }
@@ -199,6 +217,6 @@ impl Connectivity {
     fn spread_about(&mut self, substrate: &Substrate, vertex: u32) {
         self.spread[vertex as usize] = self.search;
         let leaving = substrate.half_edges_at(vertex);
-        leaving.iter().for_each(|h| self.mark(h / 3));
+        leaving.iter().for_each(|h| self.mark(substrate, h / 3));
     }
 }
