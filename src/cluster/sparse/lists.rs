@@ -10,6 +10,7 @@ use wide::f32x8;
 
 use super::block::{Block, about, between};
 use super::make_room;
+use crate::ahead::fetch;
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
 #[derive(Clone)]
@@ -89,7 +90,8 @@ impl Chunks {
     }
 
     /// Whether one of the ids in a list that may be within √`limit` of a point passes a test.
-    fn any(&self, list: List, p: DVec3, limit: f32, test: &mut dyn FnMut(u32) -> bool) -> bool {
+    #[inline(always)]
+    fn any(&self, list: List, p: DVec3, limit: f32, mut test: impl FnMut(u32) -> bool) -> bool {
         let (p, possible) = (p.as_vec3(), limit * (1.0 + UNSURE));
         let mut at = list.head;
         while at != NONE {
@@ -104,6 +106,51 @@ impl Chunks {
             at = self.next[at as usize];
         }
         false
+    }
+
+    /// Asks for the first of a list's chunks.
+    #[inline(always)]
+    fn fetch(&self, list: List) {
+        let first = self.chunks.get(list.head as usize);
+        fetch(first.map(|chunk| &chunk.x));
+        fetch(first.map(|chunk| &chunk.z));
+    }
+}
+
+/// How many wait to be tested.
+const MOST_WAITING: usize = 64;
+
+/// Ids that are still to be tested, so that there is time to read what they are about.
+struct Waiting {
+    ids: [u32; MOST_WAITING],
+    n: usize,
+}
+
+impl Default for Waiting {
+    fn default() -> Self {
+        Self {
+            ids: [0; MOST_WAITING],
+            n: 0,
+        }
+    }
+}
+
+impl Waiting {
+    /// One more; whether one of those before it passes, where it has no place.
+    #[inline(always)]
+    fn push(&mut self, id: u32, test: &mut dyn FnMut(u32) -> bool) -> bool {
+        if self.n == MOST_WAITING && self.any(test) {
+            return true;
+        }
+        self.ids[self.n] = id;
+        self.n += 1;
+        false
+    }
+
+    /// Whether one passes; none waits any longer.
+    fn any(&mut self, test: &mut dyn FnMut(u32) -> bool) -> bool {
+        let n = std::mem::take(&mut self.n);
+        self.ids[..n].iter().any(|id| test(*id))
     }
 }
 
@@ -135,6 +182,28 @@ struct Cell {
     list: List,
     /// The cells that touch this one and hold something, itself included.
     beside: Vec<u32>,
+}
+
+/// Cells that a ball may touch.
+#[derive(Default)]
+struct Touched {
+    numbers: [u32; MOST_BESIDE],
+    n: usize,
+    /// In all of them.
+    centres: u32,
+}
+
+impl Touched {
+    #[inline(always)]
+    fn push(&mut self, number: u32, centres: u32) {
+        self.numbers[self.n] = number;
+        self.n += 1;
+        self.centres += centres;
+    }
+
+    fn numbers(&self) -> &[u32] {
+        &self.numbers[..self.n]
+    }
 }
 
 /// One length worked out in two ways differs by a smaller share than this.
@@ -189,9 +258,10 @@ impl CellLists {
         });
     }
 
-    /// The lists of the cells that a ball no larger than a cell may touch, with the point relative
-    /// to each.
-    fn near(&self, p: DVec3, limit: f64, mut visit: impl FnMut(List, DVec3)) {
+    /// The cells that a ball no larger than a cell may touch. The first centres of each are asked for.
+    #[inline(always)]
+    fn touched(&self, p: DVec3, limit: f64) -> Touched {
+        let mut touched = Touched::default();
         let block = self.block(p);
         let mut one = |number: u32| {
             let cell = &self.cells[number as usize];
@@ -199,7 +269,8 @@ impl CellLists {
             let half = DVec3::splat(0.5 * self.size);
             let gaps = ((offset - half).abs() - half).max(DVec3::ZERO);
             if gaps.length_squared() < limit {
-                visit(cell.list, offset);
+                self.chunks.fetch(cell.list);
+                touched.push(number, cell.list.len);
             }
         };
         match self.numbers.get(&block.into()) {
@@ -209,6 +280,12 @@ impl CellLists {
                 .for_each(|&n| one(n)),
             None => self.touching(block, one),
         }
+        touched
+    }
+
+    /// The cells with these numbers.
+    fn cells(&self, numbers: &[u32]) -> impl Iterator<Item = &Cell> {
+        numbers.iter().map(|number| &self.cells[*number as usize])
     }
 
     /// Visits the numbers of a cell and of those that touch it.
@@ -231,29 +308,36 @@ impl CellLists {
     /// A list counts whole until it is looked at.
     pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
         let limit = radius * radius;
-        let mut lists = [(List::default(), DVec3::ZERO); MOST_BESIDE];
-        let (mut n, mut most) = (0, 0);
-        self.near(p, limit, |list, offset| {
-            lists[n] = (list, offset);
-            n += 1;
-            most += list.len;
-        });
-        for &(list, offset) in &lists[..n] {
+        let touched = self.touched(p, limit);
+        let mut most = touched.centres;
+        for Cell { corner, list, .. } in self.cells(touched.numbers()) {
             if (most as usize) < enough {
                 break;
             }
-            most = most - list.len + self.chunks.count(list, offset, limit as f32);
+            most = most - list.len + self.chunks.count(*list, p - corner, limit as f32);
         }
         most as usize
     }
 
-    /// Whether one that may be within a radius that is [held](Self::holds) passes a test.
-    pub(super) fn any(&self, p: DVec3, radius: f64, test: &mut dyn FnMut(u32) -> bool) -> bool {
+    /// Whether one that may be within a radius that is [held](Self::holds) passes a test. `ahead` is told of
+    /// each some time before it is tested.
+    pub(super) fn any(
+        &self,
+        p: DVec3,
+        radius: f64,
+        ahead: impl Fn(u32),
+        test: &mut dyn FnMut(u32) -> bool,
+    ) -> bool {
         let limit = radius * radius;
-        let mut found = false;
-        self.near(p, limit, |list, offset| {
-            found = found || self.chunks.any(list, offset, limit as f32, &mut *test);
+        let touched = self.touched(p, limit);
+        let mut waiting = Waiting::default();
+        let mut cells = self.cells(touched.numbers());
+        let found = cells.any(|Cell { corner, list, .. }| {
+            self.chunks.any(*list, p - corner, limit as f32, |id| {
+                ahead(id);
+                waiting.push(id, test)
+            })
         });
-        found
+        found || waiting.any(test)
     }
 }

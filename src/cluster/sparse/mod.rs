@@ -17,6 +17,7 @@ use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
 use super::{Element, make_room};
+use crate::ahead::fetch;
 use block::{Block, coarsen, within};
 use field::{
     Coarser, Distances, FAR, Roots, WINDOW, address, lower_by_cell, lower_by_centre, middle,
@@ -325,7 +326,10 @@ impl ElementIndex for SparseIndex {
         let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
             (Some(number), _) => self.finest.touching(number, p).any(passes),
-            (_, Some(wide)) if wide.holds(reach) => wide.any(p, reach, &mut passes),
+            (_, Some(wide)) if wide.holds(reach) => {
+                let ahead = |id: u32| fetch(elements.get(id as usize));
+                wide.any(p, reach, ahead, &mut passes)
+            }
             _ => {
                 let mut found = false;
                 let centres = self.scale.of(elements);
@@ -432,6 +436,9 @@ impl SparseIndex {
         let (block, within) = address(coarsen(cell, 2 * level));
         match self.tree.follow(&mut notes.path, level, cell) {
             Some(number) => {
+                if level > 0 {
+                    self.tree.fetch_finer(number, within);
+                }
                 let distance_sq = self.grid(level)[number as usize].0[within];
                 (
                     distance_sq,

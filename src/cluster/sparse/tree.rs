@@ -7,6 +7,7 @@
 
 use super::block::{Block, between, bits_between, cell_at, coarsen, within};
 use super::make_room;
+use crate::ahead::fetch;
 
 /// Levels at most: 4^13 cells along an axis.
 pub(super) const MOST_LEVELS: usize = 13;
@@ -126,6 +127,16 @@ impl Tree {
     fn follow_far(&self, path: &mut Path, cell: Block) -> Option<u32> {
         let is_inside = cell.iter().all(|&c| c <= self.last_cell());
         is_inside.then(|| self.follow(path, 0, cell)).flatten()
+    }
+
+    /// Asks for the number of the block that a cell of a block above the finest level is.
+    #[inline(always)]
+    pub(super) fn fetch_finer(&self, number: u32, within: usize) {
+        fetch(
+            self.finer
+                .get(number as usize)
+                .map(|block| &block.0[within]),
+        );
     }
 
     /// The number of a block, if it is there.
