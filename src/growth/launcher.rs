@@ -18,6 +18,12 @@ const LEAST_GAP: f64 = 4.0;
 /// A bound from the sphere that holds the lichen serves when it is this share of its radius.
 const OUTSIDE: f64 = 0.2;
 
+/// Farther from the centre than this many times the sphere's radius the index knows no better.
+const AROUND: f64 = 2.5;
+
+/// Where the sphere gives a bound of so many edges, a longer step saves crossings worth a look at the index.
+const EDGES: f64 = 2.0;
+
 /// Where walkers start at present, and how far they may go.
 #[derive(Default)]
 pub(super) struct Launcher {
@@ -28,6 +34,8 @@ pub(super) struct Launcher {
     pub(super) reach: f64,
     /// Squared distance from the centre beyond which that says enough of how far the lichen is.
     pub(super) outside_sq: f64,
+    /// How far from the centre the index knows of better bounds, and edges are so many that these pay.
+    better_by_index: Range<f64>,
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
     pub(super) ring: LaunchRing,
@@ -61,6 +69,7 @@ impl Launcher {
         if is_new || drift > gap / 16.0 || reach > self.reach {
             self.version += 1;
             self.set_out(parameters, cluster);
+            self.better_by_index = self.reach + EDGES * edge(substrate)..AROUND * self.reach;
             self.ring = LaunchRing::new(substrate, &self.components, self.centre, radius);
             if self.ring.length() == 0.0 && self.area.is_none() {
                 let triangles = self.components.iter().flat_map(Clone::clone);
@@ -83,10 +92,22 @@ impl Launcher {
         self.outside_sq = outside * outside;
     }
 
+    /// Whether a walker outside the sphere that holds the lichen had better ask the index too. On a curved
+    /// surface the lichen fills little of the sphere, and is up to twice as far as that.
+    pub(super) fn asks_index(&self, from_centre: f64) -> bool {
+        self.better_by_index.contains(&from_centre)
+    }
+
     /// Whether the launch sphere encloses all that carries lichen.
     pub(super) fn encloses(&self) -> bool {
         self.ring.length() == 0.0
     }
+}
+
+/// About how long a mesh's edges are: those of as many triangles in a square as wide as the mesh.
+fn edge(substrate: &Substrate) -> f64 {
+    let units = substrate.units();
+    units.length_to_local(units.diagonal()) / (substrate.triangles().len() as f64).sqrt()
 }
 
 fn floored_extent(parameters: &Parameters, effective_radius: f64) -> f64 {

@@ -306,11 +306,18 @@ impl<I: ElementIndex> Walk<'_, I> {
     #[inline(never)]
     fn look_from_outside(&mut self, p: DVec3) -> Option<Look> {
         let from_centre = p.distance(self.launcher.centre);
-        let look = Look {
-            clear: from_centre - self.launcher.reach,
-            touching: false,
+        if from_centre > self.launcher.kill && !self.launcher.encloses() {
+            return None;
+        }
+        let by_sphere = from_centre - self.launcher.reach;
+        let by_index = match self.launcher.asks_index(from_centre) {
+            true => self.look_about(p).clear,
+            false => 0.0,
         };
-        (from_centre <= self.launcher.kill || self.launcher.encloses()).then_some(look)
+        Some(Look {
+            clear: by_sphere.max(by_index),
+            touching: false,
+        })
     }
 
     /// What becomes of a walker that an element is near enough to touch.
@@ -460,7 +467,93 @@ mod tests {
 
     use super::super::stick::tests::{parameters, scattered};
     use super::*;
+    use crate::cluster::{Cluster, SparseIndex};
     use crate::substrate::Substrate;
+
+    /// So many elements on the top of the rock, or of what else is there.
+    fn patch(
+        substrate: &Substrate,
+        parameters: &Parameters,
+        elements: usize,
+    ) -> (Cluster, SparseIndex) {
+        let mut cluster = Cluster::new(parameters.radius);
+        let mut index = SparseIndex::new(parameters.radius, None, substrate.bounds());
+        let area = AreaSampler::new(substrate, 0..substrate.triangles().len() as u32);
+        let mut stream = Stream::new(5, Purpose::Walker, 0);
+        let [low, high] = substrate.bounds();
+        let top = (low.midpoint(high)).with_z(high.z);
+        let places = std::iter::repeat_with(|| area.sample(&mut stream));
+        let near =
+            |at: &SurfacePoint| substrate.position(at).distance(top) < 0.25 * low.distance(high);
+        for at in places.filter(near).take(elements) {
+            cluster.push(Element::seed(substrate, at));
+            index.insert(cluster.elements());
+        }
+        (cluster, index)
+    }
+
+    #[test]
+    fn outside_the_sphere_bounds_are_bounds_and_better_than_the_sphere_alone() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().diagonal() / 1000.0);
+        let (cluster, index) = patch(&substrate, &parameters, 2000);
+        let mut launcher = Launcher::default();
+        launcher.update(&substrate, &parameters, &cluster);
+        let mut walk = Walk {
+            around: Surroundings {
+                substrate: &substrate,
+                parameters: &parameters,
+                cluster: &cluster,
+                index: &index,
+            },
+            law: &Stickiness::new(&parameters),
+            launcher: &launcher,
+            far: None,
+            scratch: &mut Connectivity::new(),
+            crowd: Crowd::default(),
+            track: &mut Track::default(),
+            others_walk: false,
+            interrupts: Interrupts {
+                cancelled: &|| false,
+                paused: &|| false,
+            },
+        };
+        walk.track.begin(&index, false);
+        let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+        let mut stream = Stream::new(6, Purpose::Walker, 0);
+        let (mut outside, mut better) = (0, 0);
+        for _ in 0..4000 {
+            let p = substrate.position(&area.sample(&mut stream));
+            let Some(look) = walk.look(p) else { continue };
+            let all = cluster.elements().iter();
+            let nearest = all.fold(f64::INFINITY, |least, e| least.min(e.position.distance(p)));
+            assert!(look.clear <= nearest, "{p}: {} of {nearest}", look.clear);
+            if p.distance_squared(launcher.centre) > launcher.outside_sq {
+                let by_sphere = p.distance(launcher.centre) - launcher.reach;
+                assert!(look.clear >= by_sphere && !look.touching);
+                outside += 1;
+                better += usize::from(look.clear > 1.25 * by_sphere);
+            }
+        }
+        assert!(
+            outside > 500 && 3 * better > outside,
+            "{better} of {outside}"
+        );
+    }
+
+    #[test]
+    fn where_steps_cross_no_edges_the_sphere_is_enough() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().diagonal() / 1000.0);
+        let (cluster, _) = patch(&substrate, &parameters, 200);
+        let mut launcher = Launcher::default();
+        launcher.update(&substrate, &parameters, &cluster);
+        let diagonal = substrate
+            .units()
+            .length_to_local(substrate.units().diagonal());
+        let far = |i: u32| diagonal * f64::from(i) / 1000.0;
+        assert!((0..1000).all(|i| !launcher.asks_index(far(i))));
+    }
 
     #[test]
     fn places_tried_together_are_those_tried_one_by_one() {
