@@ -204,7 +204,7 @@ pub(super) mod tests {
     use crate::growth::launch::AreaSampler;
     use crate::growth::{Boundary, Join, Law, Steps};
     use crate::rng::{Purpose, Stream};
-    use crate::substrate::Substrate;
+    use crate::substrate::{Substrate, SurfacePoint};
 
     pub(in crate::growth) fn parameters(radius: f64) -> Parameters {
         Parameters {
@@ -229,13 +229,24 @@ pub(super) mod tests {
         parameters: &Parameters,
         elements: usize,
     ) -> (Cluster, SparseIndex) {
+        scattered_where(substrate, parameters, elements, |_| true)
+    }
+
+    /// So many elements on a part of a surface.
+    pub(in crate::growth) fn scattered_where(
+        substrate: &Substrate,
+        parameters: &Parameters,
+        elements: usize,
+        is_there: impl Fn(DVec3) -> bool,
+    ) -> (Cluster, SparseIndex) {
         let mut cluster = Cluster::new(parameters.radius);
         let wide = Some(widest_count(parameters));
         let mut index = SparseIndex::new(parameters.radius, wide, substrate.bounds());
         let area = AreaSampler::new(substrate, 0..substrate.triangles().len() as u32);
         let mut stream = Stream::new(3, Purpose::Walker, 0);
-        for _ in 0..elements {
-            let at = area.sample(&mut stream);
+        let places = std::iter::repeat_with(|| area.sample(&mut stream));
+        let there = |at: &SurfacePoint| is_there(substrate.position(at));
+        for at in places.filter(there).take(elements) {
             cluster.push(Element::seed(substrate, at));
             index.insert(cluster.elements());
         }

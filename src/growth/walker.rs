@@ -465,37 +465,27 @@ impl<I: ElementIndex> Walk<'_, I> {
 mod tests {
     use std::path::Path;
 
-    use super::super::stick::tests::{parameters, scattered};
+    use super::super::stick::tests::{parameters, scattered, scattered_where};
     use super::*;
     use crate::cluster::{Cluster, SparseIndex};
     use crate::substrate::Substrate;
 
-    /// So many elements on the top of the rock, or of what else is there.
+    /// So many elements about the top of the bounding box.
     fn patch(
         substrate: &Substrate,
         parameters: &Parameters,
         elements: usize,
     ) -> (Cluster, SparseIndex) {
-        let mut cluster = Cluster::new(parameters.radius);
-        let mut index = SparseIndex::new(parameters.radius, None, substrate.bounds());
-        let area = AreaSampler::new(substrate, 0..substrate.triangles().len() as u32);
-        let mut stream = Stream::new(5, Purpose::Walker, 0);
         let [low, high] = substrate.bounds();
-        let top = (low.midpoint(high)).with_z(high.z);
-        let places = std::iter::repeat_with(|| area.sample(&mut stream));
-        let near =
-            |at: &SurfacePoint| substrate.position(at).distance(top) < 0.25 * low.distance(high);
-        for at in places.filter(near).take(elements) {
-            cluster.push(Element::seed(substrate, at));
-            index.insert(cluster.elements());
-        }
-        (cluster, index)
+        let (top, reach) = (low.midpoint(high).with_z(high.z), 0.25 * low.distance(high));
+        scattered_where(substrate, parameters, elements, |p| p.distance(top) < reach)
     }
 
     #[test]
     fn outside_the_sphere_bounds_are_bounds_and_better_than_the_sphere_alone() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 1000.0);
+        let units = substrate.units();
+        let parameters = parameters(units.length_to_local(units.diagonal()) / 1000.0);
         let (cluster, index) = patch(&substrate, &parameters, 2000);
         let mut launcher = Launcher::default();
         launcher.update(&substrate, &parameters, &cluster);
@@ -544,13 +534,13 @@ mod tests {
     #[test]
     fn where_steps_cross_no_edges_the_sphere_is_enough() {
         let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 1000.0);
+        let units = substrate.units();
+        let diagonal = units.length_to_local(units.diagonal());
+        let parameters = parameters(diagonal / 1000.0);
         let (cluster, _) = patch(&substrate, &parameters, 200);
         let mut launcher = Launcher::default();
         launcher.update(&substrate, &parameters, &cluster);
-        let diagonal = substrate
-            .units()
-            .length_to_local(substrate.units().diagonal());
+        assert!(launcher.reach < 0.3 * diagonal);
         let far = |i: u32| diagonal * f64::from(i) / 1000.0;
         assert!((0..1000).all(|i| !launcher.asks_index(far(i))));
     }
