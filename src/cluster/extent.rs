@@ -7,30 +7,39 @@ use super::Element;
 /// Mean of the centres in space, and the distance from it to the farthest.
 ///
 /// The centroid moves with every birth, so the farthest centre may change at any time. Only the
-/// centres near the rim can become it: they are listed at a survey, the farthest first, and the list
-/// serves until the centroid has moved by the slack that it was made with, or the rim has moved out
-/// by eight. As long as the centroid has moved little, only the first few of it are looked at.
+/// centres near the rim can become it: a survey lists them, and the list serves until the centroid has
+/// moved by the slack that it was made with, or the rim has moved out by eight. Of a long list the same
+/// is done again, with an eighth of the slack, until the last is short: each birth looks at that alone.
 #[derive(Clone, Debug, Default)]
 pub struct Extent {
     sum: DVec3,
     centroid: DVec3,
     radius: f64,
+    /// Each of those that the one before lists.
+    rims: Vec<Rim>,
+}
+
+/// The centres that can be the farthest while the centroid stays near where it was at a survey.
+#[derive(Clone, Debug)]
+struct Rim {
     surveyed_from: DVec3,
     slack: f64,
-    /// Centres farther from the surveyed centroid are listed, the farthest first.
+    /// Those farther from there are listed.
     inner: f64,
-    rim: Vec<Rim>,
+    centres: Vec<DVec3>,
 }
 
-/// A centre near the rim, and its distance from the surveyed centroid.
-#[derive(Clone, Copy, Debug)]
-struct Rim {
-    distance: f64,
-    position: DVec3,
-}
-
-/// Slack of a survey, as a share of the effective radius.
+/// Slack of the first survey, as a share of the effective radius.
 const SLACK: f64 = 1.0 / 64.0;
+
+/// That of each further one, as a share of the one before.
+const FINER: f64 = 1.0 / 8.0;
+
+/// A list of so many is not worth another survey.
+const FEW: usize = 24;
+
+/// Nor is one that would serve for fewer births.
+const LEAST_BIRTHS: f64 = 4.0;
 
 impl Extent {
     /// Mean of the centres, local units.
@@ -47,54 +56,73 @@ impl Extent {
     pub(super) fn add(&mut self, elements: &[Element]) {
         let Some(last) = elements.last() else { return };
         self.sum += last.position;
-        self.centroid = self.sum / elements.len() as f64;
-        let rim = self.rim_of(last);
-        if rim.distance >= self.inner {
-            let after = self.rim.partition_point(|r| r.distance >= rim.distance);
-            self.rim.insert(after, rim);
+        let before = std::mem::replace(&mut self.centroid, self.sum / elements.len() as f64);
+        self.rims.iter_mut().for_each(|rim| rim.add(last.position));
+        let outdated = |rim: &Rim| !rim.serves(self.centroid, self.radius);
+        if let Some(first) = self.rims.iter().position(outdated) {
+            self.rims.truncate(first);
         }
-        let moved = self.centroid.distance(self.surveyed_from) > self.slack;
-        if moved || self.radius > self.inner + 8.0 * self.slack {
-            self.survey(elements);
-        }
-        self.radius = self.farthest();
+        self.survey(elements, self.centroid.distance(before));
+        self.radius = match self.rims.last() {
+            Some(rim) => farthest(rim.centres.iter().copied(), self.centroid),
+            None => 0.0,
+        };
     }
 
-    fn rim_of(&self, element: &Element) -> Rim {
-        Rim {
-            distance: element.position.distance(self.surveyed_from),
-            position: element.position,
+    /// Makes lists until the last is short, or would not serve for long where the centroid moves so far
+    /// a birth.
+    fn survey(&mut self, elements: &[Element], moves: f64) {
+        if self.rims.is_empty() {
+            let centres = elements.iter().map(|e| e.position);
+            self.rims.push(Rim::new(centres, self.centroid, None));
+        }
+        while let Some(rim) = self.rims.last()
+            && rim.centres.len() > FEW
+            && FINER * rim.slack > LEAST_BIRTHS * moves
+        {
+            let (centres, slack) = (rim.centres.iter().copied(), FINER * rim.slack);
+            let finer = Rim::new(centres, self.centroid, Some(slack));
+            self.rims.push(finer);
+        }
+    }
+}
+
+impl Rim {
+    /// Those of some centres that can be the farthest while the centroid stays within a slack of where it
+    /// is: all but those nearer than R − 2·slack, which stay nearer than R − slack.
+    fn new(
+        centres: impl Iterator<Item = DVec3> + Clone,
+        centroid: DVec3,
+        slack: Option<f64>,
+    ) -> Self {
+        let radius = farthest(centres.clone(), centroid);
+        let slack = slack.unwrap_or(SLACK * radius);
+        let inner = radius - 2.0 * slack;
+        Self {
+            surveyed_from: centroid,
+            slack,
+            inner,
+            centres: centres.filter(|p| p.distance(centroid) >= inner).collect(),
         }
     }
 
-    /// Lists the centres that can be the farthest while the centroid stays within the slack: all
-    /// but those nearer than R − 2·slack, which stay nearer than R − slack.
-    fn survey(&mut self, elements: &[Element]) {
-        let centroid = self.centroid;
-        let radius = elements
-            .iter()
-            .map(|e| e.position.distance(centroid))
-            .fold(0.0, f64::max);
-        self.surveyed_from = centroid;
-        self.slack = SLACK * radius;
-        self.inner = radius - 2.0 * self.slack;
-        let all = elements.iter().map(|e| self.rim_of(e));
-        self.rim = all.filter(|r| r.distance >= self.inner).collect();
-        self.rim.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+    fn add(&mut self, p: DVec3) {
+        if p.distance(self.surveyed_from) >= self.inner {
+            self.centres.push(p);
+        }
     }
 
-    /// The distance from the centroid to the farthest on the list.
-    fn farthest(&self) -> f64 {
-        let moved = self.centroid.distance(self.surveyed_from);
-        let mut farthest = 0.0;
-        for rim in &self.rim {
-            if rim.distance + moved < farthest {
-                break;
-            }
-            farthest = rim.position.distance(self.centroid).max(farthest);
-        }
-        farthest
+    /// Whether the farthest is one of these, and they are not many more than need be.
+    fn serves(&self, centroid: DVec3, radius: f64) -> bool {
+        let moved = centroid.distance(self.surveyed_from);
+        moved <= self.slack && radius <= self.inner + 8.0 * self.slack
     }
+}
+
+/// The distance to the farthest of some centres.
+fn farthest(centres: impl Iterator<Item = DVec3>, from: DVec3) -> f64 {
+    let farthest_sq = centres.map(|p| p.distance_squared(from));
+    farthest_sq.fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]
@@ -103,32 +131,54 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::substrate::SurfacePoint;
 
-    #[test]
-    fn matches_brute_force_after_every_birth() {
-        let mut stream = Stream::new(7, Purpose::Walker, 0);
-        let mut elements = Vec::new();
-        let mut extent = Extent::default();
-        for i in 0..3000 {
-            let p = stream.in_unit_disc() * f64::from(1 + i).sqrt();
-            let position = DVec3::new(p.x + 3.0 * f64::from(i / 1000), p.y, stream.uniform());
-            elements.push(Element {
-                at: SurfacePoint::centroid(0),
-                position,
-                parent: 0,
-                colony: 0,
-                probability: 1.0,
-            });
+    fn element(position: DVec3) -> Element {
+        Element {
+            at: SurfacePoint::centroid(0),
+            position,
+            parent: 0,
+            colony: 0,
+            probability: 1.0,
+        }
+    }
+
+    /// Adds centres one by one, and compares with all of them each time. The most lists that there were.
+    fn lists_for(centres: impl Iterator<Item = DVec3>) -> usize {
+        let (mut elements, mut extent, mut lists) = (Vec::new(), Extent::default(), 0);
+        for p in centres {
+            elements.push(element(p));
             extent.add(&elements);
             let mean = elements.iter().map(|e| e.position).sum::<DVec3>() / elements.len() as f64;
-            let far = elements
-                .iter()
-                .map(|e| e.position.distance(mean))
-                .fold(0.0, f64::max);
+            let far = farthest(elements.iter().map(|e| e.position), mean);
             assert!(extent.centroid().distance(mean) < 1e-9);
             assert!(
                 (extent.effective_radius() - far).abs() < 1e-9,
-                "at birth {i}"
+                "at birth {}",
+                elements.len()
             );
+            lists = lists.max(extent.rims.len());
         }
+        lists
+    }
+
+    #[test]
+    fn matches_brute_force_after_every_birth() {
+        let mut stream = Stream::new(7, Purpose::Walker, 0);
+        let spreading = (0..3000).map(|i| {
+            let p = stream.in_unit_disc() * f64::from(1 + i).sqrt();
+            DVec3::new(p.x + 3.0 * f64::from(i / 1000), p.y, stream.uniform())
+        });
+        lists_for(spreading);
+    }
+
+    #[test]
+    fn matches_brute_force_where_all_are_nearly_as_far() {
+        let mut stream = Stream::new(8, Purpose::Walker, 0);
+        let on_a_ball = (0..6000).map(|_| {
+            let aside = |stream: &mut Stream| stream.uniform() - 0.5;
+            let p = DVec3::from([0; 3].map(|_| aside(&mut stream)));
+            p.normalize_or(DVec3::X) * (1.0 + 0.01 * stream.uniform())
+        });
+        let lists = lists_for(on_a_ball);
+        assert!(lists > 1, "{lists}");
     }
 }
