@@ -170,6 +170,10 @@ pub(super) struct AreaSampler {
     triangles: Vec<u32>,
     /// Area of all triangles up to and with each one.
     areas: Vec<f64>,
+    /// Equal shares of the whole for each unit of area: as many as there are triangles.
+    shares: f64,
+    /// How many of those areas are in the shares before each.
+    before: Vec<u32>,
 }
 
 impl AreaSampler {
@@ -181,16 +185,36 @@ impl AreaSampler {
             sampler.triangles.push(t);
             sampler.areas.push(total);
         }
+        sampler.shares = sampler.areas.len() as f64 / total;
+        for i in 0..sampler.areas.len() {
+            let share = sampler.share(sampler.areas[i]);
+            sampler
+                .before
+                .resize(sampler.before.len().max(share + 1), i as u32);
+        }
+        sampler.before.push(sampler.areas.len() as u32);
         sampler
+    }
+
+    /// Which share of the whole an area ends in.
+    fn share(&self, area: f64) -> usize {
+        (area * self.shares) as usize
+    }
+
+    /// How many areas are no larger than this, which is no larger than the whole.
+    ///
+    /// A larger area is in no earlier share, so only those of one share have to be asked: in a table of a
+    /// million a search waits for memory at every turn.
+    fn no_larger(&self, area: f64) -> usize {
+        let share = self.share(area);
+        let [first, end] = [self.before[share] as usize, self.before[share + 1] as usize];
+        first + self.areas[first..end].partition_point(|&a| a <= area)
     }
 
     /// A point uniform by area.
     pub(super) fn sample(&self, stream: &mut Stream) -> SurfacePoint {
         let target = stream.uniform() * self.areas.last().copied().unwrap_or(0.0);
-        let i = self
-            .areas
-            .partition_point(|&a| a <= target)
-            .min(self.triangles.len() - 1);
+        let i = self.no_larger(target).min(self.triangles.len() - 1);
         let (u, v) = (stream.uniform(), stream.uniform());
         let (u, v) = if u + v > 1.0 {
             (1.0 - u, 1.0 - v)
@@ -201,6 +225,31 @@ impl AreaSampler {
             triangle: self.triangles[i],
             u,
             v,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::rng::Purpose;
+
+    #[test]
+    fn areas_are_found_as_by_looking_at_all() {
+        for mesh in ["meshes/rock.obj", "meshes/slab.stl", "meshes/plane.obj"] {
+            let substrate = Substrate::load(Path::new(mesh)).expect("a mesh");
+            let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+            let whole = *area.areas.last().expect("a triangle");
+            let mut stream = Stream::new(1, Purpose::Walker, 0);
+            let anywhere = (0..20_000).map(|_| stream.uniform() * whole);
+            let there = area.areas.iter().copied();
+            let beside = |a: f64| [a.next_down(), a, a.next_up().min(whole)];
+            for a in anywhere.chain(there.flat_map(beside)).chain([0.0, whole]) {
+                let expected = area.areas.iter().filter(|&&b| b <= a).count();
+                assert_eq!(area.no_larger(a), expected, "{mesh}: {a} of {whole}");
+            }
         }
     }
 }
