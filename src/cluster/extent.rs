@@ -181,4 +181,20 @@ mod tests {
         let lists = lists_for(on_a_ball);
         assert!(lists > 1, "{lists}");
     }
+
+    #[test]
+    fn lists_serve_wherever_the_centroid_goes_within_the_slack() {
+        let mut stream = Stream::new(9, Purpose::Walker, 0);
+        for _ in 0..2000 {
+            let at = |stream: &mut Stream| stream.in_unit_disc().normalize().extend(0.0);
+            let few: Vec<DVec3> = (0..8)
+                .map(|_| at(&mut stream) * (1.0 - 4.0 * SLACK * stream.uniform()))
+                .collect();
+            let rim = Rim::new(few.iter().copied(), DVec3::ZERO, None);
+            let moved = at(&mut stream) * rim.slack * 0.999;
+            assert!(rim.serves(moved, 1.0));
+            let listed = farthest(rim.centres.iter().copied(), moved);
+            assert_eq!(listed, farthest(few.iter().copied(), moved));
+        }
+    }
 }
