@@ -41,6 +41,9 @@ const FEW: usize = 24;
 /// Nor is one that would serve for fewer births.
 const LEAST_BIRTHS: f64 = 4.0;
 
+/// Lists at most: the slack of the last is above what rounding adds to distances.
+const MOST_LISTS: usize = 8;
+
 impl Extent {
     /// Mean of the centres, local units.
     pub fn centroid(&self) -> DVec3 {
@@ -78,6 +81,7 @@ impl Extent {
         }
         while let Some(rim) = self.rims.last()
             && rim.centres.len() > FEW
+            && self.rims.len() < MOST_LISTS
             && FINER * rim.slack > LEAST_BIRTHS * moves
         {
             let (centres, slack) = (rim.centres.iter().copied(), FINER * rim.slack);
