@@ -209,7 +209,8 @@ impl Connectivity {
                 && !inside[next]
                 && segment_distance_sq(centre, corners[k], corners[next]) <= limit
         };
-        // Written out: in a loop all corners are looked up in memory, and growth on a thin plate takes a twelfth longer.
+        // Written out: in a loop all corners are looked up in memory, and growth on a thin plate takes a
+        // twelfth longer.
         self.mark_across(substrate, 3 * t, reaches(0, 1));
         self.mark_across(substrate, 3 * t + 1, reaches(1, 2));
         self.mark_across(substrate, 3 * t + 2, reaches(2, 0));
