@@ -9,8 +9,8 @@ use anyhow::Context;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure, World,
-    render,
+    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stage, Stone, Structure,
+    TimeLapse, World,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
@@ -35,9 +35,11 @@ pub(super) fn pictures(
     stop: &Stop,
 ) -> Result<(), Failure> {
     let shots = Shots::new(args, lichen)?;
+    let mut lapse = shots.time_lapse();
     match args.picture.draw {
         What::Points => {
-            let images = moments.iter().map(|moment| Ok(shots.of_points(moment)));
+            let mut take = |moment| lapse.take(&shots.granules(moment), &[]);
+            let images = moments.iter().map(|moment| Ok(take(moment)));
             write(args, target, images, stop)
         }
         What::Skin => {
@@ -45,7 +47,8 @@ pub(super) fn pictures(
             let in_radii = |length| units.in_radii(length);
             let shape = shape(&args.shape, &in_radii);
             let paint = paint(&args.color, &in_radii)?;
-            lichen.check_memory(&shape, Frames::Pictures)?;
+            let pixels = sides(args).map(u64::from).iter().product();
+            lichen.check_memory(&shape, Frames::Pictures(pixels))?;
             let skins =
                 SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
             let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();
@@ -57,7 +60,7 @@ pub(super) fn pictures(
                 too_coarse.set(!shown && skins.len() == 0);
                 Some(match too_coarse.get() {
                     true => Err(io::Error::other(SkinError::TooCoarse)),
-                    false => Ok(shots.of_skin(mesh, skins.cortex())),
+                    false => Ok(shots.of_skin(&mut lapse, mesh, skins.cortex())),
                 })
             };
             let made = write(args, target, std::iter::from_fn(next), stop);
@@ -144,18 +147,27 @@ impl<'a> Shots<'a> {
         })
     }
 
+    fn time_lapse(&self) -> TimeLapse<'_> {
+        let up = self.lichen.substrate.up().as_vec3().to_array();
+        let bare = Scene {
+            ground: self.ground,
+            stage: Some(Stage::of(&self.stone, &self.discs, up)),
+            ..Scene::bare(&self.stone, up)
+        };
+        TimeLapse::new(bare, self.camera, self.settings)
+    }
+
     /// Elements swell with their influence.
-    fn of_points(&self, moment: &Presence) -> Image {
+    fn granules(&self, moment: &Presence) -> Vec<Disc> {
         let born = moment.born(self.discs.len());
         let disc = |(birth, disc): (usize, &Disc)| Disc {
             radius: disc.radius * moment.influence(birth),
             ..*disc
         };
-        let discs: Vec<Disc> = self.discs[..born].iter().enumerate().map(disc).collect();
-        self.take(&discs, &[])
+        self.discs[..born].iter().enumerate().map(disc).collect()
     }
 
-    fn of_skin(&self, mesh: TriMesh, cortex: Option<&Cortex>) -> Image {
+    fn of_skin(&self, lapse: &mut TimeLapse, mesh: TriMesh, cortex: Option<&Cortex>) -> Image {
         let Growth {
             substrate, cluster, ..
         } = self.lichen;
@@ -165,17 +177,7 @@ impl<'a> Shots<'a> {
             structure: cut.as_ref().map(|cut| cut as &dyn Structure),
             ..skin.painted()
         };
-        self.take(&[], &[painted])
-    }
-
-    fn take(&self, discs: &[Disc], skins: &[Painted]) -> Image {
-        let world = World::new(&Scene {
-            discs,
-            skins,
-            ground: self.ground,
-            ..bare(&self.lichen.substrate, &self.stone)
-        });
-        render(&world, &self.camera, &self.settings)
+        lapse.take(&[], &[painted])
     }
 }
 

@@ -28,7 +28,10 @@ const SKIN_BYTES: f64 = 250.0;
 /// The same of frames, of which one is written while the next is made, and besides of those that become
 /// pictures: docs/animation.md has the measurements.
 const FRAME_BYTES: f64 = 250.0;
-const PICTURE_BYTES: f64 = 150.0;
+const PICTURE_BYTES: f64 = 260.0;
+
+/// Bytes that a pixel takes of what is kept from picture to picture.
+const PIXEL_BYTES: f64 = 330.0;
 
 /// Bytes for each element that is felt at a triangle, which frames keep, and for what they know of each
 /// element's time.
@@ -134,7 +137,8 @@ pub(super) fn check_skins<'a>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Frames {
     Meshes,
-    Pictures,
+    /// Of so many pixels each.
+    Pictures(u64),
 }
 
 /// Refuses frames that do not fit: they share what one takes, and keep what is felt where.
@@ -144,16 +148,16 @@ pub(super) fn check_frames(
     shape: &Shape,
     frames: Frames,
 ) -> Result<(), Failure> {
-    let picture = match frames {
-        Frames::Meshes => 0.0,
-        Frames::Pictures => PICTURE_BYTES,
+    let (picture, kept) = match frames {
+        Frames::Meshes => (0.0, 0.0),
+        Frames::Pictures(pixels) => (PICTURE_BYTES, PIXEL_BYTES * pixels as f64),
     };
     let felt = FELT_BYTES * expected_near(cluster, shape);
     let triangles = expected_triangles(substrate, cluster, shape);
     let timed = TIMED_BYTES * cluster.len() as f64;
     check_triangles(
         triangles,
-        (FRAME_BYTES + picture + felt) * triangles + timed,
+        (FRAME_BYTES + picture + felt) * triangles + timed + kept,
     )
 }
 

@@ -11,8 +11,8 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, World, draw_legend,
-    number, round_below,
+    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Stage, Structure, World,
+    draw_legend, number, round_below,
 };
 use thallus::run::Length;
 use thallus::skin::{self, Cortex, Paint, Parts, Shape};
@@ -325,9 +325,11 @@ fn take(
 ) -> Result<(Image, Camera), Failure> {
     let view = &args.view;
     let stone = stone(&lichens.substrate);
+    let bare = bare(&lichens.substrate, &stone);
     let bare = Scene {
         ground: view.shot.ground,
-        ..bare(&lichens.substrate, &stone)
+        stage: Some(Stage::of(&stone, &dressed.discs, bare.up)),
+        ..bare
     };
     let granular = LazyCell::new(|| {
         World::new(&Scene {

@@ -21,7 +21,9 @@ mod shade;
 mod shape;
 mod sheet;
 mod smooth;
+mod stage;
 mod text;
+mod time_lapse;
 mod trace;
 mod view;
 mod wide;
@@ -37,7 +39,9 @@ pub use material::Ground;
 pub(crate) use material::longest_axis;
 pub use render::{Background, Settings, render, render_unless};
 pub use sheet::{ContactSheet, Tile};
+pub use stage::Stage;
 pub use text::unwritable;
+pub use time_lapse::TimeLapse;
 pub use trace::{Stone, World};
 pub use view::Sight;
 
@@ -108,6 +112,8 @@ pub struct Scene<'a> {
     pub ground: Ground,
     /// The direction away from the floor; +y where it has no length.
     pub up: [f32; 3],
+    /// Where it stands, if not on a stage of its own.
+    pub stage: Option<Stage>,
 }
 
 impl std::fmt::Debug for Scene<'_> {
@@ -125,6 +131,7 @@ impl<'a> Scene<'a> {
             skins: &[],
             ground: Ground::default(),
             up,
+            stage: None,
         }
     }
 }

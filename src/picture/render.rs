@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::sample::Sampler;
 use super::shade::{Asked, Seen, Studio};
+use super::time_lapse::{Changes, Kept};
 use super::trace::World;
 use super::{Camera, Image, color};
 
@@ -47,7 +48,7 @@ impl Default for Settings {
 }
 
 /// Columns and rows of a part of the picture.
-type Tile = [Range<usize>; 2];
+pub(super) type Tile = [Range<usize>; 2];
 
 /// Pixels along a tile's side: what is about those of one fits into a processor's own memory.
 const TILE: usize = 64;
@@ -88,29 +89,20 @@ pub fn render_unless(
     stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Image> {
     let studio = Studio::new(world, camera, settings.background);
-    let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
-    let frame = Frame {
-        camera,
-        studio: &studio,
-        size: Vec2::new(width as f32, height as f32),
-        samples: settings.samples.max(1),
-        pilot: (settings.samples / PILOT_SHARE)
-            .max(PILOT)
-            .min(settings.samples.max(1)),
-        error: ERROR * (USUAL / settings.samples.max(1) as f32).sqrt(),
-    };
+    let frame = Frame::new(camera, &studio, settings);
     let pixels = frame.pixels(TILE, stopped)?;
+    let [width, height] = frame.sides();
     Some(finish(&pixels, width, height, settings.background))
 }
 
 /// The colour of what is there, and how much of the pixel that covers.
 #[derive(Clone, Copy, Default, PartialEq)]
-struct Pixel {
+pub(super) struct Pixel {
     rgb: [u8; 3],
     covered: u8,
 }
 
-fn finish(pixels: &[Pixel], width: u32, height: u32, background: Background) -> Image {
+pub(super) fn finish(pixels: &[Pixel], width: u32, height: u32, background: Background) -> Image {
     let on = |p: &Pixel| match background {
         Background::Color(behind) => [0, 1, 2].map(|k| mix(behind[k], p.rgb[k], p.covered)),
         _ => p.rgb,
@@ -129,7 +121,7 @@ fn mix(behind: u8, front: u8, covered: u8) -> u8 {
     ((b * (255 - c) + f * c + 127) / 255) as u8
 }
 
-struct Frame<'a> {
+pub(super) struct Frame<'a> {
     camera: &'a Camera,
     studio: &'a Studio<'a>,
     size: Vec2,
@@ -140,32 +132,74 @@ struct Frame<'a> {
     error: f32,
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    pub(super) fn new(camera: &'a Camera, studio: &'a Studio<'a>, settings: &Settings) -> Self {
+        let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
+        let samples = settings.samples.max(1);
+        Self {
+            camera,
+            studio,
+            size: Vec2::new(width as f32, height as f32),
+            samples,
+            pilot: (samples / PILOT_SHARE).max(PILOT),
+            error: ERROR * (USUAL / samples as f32).sqrt(),
+        }
+    }
+
+    pub(super) fn sides(&self) -> [u32; 2] {
+        self.size.to_array().map(|side| side as u32)
+    }
+
     /// All of them, row by row, rendered in tiles of this side. None if told to stop.
     fn pixels(&self, side: usize, stopped: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Pixel>> {
-        let [columns, rows] = self.size.to_array().map(|side| side as usize);
-        let starts = (0..rows).step_by(side);
-        let starts = starts.flat_map(|y| (0..columns).step_by(side).map(move |x| (x, y)));
-        let tiles: Vec<Tile> = starts
-            .map(|(x, y)| [x..(x + side).min(columns), y..(y + side).min(rows)])
-            .collect();
+        let tiles = self.tiles_of(side);
         let filled = tiles
             .par_iter()
-            .map(|tile| (!stopped()).then(|| self.filled(tile)));
+            .map(|tile| (!stopped()).then(|| self.filled(tile, None)));
         let filled: Vec<Vec<Pixel>> = filled.collect::<Option<_>>()?;
+        Some(self.joined(&tiles, filled))
+    }
+
+    /// The same with what is kept of each tile since the picture before.
+    pub(super) fn of_lapse(
+        &self,
+        tiles: &[Tile],
+        kept: &mut [Kept],
+        changes: &Changes,
+    ) -> Vec<Pixel> {
+        let filled = tiles.par_iter().zip(kept);
+        let filled = filled.map(|(tile, kept)| self.filled(tile, Some((kept, changes))));
+        self.joined(tiles, filled.collect())
+    }
+
+    pub(super) fn tiles(&self) -> Vec<Tile> {
+        self.tiles_of(TILE)
+    }
+
+    fn tiles_of(&self, side: usize) -> Vec<Tile> {
+        let [columns, rows] = self.sides().map(|side| side as usize);
+        let starts = (0..rows).step_by(side);
+        let starts = starts.flat_map(|y| (0..columns).step_by(side).map(move |x| (x, y)));
+        starts
+            .map(|(x, y)| [x..(x + side).min(columns), y..(y + side).min(rows)])
+            .collect()
+    }
+
+    fn joined(&self, tiles: &[Tile], filled: Vec<Vec<Pixel>>) -> Vec<Pixel> {
+        let [columns, rows] = self.sides().map(|side| side as usize);
         let mut pixels = vec![Pixel::default(); columns * rows];
         for ([across, down], filled) in tiles.iter().zip(filled) {
             for (y, row) in down.clone().zip(filled.chunks(across.len())) {
                 pixels[y * columns..][across.clone()].copy_from_slice(row);
             }
         }
-        Some(pixels)
+        pixels
     }
 
     /// The pixels of a tile, row by row: a few samples of each, and more as what is seen round about
     /// asks for them. A pixel's own samples alone would tell too little, and to stop
     /// where they happen to agree would favour what they agree on.
-    fn filled(&self, [across, down]: &Tile) -> Vec<Pixel> {
+    fn filled(&self, [across, down]: &Tile, lapse: Option<(&mut Kept, &Changes)>) -> Vec<Pixel> {
         let wider = |range: &Range<usize>, end: f32| {
             range.start.saturating_sub(REACH)..(range.end + REACH).min(end as usize)
         };
@@ -175,61 +209,112 @@ impl Frame<'_> {
             ((columns.start + x) as u32, (rows.start + y) as u32)
         };
         let mut sums = vec![Sums::default(); columns.len() * rows.len()];
+        let mut taking = Taking { frame: self, lapse };
+        taking.begin(sums.len());
         for (i, sums) in sums.iter_mut().enumerate() {
-            self.sample(at(i), self.pilot, Seen::default(), sums);
+            taking.sample((i, at(i)), self.pilot, Seen::default(), sums);
         }
         let squares = Squares::new(&sums, columns.len());
         let place = |y: usize, x: usize| (y - rows.start) * columns.len() + x - columns.start;
         let places = down
             .clone()
             .flat_map(|y| across.clone().map(move |x| (y, x)));
-        let pixel = |i: usize| self.pixel(at(i), &sums[i], &squares.at(i));
+        let mut pixel = |i: usize| taking.pixel((i, at(i)), &sums[i], &squares.at(i));
         places.map(|(y, x)| pixel(place(y, x))).collect()
+    }
+}
+
+/// How the pixels of one tile are taken.
+struct Taking<'a> {
+    frame: &'a Frame<'a>,
+    /// What is kept of the picture before, and what has changed since.
+    lapse: Option<(&'a mut Kept, &'a Changes)>,
+}
+
+/// A pixel by its number in the tile, and where it is in the picture.
+type Place = (usize, (u32, u32));
+
+impl Taking<'_> {
+    fn begin(&mut self, pixels: usize) {
+        if let Some((kept, _)) = &mut self.lapse {
+            kept.of_pixels(pixels);
+        }
     }
 
     /// A pixel that some samples were taken of, by what they came to and what those of the square
     /// about it did. Where nothing falls on the sheet the square is enough; in its shadows the
     /// squares would show as blotches. Where light and shade are even, how things scatter in the square
     /// tells how many samples are enough.
-    fn pixel(&self, at: (u32, u32), sums: &Sums, square: &Sums) -> Pixel {
-        let dither = Sampler::new(at.0, at.1, self.samples).dither();
+    fn pixel(&mut self, at: Place, sums: &Sums, square: &Sums) -> Pixel {
+        let (x, y) = at.1;
+        let dither = Sampler::new(x, y, self.frame.samples).dither();
         let is_bare = square.seen.is_only(Seen::SHEET) && square.seen.is_even();
         if is_bare || square.seen.is_only(Seen::NOTHING) {
+            self.end(at, sums.taken);
             return square.pixel(dither);
         }
-        let is_even = square.seen.is_only(Seen::THING) && square.seen.is_even();
         let mut sums = sums.clone();
-        while sums.taken < self.samples {
+        self.complete(at, &mut sums, square);
+        self.end(at, sums.taken);
+        sums.pixel(dither)
+    }
+
+    /// Takes as many samples of a pixel as are enough.
+    fn complete(&mut self, at: Place, sums: &mut Sums, square: &Sums) {
+        let (most, error) = (self.frame.samples, self.frame.error);
+        let is_even = square.seen.is_only(Seen::THING) && square.seen.is_even();
+        while sums.taken < most {
             let is_enough = if is_even {
-                sums.taken >= LEAST_EVEN && square.is_enough(sums.taken, self.error)
+                sums.taken >= LEAST_EVEN && square.is_enough(sums.taken, error)
             } else {
-                sums.is_enough_alone(self.error)
+                sums.is_enough_alone(error)
             };
             if is_enough {
                 break;
             }
             let batch = if is_even { LEAST_EVEN } else { BATCH };
             let next = (sums.taken / batch + 1) * batch;
-            self.sample(at, next.min(self.samples), square.seen, &mut sums);
+            self.sample(at, next.min(most), square.seen, sums);
         }
-        sums.pixel(dither)
+    }
+
+    fn end(&mut self, (pixel, _): Place, taken: u32) {
+        if let Some((kept, _)) = &mut self.lapse {
+            kept.forget_beyond(pixel, taken);
+        }
     }
 
     /// Takes samples of a pixel until there are so many.
-    fn sample(&self, (x, y): (u32, u32), until: u32, around: Seen, sums: &mut Sums) {
-        let sampler = Sampler::new(x, y, self.samples);
+    fn sample(&mut self, (pixel, (x, y)): Place, until: u32, around: Seen, sums: &mut Sums) {
+        let Frame {
+            camera,
+            studio,
+            size,
+            samples,
+            ..
+        } = self.frame;
+        let sampler = Sampler::new(x, y, *samples);
         let corner = Vec2::new(x as f32, y as f32);
-        let aspect = self.size.x / self.size.y;
         for number in sums.taken..until {
-            let place = (corner + sampler.point(number, WITHIN_PIXEL)) / self.size;
+            let place = (corner + sampler.point(number, WITHIN_PIXEL)) / *size;
             let asked = Asked {
-                direction: self.camera.direction(place, aspect),
+                direction: camera.direction(place, size.x / size.y),
                 place: place.into(),
                 sampler: &sampler,
                 number,
                 around,
             };
-            let (light, seen) = self.studio.light(self.camera.eye, &asked);
+            let take = || studio.light(camera.eye, &asked);
+            let (light, seen) = match &mut self.lapse {
+                None => {
+                    let lit = take();
+                    (lit.light, lit.seen)
+                }
+                Some((kept, changes)) => {
+                    let ray = [camera.eye, asked.direction];
+                    kept.ray((pixel, number), ray, (around, changes), take)
+                }
+            };
             sums.add(light, seen);
         }
     }
@@ -345,14 +430,13 @@ mod tests {
         });
         let camera = Camera::best_view(&world, 1.0);
         let studio = Studio::new(&world, &camera, Background::Studio);
-        let frame = Frame {
-            camera: &camera,
-            studio: &studio,
-            size: Vec2::splat(40.0),
-            samples: 8,
-            pilot: 2,
-            error: ERROR,
+        let settings = Settings {
+            width: 40,
+            height: 40,
+            samples: 16,
+            ..Settings::default()
         };
+        let frame = Frame::new(&camera, &studio, &settings);
         let pixels = |side| frame.pixels(side, &|| false).expect("not stopped");
         let whole = pixels(40);
         assert!(whole.iter().any(|p| p.rgb != whole[0].rgb));

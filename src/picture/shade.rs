@@ -3,7 +3,7 @@
 use glam::Vec3A;
 
 use super::sample::{Sampler, cone_about, cosine_about};
-use super::trace::{Hit, Material, Starts, World};
+use super::trace::{Hit, InWay, Material, Starts, World};
 use super::{Background, Camera, material};
 
 const KEY: Vec3A = Vec3A::new(1.75, 1.60, 1.38);
@@ -75,15 +75,45 @@ pub(super) struct Asked<'a> {
     pub(super) around: Seen,
 }
 
+/// What was looked at for one ray from the camera: while no lichen in these ways comes or goes, its light is the
+/// same.
+#[derive(Clone, Copy)]
+pub(super) struct Rays {
+    /// How far the ray itself went.
+    pub(super) end: f32,
+    /// Where those to the key light and to the room left, as far as no stone is in their way.
+    pub(super) from: Vec3A,
+    pub(super) to: [Option<Vec3A>; 2],
+    /// Whether something besides shapes told the colour.
+    pub(super) is_structured: bool,
+}
+
+impl Rays {
+    const NONE: Self = Self {
+        end: f32::INFINITY,
+        from: Vec3A::ZERO,
+        to: [None; 2],
+        is_structured: false,
+    };
+}
+
+/// Which of the ways to lights is which.
+const KEY_WAY: usize = 0;
+const ROOM_WAY: usize = 1;
+
+/// The light of one ray from the camera.
+pub(super) struct Lit {
+    pub(super) light: Vec3A,
+    pub(super) seen: Seen,
+    pub(super) rays: Rays,
+}
+
 /// Lights, and the floor that takes the shadow.
 pub(super) struct Studio<'a> {
     world: &'a World<'a>,
     background: Background,
     key: Vec3A,
     fill: Vec3A,
-    /// Height of the floor along `up`.
-    floor: f32,
-    middle: Vec3A,
 }
 
 /// Which purpose takes which sequence of sample points.
@@ -101,44 +131,64 @@ impl<'a> Studio<'a> {
             background,
             key: key.normalize_or(Vec3A::Y),
             fill: fill.normalize_or(Vec3A::Y),
-            floor: world.lowest() - 2e-3 * world.size,
-            middle: 0.5 * (world.bounds[0] + world.bounds[1]),
         }
     }
 
     /// Light that comes back along a ray from an eye, and what it met.
-    pub(super) fn light(&self, eye: Vec3A, asked: &Asked) -> (Vec3A, Seen) {
+    pub(super) fn light(&self, eye: Vec3A, asked: &Asked) -> Lit {
         match (self.world.hit(eye, asked.direction), self.background) {
             (Some(hit), _) => self.surface(&hit, asked),
             (None, Background::Studio) => self.sheet(eye, asked),
-            (None, _) => (Vec3A::ZERO, Seen::NOTHING),
+            (None, _) => Lit {
+                light: Vec3A::ZERO,
+                seen: Seen::NOTHING,
+                rays: Rays::NONE,
+            },
         }
     }
 
-    fn surface(&self, hit: &Hit, asked: &Asked) -> (Vec3A, Seen) {
-        let p = hit.place - self.middle;
+    fn surface(&self, hit: &Hit, asked: &Asked) -> Lit {
+        let p = hit.place - self.world.stage.middle;
+        let mut rays = Rays {
+            end: hit.end,
+            from: hit.starts.lichen,
+            ..Rays::NONE
+        };
         let look = match hit.material {
             Material::Ground => {
                 let (ground, along) = self.world.ground;
-                ground.look(p / self.world.size, hit.normal, along)
+                ground.look(p / self.world.stage.size, hit.normal, along)
             }
-            Material::Lichen { color, grain } => material::lichen(p, hit.normal, color, grain),
+            Material::Lichen {
+                color,
+                grain,
+                is_structured,
+            } => {
+                rays.is_structured = is_structured;
+                material::lichen(p, hit.normal, color, grain)
+            }
         };
-        let mut seen = Seen::THING;
+        let mut way = Ways {
+            starts: &hit.starts,
+            asked,
+            seen: Seen::THING,
+            rays,
+        };
         let mut light = FILL * (0.5 + 0.5 * look.normal.dot(self.fill));
         let facing = look.normal.dot(self.key);
-        if facing > 0.0 && self.is_lit(hit.horizon, &hit.starts, asked, &mut seen) {
+        if facing > 0.0 && self.is_lit(hit.horizon, &mut way) {
             light += KEY * facing;
         }
-        light += match self.room([look.normal, hit.horizon], &hit.starts, asked, &mut seen) {
+        light += match self.room([look.normal, hit.horizon], &mut way) {
             None => ROOM * look.albedo * BOUNCE,
             Some(out) => ROOM * (0.62 + 0.5 * (0.5 + 0.5 * out.dot(self.world.up))),
         };
-        (look.albedo * light, seen)
+        way.lit(look.albedo * light)
     }
 
     /// Whether the key light reaches a place with this horizon.
-    fn is_lit(&self, horizon: Vec3A, starts: &Starts, asked: &Asked, seen: &mut Seen) -> bool {
+    fn is_lit(&self, horizon: Vec3A, ways: &mut Ways) -> bool {
+        let asked = ways.asked;
         let known = asked.around.always(Seen::LIT, Seen::SHADED);
         let all_is_above = self.key.dot(horizon) > SOFT;
         let is_lit = match known {
@@ -149,59 +199,90 @@ impl<'a> Studio<'a> {
                 if to_light.dot(horizon) <= 0.0 {
                     return false;
                 }
-                known.unwrap_or_else(|| !self.world.is_blocked(starts, to_light))
+                known.unwrap_or_else(|| ways.is_open(self.world, KEY_WAY, to_light))
             }
         };
-        *seen = seen.and(if is_lit { Seen::LIT } else { Seen::SHADED });
+        ways.saw(if is_lit { Seen::LIT } else { Seen::SHADED });
         is_lit
     }
 
     /// A direction about a normal in which the room is seen; none where something hides it, or it is
     /// below the horizon.
-    fn room(
-        &self,
-        [normal, horizon]: [Vec3A; 2],
-        starts: &Starts,
-        asked: &Asked,
-        seen: &mut Seen,
-    ) -> Option<Vec3A> {
+    fn room(&self, [normal, horizon]: [Vec3A; 2], ways: &mut Ways) -> Option<Vec3A> {
+        let asked = ways.asked;
         let out = cosine_about(normal, asked.sampler.point(asked.number, TO_ROOM));
         if out.dot(horizon) <= 0.0 {
             return None;
         }
         let is_open = asked.around.always(Seen::OPEN, Seen::CLOSED);
-        let is_open = is_open.unwrap_or_else(|| !self.world.is_blocked(starts, out));
-        *seen = seen.and(if is_open { Seen::OPEN } else { Seen::CLOSED });
+        let is_open = is_open.unwrap_or_else(|| ways.is_open(self.world, ROOM_WAY, out));
+        ways.saw(if is_open { Seen::OPEN } else { Seen::CLOSED });
         is_open.then_some(out)
     }
 
     /// The sheet, and the share of its light that the floor keeps where a ray would meet it; it
     /// fades away from the scene, so that the floor has no end.
-    fn sheet(&self, eye: Vec3A, asked: &Asked) -> (Vec3A, Seen) {
+    fn sheet(&self, eye: Vec3A, asked: &Asked) -> Lit {
         let sheet = sheet(asked.place);
-        let mut seen = Seen::SHEET;
-        let up = self.world.up;
-        let (above, fall) = (eye.dot(up) - self.floor, -asked.direction.dot(up));
-        if above <= 0.0 || fall <= 1e-3 {
-            return (sheet, seen);
-        }
+        let (up, stage) = (self.world.up, &self.world.stage);
+        let (above, fall) = (eye.dot(up) - stage.floor, -asked.direction.dot(up));
         let p = eye + asked.direction * (above / fall);
-        let far = p.distance(self.middle) / self.world.size;
+        let far = p.distance(stage.middle) / stage.size;
         let near = 1.0 - ((far - 0.9) / 1.1).clamp(0.0, 1.0);
-        if near <= 0.0 {
-            return (sheet, seen);
+        let starts = (p + up * (1e-4 * stage.size)).into();
+        let mut ways = Ways {
+            starts: &starts,
+            asked,
+            seen: Seen::SHEET,
+            rays: Rays {
+                from: starts.lichen,
+                ..Rays::NONE
+            },
+        };
+        if above <= 0.0 || fall <= 1e-3 || near <= 0.0 {
+            return ways.lit(sheet);
         }
-        let starts = (p + up * (1e-4 * self.world.size)).into();
-        let key = match self.is_lit(up, &starts, asked, &mut seen) {
+        let key = match self.is_lit(up, &mut ways) {
             true => 0.0,
             false => KEY_ON_FLOOR,
         };
-        let room = match self.room([up; 2], &starts, asked, &mut seen) {
+        let room = match self.room([up; 2], &mut ways) {
             None => ROOM_ON_FLOOR,
             Some(_) => 0.0,
         };
         let floor = 1.0 - near * near * (3.0 - 2.0 * near) * (key + room);
-        (sheet * floor, seen)
+        ways.lit(sheet * floor)
+    }
+}
+
+/// The ways from one place to the lights.
+struct Ways<'a> {
+    starts: &'a Starts,
+    asked: &'a Asked<'a>,
+    seen: Seen,
+    rays: Rays,
+}
+
+impl Ways<'_> {
+    /// Whether nothing is in the way in a direction.
+    fn is_open(&mut self, world: &World, which: usize, direction: Vec3A) -> bool {
+        let in_way = world.in_way(self.starts, direction);
+        if in_way != InWay::Stone {
+            self.rays.to[which] = Some(direction);
+        }
+        in_way == InWay::Nothing
+    }
+
+    fn saw(&mut self, what: Seen) {
+        self.seen = self.seen.and(what);
+    }
+
+    fn lit(self, light: Vec3A) -> Lit {
+        Lit {
+            light,
+            seen: self.seen,
+            rays: self.rays,
+        }
     }
 }
 

@@ -176,6 +176,11 @@ impl Dome {
         self.normal.into()
     }
 
+    /// No part of it is lower along a direction of length 1.
+    pub(super) fn lowest(&self, up: Vec3A) -> f32 {
+        self.center().dot(up) - self.radius
+    }
+
     /// Linear light that it gives back.
     pub(super) fn albedo(&self) -> Vec3A {
         color::linear(self.color)

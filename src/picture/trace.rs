@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::shape::{Dome, Domes, HEIGHT, Triangles, triangle_box};
 use super::smooth::corner_normals;
+use super::stage::{measured, upward};
 use super::wide::{Group, Ray, Tree};
-use super::{Disc, Ground, Painted, Scene, color, longest_axis};
+use super::{Disc, Ground, Painted, Scene, Stage, color, longest_axis};
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
 const CLEAR: f32 = 4e-6;
@@ -37,11 +38,15 @@ pub(super) enum Material {
         color: Vec3A,
         /// See [`Painted::grain`].
         grain: f32,
+        /// Whether something besides the shape decides the colour.
+        is_structured: bool,
     },
 }
 
 /// What a ray met first.
 pub(super) struct Hit {
+    /// How far along.
+    pub(super) end: f32,
     /// Where.
     pub(super) place: Vec3A,
     /// For shading, on the ray's side.
@@ -98,6 +103,16 @@ impl Stone {
             normals,
         }
     }
+
+    /// The corners of the box about it, turned inside out where there is nothing.
+    pub(super) fn boxed(&self) -> [Vec3A; 2] {
+        self.mesh.boxed
+    }
+
+    /// The least height along `up`.
+    pub(super) fn lowest(&self, up: Vec3A) -> f32 {
+        self.mesh.lowest(up)
+    }
 }
 
 /// A scene made ready for rays, for all pictures of it; parts that cannot be drawn are left out.
@@ -108,10 +123,9 @@ pub struct World<'a> {
     /// What the substrate is drawn as, and where it is longest.
     pub(super) ground: (Ground, Vec3A),
     pub(super) up: Vec3A,
-    /// The corners of the box about everything.
-    pub(super) bounds: [Vec3A; 2],
-    /// The diagonal of that box; 1 where there is nothing.
+    /// The diagonal of the box about everything; 1 where there is nothing.
     pub(super) size: f32,
+    pub(super) stage: Stage,
 }
 
 impl std::fmt::Debug for World<'_> {
@@ -133,20 +147,20 @@ impl<'a> World<'a> {
         let granules = Granules::new(scene.discs);
         let meshes = skins.iter().map(|(mesh, _)| mesh.boxed);
         let bounds = union(meshes.chain([stone.mesh.boxed, granules.boxed]));
-        let is_empty = bounds[0].x > bounds[1].x;
-        let bounds = if is_empty { [Vec3A::ZERO; 2] } else { bounds };
-        let size = bounds[0].distance(bounds[1]);
-        Self {
+        let (bounds, size) = measured(bounds);
+        let mut world = Self {
             ground: (scene.ground, longest_axis(stone.mesh.boxed)),
             stone,
             skins,
             granules,
-            up: Vec3A::from_array(scene.up)
-                .try_normalize()
-                .unwrap_or(Vec3A::Y),
-            bounds,
-            size: if size > 0.0 { size } else { 1.0 },
+            up: upward(scene.up),
+            size,
+            stage: scene.stage.unwrap_or_default(),
+        };
+        if scene.stage.is_none() {
+            world.stage = Stage::new(bounds, world.lowest());
         }
+        world
     }
 
     /// The granules.
@@ -176,14 +190,12 @@ impl<'a> World<'a> {
     }
 
     /// The least height of anything along `up`.
-    pub(super) fn lowest(&self) -> f32 {
-        let skins = self.skins.iter().flat_map(|(mesh, _)| &mesh.groups);
-        let corners = self.stone.mesh.groups.iter().chain(skins);
-        corners
-            .flat_map(Triangles::all_corners)
-            .chain(self.domes().iter().map(Dome::center))
-            .map(|p| p.dot(self.up))
-            .fold(f32::INFINITY, f32::min)
+    fn lowest(&self) -> f32 {
+        let meshes = self.skins.iter().map(|(mesh, _)| mesh);
+        let meshes = meshes.chain([&self.stone.mesh]);
+        let domes = self.domes().iter().map(|dome| dome.lowest(self.up));
+        let lowest = meshes.map(|mesh| mesh.lowest(self.up)).chain(domes);
+        lowest.fold(f32::INFINITY, f32::min)
     }
 
     /// The first thing in the way of a ray.
@@ -202,6 +214,7 @@ impl<'a> World<'a> {
             first = Some(Thing::Dome(i));
         }
         let met = Met {
+            end: ray.end,
             place: origin + direction * ray.end,
             direction,
         };
@@ -212,14 +225,18 @@ impl<'a> World<'a> {
         })
     }
 
-    /// Whether anything is in the way of a ray.
-    pub(super) fn is_blocked(&self, from: &Starts, direction: Vec3A) -> bool {
+    /// What is in the way of a ray: stone, or lichen, or nothing.
+    pub(super) fn in_way(&self, from: &Starts, direction: Vec3A) -> InWay {
         let ray = Ray::new(from.stone, direction);
         if self.stone.mesh.blocks(&ray) {
-            return true;
+            return InWay::Stone;
         }
         let ray = ray.starting_at(from.lichen);
-        self.skins.iter().any(|(mesh, _)| mesh.blocks(&ray)) || self.granules.blocks(&ray)
+        let is_met = self.skins.iter().any(|(mesh, _)| mesh.blocks(&ray));
+        match is_met || self.granules.blocks(&ray) {
+            true => InWay::Lichen,
+            false => InWay::Nothing,
+        }
     }
 
     /// Whether the substrate is in the way of a ray.
@@ -238,12 +255,13 @@ impl<'a> World<'a> {
     fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
         let normals = self.stone.normals[spot.number as usize].map(Vec3A::from);
         let facing = Facing::new(spot, met, normals);
-        let off = facing.flat * (CLEAR * self.size);
+        let off = facing.flat * (CLEAR * self.stage.size);
         let starts = Starts {
             lichen: facing.place + off,
             stone: facing.place + off + facing.lift(&spot.corners),
         };
         Hit {
+            end: met.end,
             place: facing.place,
             normal: facing.smooth,
             horizon: facing.smooth,
@@ -266,11 +284,16 @@ impl<'a> World<'a> {
             normal = (normal - Vec3A::from(detail.slope)).normalize_or(normal);
         }
         Hit {
+            end: met.end,
             place: facing.place,
             normal,
             horizon: facing.smooth,
-            material: Material::Lichen { color, grain },
-            starts: (facing.place + facing.flat * (CLEAR * self.size)).into(),
+            material: Material::Lichen {
+                color,
+                grain,
+                is_structured: skin.structure.is_some(),
+            },
+            starts: (facing.place + facing.flat * (CLEAR * self.stage.size)).into(),
         }
     }
 
@@ -281,18 +304,28 @@ impl<'a> World<'a> {
         let tall = normal * p.dot(normal);
         let out = ((p - tall) + tall / (HEIGHT * HEIGHT)).normalize_or_zero();
         let flat = towards(out, met);
-        let clear = (0.03 * dome.radius).max(2e-6 * self.size);
+        let clear = (0.03 * dome.radius).max(2e-6 * self.stage.size);
         Hit {
+            end: met.end,
             place,
             normal: (flat + 0.35 * normal).normalize_or_zero(),
             horizon: flat,
             material: Material::Lichen {
                 color: dome.albedo(),
                 grain: 0.0,
+                is_structured: false,
             },
             starts: (place + flat * clear).into(),
         }
     }
+}
+
+/// What hides a place from a light.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum InWay {
+    Nothing,
+    Stone,
+    Lichen,
 }
 
 /// What a ray meets.
@@ -315,6 +348,7 @@ struct Spot {
 
 /// A ray where it met something.
 struct Met {
+    end: f32,
     place: Vec3A,
     direction: Vec3A,
 }
@@ -356,6 +390,11 @@ impl Mesh {
     fn blocks(&self, ray: &Ray) -> bool {
         let is_met = |ray: &Ray, group: usize| self.groups[group].block(ray);
         self.tree.any(ray, is_met)
+    }
+
+    fn lowest(&self, up: Vec3A) -> f32 {
+        let corners = self.groups.iter().flat_map(Triangles::all_corners);
+        corners.map(|p| p.dot(up)).fold(f32::INFINITY, f32::min)
     }
 }
 
@@ -472,7 +511,7 @@ fn extent(boxes: &[Aabb]) -> [Vec3A; 2] {
     union(boxes.iter().map(|b| [b.min, b.max]))
 }
 
-fn union(boxes: impl Iterator<Item = [Vec3A; 2]>) -> [Vec3A; 2] {
+pub(super) fn union(boxes: impl Iterator<Item = [Vec3A; 2]>) -> [Vec3A; 2] {
     let nothing = [Vec3A::INFINITY, Vec3A::NEG_INFINITY];
     boxes.fold(nothing, |[a, b], [c, d]| [a.min(c), b.max(d)])
 }

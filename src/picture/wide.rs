@@ -181,7 +181,7 @@ impl Tree {
                     copied.push((widened(&binary, inner(&binary, child)), number, waiting - 1));
                     number as u32
                 };
-                tree.nodes[at].put(lane, child, inside);
+                tree.nodes[at].put(lane, [child.min, child.max].map(Vec3A::from), inside);
             }
         }
         (tree, groups)
@@ -239,8 +239,8 @@ impl Node {
         inside: [0; WIDTH],
     };
 
-    fn put(&mut self, lane: usize, child: &Bvh2Node, inside: u32) {
-        for (bound, corner) in self.bounds.iter_mut().zip([child.min, child.max]) {
+    fn put(&mut self, lane: usize, corners: [Vec3A; 2], inside: u32) {
+        for (bound, corner) in self.bounds.iter_mut().zip(corners) {
             bound.x[lane] = corner.x;
             bound.y[lane] = corner.y;
             bound.z[lane] = corner.z;
@@ -270,6 +270,34 @@ impl Node {
             count += 1;
         }
         found[..count].iter().for_each(|&f| waiting.push(f));
+    }
+}
+
+/// Boxes that rays may go through.
+pub(super) struct Boxes {
+    tree: Tree,
+    groups: Vec<Node>,
+}
+
+impl Boxes {
+    pub(super) fn new(boxes: &[Aabb]) -> Self {
+        let (tree, groups) = Tree::new(boxes);
+        let of = |group: &Group| {
+            let mut node = Node::EMPTY;
+            for (lane, &i) in group.iter().enumerate() {
+                let Aabb { min, max } = boxes[i as usize];
+                node.put(lane, [min, max], 0);
+            }
+            node
+        };
+        let groups = groups.iter().map(of).collect();
+        Self { tree, groups }
+    }
+
+    /// Whether a ray meets any, as far as it goes.
+    pub(super) fn are_met(&self, ray: &Ray) -> bool {
+        let is_met = |ray: &Ray, group: usize| ray.enter(&self.groups[group]).0.any();
+        self.tree.any(ray, is_met)
     }
 }
 

@@ -1,0 +1,297 @@
+//! Pictures of a growing lichen from one place, of which only what has changed is taken anew.
+//!
+//! What came of each ray from the camera is kept, with the ways to the lights that were looked at for
+//! it. It is the same in the next picture if none of these goes through the box of a triangle or granule
+//! that has come, gone or changed since. So that nothing else changes, all pictures have one
+//! [`Stage`].
+
+use std::hash::Hasher;
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use rayon::prelude::*;
+use rustc_hash::FxHasher;
+
+use super::render::{Frame, finish};
+use super::shade::{Lit, Rays, Seen, Studio};
+use super::shape::{Dome, triangle_box};
+use super::wide::{Boxes, Ray};
+use super::{Camera, Disc, Image, Painted, Scene, Settings, World};
+
+/// Rays of which something is kept, at most: half a gigabyte of them.
+const MOST_KEPT: usize = 1 << 23;
+
+/// Part of a ray's length by which it is taken for longer: what it met is at its very end.
+const LONGER: f32 = 1e-5;
+
+/// Takes pictures of one substrate, on one stage, from one camera.
+pub struct TimeLapse<'a> {
+    bare: Scene<'a>,
+    camera: Camera,
+    settings: Settings,
+    kept: Vec<Kept>,
+    /// The shapes of the lichen in the last picture.
+    before: Vec<Shape>,
+    /// How many rays from the camera the last picture took anew.
+    taken: usize,
+}
+
+impl std::fmt::Debug for TimeLapse<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TimeLapse").finish_non_exhaustive()
+    }
+}
+
+impl<'a> TimeLapse<'a> {
+    /// Of a scene without lichen, whose stage is that of all pictures.
+    pub fn new(bare: Scene<'a>, camera: Camera, settings: Settings) -> Self {
+        Self {
+            bare,
+            camera,
+            settings,
+            kept: Vec::new(),
+            before: Vec::new(),
+            taken: 0,
+        }
+    }
+
+    /// The next picture: what [`render`](super::render()) makes of the scene with this lichen, but for rays that
+    /// meet the very edge of a triangle. The same bytes for any number of threads.
+    pub fn take(&mut self, discs: &[Disc], skins: &[Painted]) -> Image {
+        let world = World::new(&Scene {
+            discs,
+            skins,
+            ..self.bare
+        });
+        let shapes = shapes(discs, skins);
+        let changes = Changes::between(&self.before, &shapes);
+        self.before = shapes;
+        let studio = Studio::new(&world, &self.camera, self.settings.background);
+        let frame = Frame::new(&self.camera, &studio, &self.settings);
+        let tiles = frame.tiles();
+        if self.kept.is_empty() {
+            let most = MOST_KEPT / frame.sides().iter().product::<u32>() as usize;
+            self.kept = tiles.iter().map(|_| Kept::new(most)).collect();
+        }
+        let pixels = frame.of_lapse(&tiles, &mut self.kept, &changes);
+        self.taken = self
+            .kept
+            .iter_mut()
+            .map(|kept| std::mem::take(&mut kept.taken))
+            .sum();
+        let [width, height] = frame.sides();
+        finish(&pixels, width, height, self.settings.background)
+    }
+
+    /// How many rays from the camera the last picture took anew.
+    pub fn taken(&self) -> usize {
+        self.taken
+    }
+}
+
+/// What came of a ray from the camera.
+#[derive(Clone, Copy)]
+struct Ended {
+    light: Vec3,
+    end: f32,
+    from: Vec3,
+    /// Of no length where there is none.
+    to: [Vec3; 2],
+    seen: Seen,
+    around: Seen,
+    is_structured: bool,
+}
+
+impl Ended {
+    fn new(lit: &Lit, around: Seen) -> Self {
+        let Rays {
+            end,
+            from,
+            to,
+            is_structured,
+        } = lit.rays;
+        Self {
+            light: lit.light.into(),
+            end,
+            from: from.into(),
+            to: to.map(|way| way.map_or(Vec3::ZERO, Vec3::from)),
+            seen: lit.seen,
+            around,
+            is_structured,
+        }
+    }
+}
+
+/// What came of the rays through the pixels of a tile.
+pub(super) struct Kept {
+    pixels: Vec<Vec<Ended>>,
+    /// Of how many rays of each pixel it is kept.
+    most: usize,
+    taken: usize,
+}
+
+impl Kept {
+    fn new(most: usize) -> Self {
+        Self {
+            pixels: Vec::new(),
+            most,
+            taken: 0,
+        }
+    }
+
+    pub(super) fn of_pixels(&mut self, count: usize) {
+        self.pixels.resize_with(count, Vec::new);
+    }
+
+    /// What comes of a pixel's ray with this number, which is taken if it is not known.
+    #[inline]
+    pub(super) fn ray(
+        &mut self,
+        (pixel, number): (usize, u32),
+        [eye, direction]: [Vec3A; 2],
+        (around, changes): (Seen, &Changes),
+        take: impl FnOnce() -> Lit,
+    ) -> (Vec3A, Seen) {
+        let (known, number) = (&mut self.pixels[pixel], number as usize);
+        if let Some(ended) = known.get(number)
+            && ended.around == around
+            && changes.leave(ended, eye, direction)
+        {
+            return (ended.light.into(), ended.seen);
+        }
+        let lit = take();
+        self.taken += 1;
+        let ended = Ended::new(&lit, around);
+        if number < known.len() {
+            known[number] = ended;
+        } else if number < self.most {
+            // Of most pixels one or two are kept, for which a vector by itself makes room for four.
+            if known.len() == known.capacity() {
+                known.reserve_exact(known.len().max(1));
+            }
+            known.push(ended);
+        }
+        (lit.light, lit.seen)
+    }
+
+    /// Forgets rays that a pixel did not need this time: of them nobody asks what has changed.
+    pub(super) fn forget_beyond(&mut self, pixel: usize, taken: u32) {
+        self.pixels[pixel].truncate(taken as usize);
+    }
+}
+
+/// Where lichen has come, gone or changed between two pictures.
+pub(super) struct Changes(Boxes);
+
+impl Changes {
+    fn between(before: &[Shape], now: &[Shape]) -> Self {
+        Self(Boxes::new(&differing(before, now)))
+    }
+
+    /// Whether nothing of what decided over a ray has changed.
+    fn leave(&self, ended: &Ended, eye: Vec3A, direction: Vec3A) -> bool {
+        let crosses = |from: Vec3A, direction: Vec3A, end: f32| {
+            let mut ray = Ray::new(from, direction);
+            ray.end = end * (1.0 + LONGER);
+            self.0.are_met(&ray)
+        };
+        let from = ended.from.into();
+        let lights = ended.to.into_iter().filter(|to| *to != Vec3::ZERO);
+        !ended.is_structured
+            && !crosses(eye, direction, ended.end)
+            && lights
+                .into_iter()
+                .all(|to| !crosses(from, to.into(), f32::INFINITY))
+    }
+}
+
+/// A triangle or granule: a hash of all that it looks like, and its box.
+#[derive(Clone, Copy)]
+struct Shape {
+    key: u64,
+    bounds: [Vec3; 2],
+}
+
+impl Shape {
+    fn new(key: u64, bounds: &Aabb) -> Self {
+        Self {
+            key,
+            bounds: [bounds.min.into(), bounds.max.into()],
+        }
+    }
+}
+
+/// All of them, by their keys.
+fn shapes(discs: &[Disc], skins: &[Painted]) -> Vec<Shape> {
+    let granule = |disc: &Disc| {
+        let [r, g, b] = disc.color.map(f32::from);
+        let key = key([disc.center, disc.normal, [r, g, b], [disc.radius; 3]]);
+        Some(Shape::new(key, &Dome::new(disc)?.bounds()))
+    };
+    let mut all: Vec<Shape> = discs.par_iter().filter_map(granule).collect();
+    for skin in skins {
+        let known = skin
+            .positions
+            .len()
+            .min(skin.normals.len())
+            .min(skin.colors.len());
+        let corner = |i: usize| {
+            let color = skin.colors[i].map(f32::from);
+            let is_structured = f32::from(u8::from(skin.structure.is_some()));
+            let surface = [skin.grain, is_structured, 0.0];
+            key([skin.positions[i], skin.normals[i], color, surface])
+        };
+        let corners: Vec<u64> = (0..known).into_par_iter().map(corner).collect();
+        let triangle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| Some((i as usize).min(known)).filter(|&i| i < known));
+            let [a, b, c] = [a?, b?, c?];
+            let place = |i: usize| Vec3A::from_array(skin.positions[i]);
+            let mut hasher = FxHasher::default();
+            [a, b, c]
+                .iter()
+                .for_each(|&i| hasher.write(&corners[i].to_le_bytes()));
+            Some(Shape::new(
+                hasher.finish(),
+                &triangle_box(&[a, b, c].map(place)),
+            ))
+        };
+        all.par_extend(skin.triangles.par_iter().filter_map(triangle));
+    }
+    all.par_sort_unstable_by_key(|shape| shape.key);
+    all
+}
+
+/// A hash of the bits of some numbers.
+fn key(numbers: [[f32; 3]; 4]) -> u64 {
+    let mut bytes = [0; 48];
+    let numbers = numbers.as_flattened().iter();
+    for (four, number) in bytes.chunks_exact_mut(4).zip(numbers) {
+        four.copy_from_slice(&number.to_le_bytes());
+    }
+    let mut hasher = FxHasher::default();
+    hasher.write(&bytes);
+    hasher.finish()
+}
+
+/// The boxes of those that are in one of two lists, sorted by their keys, and not in the other.
+fn differing(mut before: &[Shape], mut now: &[Shape]) -> Vec<Aabb> {
+    let mut boxes = Vec::new();
+    while let Some(least) = [before.first(), now.first()]
+        .into_iter()
+        .flatten()
+        .map(|s| s.key)
+        .min()
+    {
+        let first_of = |list: &mut &[Shape]| {
+            let (first, rest) = list.split_first().filter(|(first, _)| first.key == least)?;
+            *list = rest;
+            Some(*first)
+        };
+        let firsts = [first_of(&mut before), first_of(&mut now)];
+        if let [Some(shape), None] | [None, Some(shape)] = firsts {
+            let [low, high] = shape.bounds.map(Vec3A::from);
+            boxes.push(Aabb::new(low, high));
+        }
+    }
+    boxes
+}
