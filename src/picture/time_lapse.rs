@@ -3,7 +3,7 @@
 //! What came of each ray from the camera is kept, with the ways to the lights that were looked at for
 //! it. It is the same in the next picture if none of these goes through the box of a triangle or granule
 //! that has come, gone or changed since. So that nothing else changes, all pictures have one
-//! [`Stage`].
+//! [`Stage`](super::Stage).
 
 use std::hash::Hasher;
 
@@ -70,17 +70,18 @@ impl<'a> TimeLapse<'a> {
         let frame = Frame::new(&self.camera, &studio, &self.settings);
         let tiles = frame.tiles();
         if self.kept.is_empty() {
-            let most = MOST_KEPT / frame.sides().iter().product::<u32>() as usize;
+            let pixels: usize = frame.sides().map(|side| side as usize).iter().product();
+            let most = MOST_KEPT / pixels;
             self.kept = tiles.iter().map(|_| Kept::new(most)).collect();
         }
-        let pixels = frame.of_lapse(&tiles, &mut self.kept, &changes);
+        let picture = frame.of_lapse(&tiles, &mut self.kept, &changes);
         self.taken = self
             .kept
             .iter_mut()
             .map(|kept| std::mem::take(&mut kept.taken))
             .sum();
         let [width, height] = frame.sides();
-        finish(&pixels, width, height, self.settings.background)
+        finish(&picture, width, height, self.settings.background)
     }
 
     /// How many rays from the camera the last picture took anew.
