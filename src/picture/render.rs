@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3A};
 use rayon::prelude::*;
 
 use super::sample::Sampler;
-use super::shade::{Asked, Seen, Studio};
+use super::shade::{Asked, Rays, Seen, Studio};
 use super::time_lapse::{Changes, Kept};
 use super::trace::World;
 use super::{Camera, Image, color};
@@ -304,17 +304,18 @@ impl Taking<'_> {
                 number,
                 around,
             };
-            let take = || studio.light(camera.eye, &asked);
-            let (light, seen) = match &mut self.lapse {
-                None => {
-                    let lit = take();
-                    (lit.light, lit.seen)
+            let known = self.lapse.as_ref().and_then(|(kept, changes)| {
+                let ray = [camera.eye, asked.direction];
+                kept.known((pixel, number), ray, (around, changes))
+            });
+            let (light, seen) = known.unwrap_or_else(|| {
+                let mut rays = Rays::default();
+                let lit = studio.light(camera.eye, &asked, &mut rays);
+                if let Some((kept, _)) = &mut self.lapse {
+                    kept.keep((pixel, number), lit, (around, &rays));
                 }
-                Some((kept, changes)) => {
-                    let ray = [camera.eye, asked.direction];
-                    kept.ray((pixel, number), ray, (around, changes), take)
-                }
-            };
+                lit
+            });
             sums.add(light, seen);
         }
     }

@@ -81,32 +81,28 @@ pub(super) struct Asked<'a> {
 pub(super) struct Rays {
     /// How far the ray itself went.
     pub(super) end: f32,
-    /// Where those to the key light and to the room left, as far as no stone is in their way.
+    /// Where those to the key light and to the room left.
     pub(super) from: Vec3A,
-    pub(super) to: [Option<Vec3A>; 2],
+    /// Their directions; of no length where none was sent, or stone is in the way.
+    pub(super) to: [Vec3A; 2],
     /// Whether something besides shapes told the colour.
     pub(super) is_structured: bool,
 }
 
-impl Rays {
-    const NONE: Self = Self {
-        end: f32::INFINITY,
-        from: Vec3A::ZERO,
-        to: [None; 2],
-        is_structured: false,
-    };
+impl Default for Rays {
+    fn default() -> Self {
+        Self {
+            end: f32::INFINITY,
+            from: Vec3A::ZERO,
+            to: [Vec3A::ZERO; 2],
+            is_structured: false,
+        }
+    }
 }
 
 /// Which of the ways to lights is which.
 const KEY_WAY: usize = 0;
 const ROOM_WAY: usize = 1;
-
-/// The light of one ray from the camera.
-pub(super) struct Lit {
-    pub(super) light: Vec3A,
-    pub(super) seen: Seen,
-    pub(super) rays: Rays,
-}
 
 /// Lights, and the floor that takes the shadow.
 pub(super) struct Studio<'a> {
@@ -134,26 +130,19 @@ impl<'a> Studio<'a> {
         }
     }
 
-    /// Light that comes back along a ray from an eye, and what it met.
-    pub(super) fn light(&self, eye: Vec3A, asked: &Asked) -> Lit {
+    /// Light that comes back along a ray from an eye, and what it met. What was looked at is noted.
+    pub(super) fn light(&self, eye: Vec3A, asked: &Asked, rays: &mut Rays) -> (Vec3A, Seen) {
         match (self.world.hit(eye, asked.direction), self.background) {
-            (Some(hit), _) => self.surface(&hit, asked),
-            (None, Background::Studio) => self.sheet(eye, asked),
-            (None, _) => Lit {
-                light: Vec3A::ZERO,
-                seen: Seen::NOTHING,
-                rays: Rays::NONE,
-            },
+            (Some(hit), _) => self.surface(&hit, asked, rays),
+            (None, Background::Studio) => self.sheet(eye, asked, rays),
+            (None, _) => (Vec3A::ZERO, Seen::NOTHING),
         }
     }
 
-    fn surface(&self, hit: &Hit, asked: &Asked) -> Lit {
+    fn surface(&self, hit: &Hit, asked: &Asked, rays: &mut Rays) -> (Vec3A, Seen) {
         let p = hit.place - self.world.stage.middle;
-        let mut rays = Rays {
-            end: hit.end,
-            from: hit.starts.lichen,
-            ..Rays::NONE
-        };
+        rays.end = hit.end;
+        rays.from = hit.starts.lichen;
         let look = match hit.material {
             Material::Ground => {
                 let (ground, along) = self.world.ground;
@@ -168,7 +157,7 @@ impl<'a> Studio<'a> {
                 material::lichen(p, hit.normal, color, grain)
             }
         };
-        let mut way = Ways {
+        let mut ways = Ways {
             starts: &hit.starts,
             asked,
             seen: Seen::THING,
@@ -176,14 +165,14 @@ impl<'a> Studio<'a> {
         };
         let mut light = FILL * (0.5 + 0.5 * look.normal.dot(self.fill));
         let facing = look.normal.dot(self.key);
-        if facing > 0.0 && self.is_lit(hit.horizon, &mut way) {
+        if facing > 0.0 && self.is_lit(hit.horizon, &mut ways) {
             light += KEY * facing;
         }
-        light += match self.room([look.normal, hit.horizon], &mut way) {
+        light += match self.room([look.normal, hit.horizon], &mut ways) {
             None => ROOM * look.albedo * BOUNCE,
             Some(out) => ROOM * (0.62 + 0.5 * (0.5 + 0.5 * out.dot(self.world.up))),
         };
-        way.lit(look.albedo * light)
+        (look.albedo * light, ways.seen)
     }
 
     /// Whether the key light reaches a place with this horizon.
@@ -222,26 +211,27 @@ impl<'a> Studio<'a> {
 
     /// The sheet, and the share of its light that the floor keeps where a ray would meet it; it
     /// fades away from the scene, so that the floor has no end.
-    fn sheet(&self, eye: Vec3A, asked: &Asked) -> Lit {
+    fn sheet(&self, eye: Vec3A, asked: &Asked, rays: &mut Rays) -> (Vec3A, Seen) {
         let sheet = sheet(asked.place);
         let (up, stage) = (self.world.up, &self.world.stage);
         let (above, fall) = (eye.dot(up) - stage.floor, -asked.direction.dot(up));
+        if above <= 0.0 || fall <= 1e-3 {
+            return (sheet, Seen::SHEET);
+        }
         let p = eye + asked.direction * (above / fall);
         let far = p.distance(stage.middle) / stage.size;
         let near = 1.0 - ((far - 0.9) / 1.1).clamp(0.0, 1.0);
-        let starts = (p + up * (1e-4 * stage.size)).into();
+        if near <= 0.0 {
+            return (sheet, Seen::SHEET);
+        }
+        let starts: Starts = (p + up * (1e-4 * stage.size)).into();
+        rays.from = starts.lichen;
         let mut ways = Ways {
             starts: &starts,
             asked,
             seen: Seen::SHEET,
-            rays: Rays {
-                from: starts.lichen,
-                ..Rays::NONE
-            },
+            rays,
         };
-        if above <= 0.0 || fall <= 1e-3 || near <= 0.0 {
-            return ways.lit(sheet);
-        }
         let key = match self.is_lit(up, &mut ways) {
             true => 0.0,
             false => KEY_ON_FLOOR,
@@ -251,7 +241,7 @@ impl<'a> Studio<'a> {
             Some(_) => 0.0,
         };
         let floor = 1.0 - near * near * (3.0 - 2.0 * near) * (key + room);
-        ways.lit(sheet * floor)
+        (sheet * floor, ways.seen)
     }
 }
 
@@ -260,7 +250,7 @@ struct Ways<'a> {
     starts: &'a Starts,
     asked: &'a Asked<'a>,
     seen: Seen,
-    rays: Rays,
+    rays: &'a mut Rays,
 }
 
 impl Ways<'_> {
@@ -268,21 +258,13 @@ impl Ways<'_> {
     fn is_open(&mut self, world: &World, which: usize, direction: Vec3A) -> bool {
         let in_way = world.in_way(self.starts, direction);
         if in_way != InWay::Stone {
-            self.rays.to[which] = Some(direction);
+            self.rays.to[which] = direction;
         }
         in_way == InWay::Nothing
     }
 
     fn saw(&mut self, what: Seen) {
         self.seen = self.seen.and(what);
-    }
-
-    fn lit(self, light: Vec3A) -> Lit {
-        Lit {
-            light,
-            seen: self.seen,
-            rays: self.rays,
-        }
     }
 }
 

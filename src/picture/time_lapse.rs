@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHasher;
 
 use super::render::{Frame, finish};
-use super::shade::{Lit, Rays, Seen, Studio};
+use super::shade::{Rays, Seen, Studio};
 use super::shape::{Dome, triangle_box};
 use super::wide::{Boxes, Ray};
 use super::{Camera, Disc, Image, Painted, Scene, Settings, World};
@@ -104,21 +104,15 @@ struct Ended {
 }
 
 impl Ended {
-    fn new(lit: &Lit, around: Seen) -> Self {
-        let Rays {
-            end,
-            from,
-            to,
-            is_structured,
-        } = lit.rays;
+    fn new((light, seen): (Vec3A, Seen), rays: &Rays, around: Seen) -> Self {
         Self {
-            light: lit.light.into(),
-            end,
-            from: from.into(),
-            to: to.map(|way| way.map_or(Vec3::ZERO, Vec3::from)),
-            seen: lit.seen,
+            light: light.into(),
+            end: rays.end,
+            from: rays.from.into(),
+            to: rays.to.map(Vec3::from),
+            seen,
             around,
-            is_structured,
+            is_structured: rays.is_structured,
         }
     }
 }
@@ -144,25 +138,29 @@ impl Kept {
         self.pixels.resize_with(count, Vec::new);
     }
 
-    /// What comes of a pixel's ray with this number, which is taken if it is not known.
+    /// What comes of a pixel's ray with this number, if it is known.
     #[inline]
-    pub(super) fn ray(
-        &mut self,
+    pub(super) fn known(
+        &self,
         (pixel, number): (usize, u32),
         [eye, direction]: [Vec3A; 2],
         (around, changes): (Seen, &Changes),
-        take: impl FnOnce() -> Lit,
-    ) -> (Vec3A, Seen) {
-        let (known, number) = (&mut self.pixels[pixel], number as usize);
-        if let Some(ended) = known.get(number)
-            && ended.around == around
-            && changes.leave(ended, eye, direction)
-        {
-            return (ended.light.into(), ended.seen);
-        }
-        let lit = take();
+    ) -> Option<(Vec3A, Seen)> {
+        let ended = self.pixels[pixel].get(number as usize)?;
+        let holds = ended.around == around && changes.leave(ended, eye, direction);
+        holds.then(|| (ended.light.into(), ended.seen))
+    }
+
+    /// Keeps what came of one.
+    pub(super) fn keep(
+        &mut self,
+        (pixel, number): (usize, u32),
+        lit: (Vec3A, Seen),
+        (around, rays): (Seen, &Rays),
+    ) {
         self.taken += 1;
-        let ended = Ended::new(&lit, around);
+        let ended = Ended::new(lit, rays, around);
+        let (known, number) = (&mut self.pixels[pixel], number as usize);
         if number < known.len() {
             known[number] = ended;
         } else if number < self.most {
@@ -172,7 +170,6 @@ impl Kept {
             }
             known.push(ended);
         }
-        (lit.light, lit.seen)
     }
 
     /// Forgets rays that a pixel did not need this time: of them nobody asks what has changed.
