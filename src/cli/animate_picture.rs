@@ -9,8 +9,8 @@ use anyhow::Context;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stage, Stone, Structure,
-    TimeLapse, World,
+    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure, TimeLapse,
+    World,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
@@ -20,7 +20,7 @@ use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
 use super::interrupt::Stop;
 use super::memory::Frames;
-use super::preview::{bare, by_age, stone};
+use super::preview::{bare, by_age, staged, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::render_camera::warn_unseen;
@@ -148,12 +148,12 @@ impl<'a> Shots<'a> {
     }
 
     fn time_lapse(&self) -> TimeLapse<'_> {
-        let up = self.lichen.substrate.up().as_vec3().to_array();
-        let bare = Scene {
-            ground: self.ground,
-            stage: Some(Stage::of(&self.stone, &self.discs, up)),
-            ..Scene::bare(&self.stone, up)
-        };
+        let bare = staged(
+            &self.lichen.substrate,
+            &self.stone,
+            self.ground,
+            &self.discs,
+        );
         TimeLapse::new(bare, self.camera, self.settings)
     }
 

@@ -30,8 +30,10 @@ const SKIN_BYTES: f64 = 250.0;
 const FRAME_BYTES: f64 = 250.0;
 const PICTURE_BYTES: f64 = 260.0;
 
-/// Bytes that a pixel takes of what is kept from picture to picture.
+/// Bytes that a pixel takes of what is kept from picture to picture, and all of that at most: of large pictures
+/// less is kept of each pixel.
 const PIXEL_BYTES: f64 = 330.0;
+const KEPT_BYTES: f64 = 0.95e9;
 
 /// Bytes for each element that is felt at a triangle, which frames keep, and for what they know of each
 /// element's time.
@@ -150,7 +152,10 @@ pub(super) fn check_frames(
 ) -> Result<(), Failure> {
     let (picture, kept) = match frames {
         Frames::Meshes => (0.0, 0.0),
-        Frames::Pictures(pixels) => (PICTURE_BYTES, PIXEL_BYTES * pixels as f64),
+        Frames::Pictures(pixels) => {
+            let kept = (PIXEL_BYTES * pixels as f64).min(KEPT_BYTES);
+            (PICTURE_BYTES, kept)
+        }
     };
     let felt = FELT_BYTES * expected_near(cluster, shape);
     let triangles = expected_triangles(substrate, cluster, shape);

@@ -4,7 +4,9 @@ use std::iter::zip;
 
 use thallus::cluster::{Cluster, Element};
 use thallus::morphometry::smooth_normals;
-use thallus::picture::{Camera, Disc, Scene, Settings, Stone, World, age_color, render_unless};
+use thallus::picture::{
+    Camera, Disc, Ground, Scene, Settings, Stage, Stone, World, age_color, render_unless,
+};
 use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Rays through a pixel, at most: a look at a run should take less time than the run.
@@ -45,6 +47,21 @@ pub(super) fn stone(substrate: &Substrate) -> Stone {
 /// The substrate without lichen.
 pub(super) fn bare<'a>(substrate: &Substrate, stone: &'a Stone) -> Scene<'a> {
     Scene::bare(stone, substrate.up().as_vec3().to_array())
+}
+
+/// The same, drawn as something, on the stage of a grown lichen.
+pub(super) fn staged<'a>(
+    substrate: &Substrate,
+    stone: &'a Stone,
+    ground: Ground,
+    grown: &[Disc],
+) -> Scene<'a> {
+    let bare = bare(substrate, stone);
+    Scene {
+        ground,
+        stage: Some(Stage::of(stone, grown, bare.up)),
+        ..bare
+    }
 }
 
 /// The elements, coloured by age.

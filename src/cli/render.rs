@@ -11,8 +11,8 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Stage, Structure, World,
-    draw_legend, number, round_below,
+    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, World, draw_legend,
+    number, round_below,
 };
 use thallus::run::Length;
 use thallus::skin::{self, Cortex, Paint, Parts, Shape};
@@ -23,7 +23,7 @@ use super::grown::Grown;
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
-use super::preview::{bare, granules, stone};
+use super::preview::{granules, staged, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
 use super::render_camera::{CameraText, warn_unseen};
@@ -325,12 +325,7 @@ fn take(
 ) -> Result<(Image, Camera), Failure> {
     let view = &args.view;
     let stone = stone(&lichens.substrate);
-    let bare = bare(&lichens.substrate, &stone);
-    let bare = Scene {
-        ground: view.shot.ground,
-        stage: Some(Stage::of(&stone, &dressed.discs, bare.up)),
-        ..bare
-    };
+    let bare = staged(&lichens.substrate, &stone, view.shot.ground, &dressed.discs);
     let granular = LazyCell::new(|| {
         World::new(&Scene {
             discs: &dressed.discs,

@@ -15,6 +15,7 @@ use rustc_hash::FxHasher;
 use super::render::{Frame, finish};
 use super::shade::{Rays, Seen, Studio};
 use super::shape::{Dome, triangle_box};
+use super::trace::sound_triangles;
 use super::wide::{Boxes, Ray};
 use super::{Camera, Disc, Image, Painted, Scene, Settings, World};
 
@@ -134,8 +135,11 @@ impl Kept {
         }
     }
 
+    /// Makes room for so many; of none where nothing is kept of any.
     pub(super) fn of_pixels(&mut self, count: usize) {
-        self.pixels.resize_with(count, Vec::new);
+        if self.most > 0 {
+            self.pixels.resize_with(count, Vec::new);
+        }
     }
 
     /// What comes of a pixel's ray with this number, if it is known.
@@ -146,7 +150,7 @@ impl Kept {
         [eye, direction]: [Vec3A; 2],
         (around, changes): (Seen, &Changes),
     ) -> Option<(Vec3A, Seen)> {
-        let ended = self.pixels[pixel].get(number as usize)?;
+        let ended = self.pixels.get(pixel)?.get(number as usize)?;
         let holds = ended.around == around && changes.leave(ended, eye, direction);
         holds.then(|| (ended.light.into(), ended.seen))
     }
@@ -159,8 +163,11 @@ impl Kept {
         (around, rays): (Seen, &Rays),
     ) {
         self.taken += 1;
+        let Some(known) = self.pixels.get_mut(pixel) else {
+            return;
+        };
         let ended = Ended::new(lit, rays, around);
-        let (known, number) = (&mut self.pixels[pixel], number as usize);
+        let number = number as usize;
         if number < known.len() {
             known[number] = ended;
         } else if number < self.most {
@@ -174,7 +181,9 @@ impl Kept {
 
     /// Forgets rays that a pixel did not need this time: of them nobody asks what has changed.
     pub(super) fn forget_beyond(&mut self, pixel: usize, taken: u32) {
-        self.pixels[pixel].truncate(taken as usize);
+        if let Some(known) = self.pixels.get_mut(pixel) {
+            known.truncate(taken as usize);
+        }
     }
 }
 
@@ -194,12 +203,10 @@ impl Changes {
             self.0.are_met(&ray)
         };
         let from = ended.from.into();
-        let lights = ended.to.into_iter().filter(|to| *to != Vec3::ZERO);
+        let mut lights = ended.to.into_iter().filter(|to| *to != Vec3::ZERO);
         !ended.is_structured
             && !crosses(eye, direction, ended.end)
-            && lights
-                .into_iter()
-                .all(|to| !crosses(from, to.into(), f32::INFINITY))
+            && lights.all(|to| !crosses(from, to.into(), f32::INFINITY))
     }
 }
 
@@ -228,32 +235,23 @@ fn shapes(discs: &[Disc], skins: &[Painted]) -> Vec<Shape> {
     };
     let mut all: Vec<Shape> = discs.par_iter().filter_map(granule).collect();
     for skin in skins {
-        let known = skin
-            .positions
-            .len()
-            .min(skin.normals.len())
-            .min(skin.colors.len());
-        let corner = |i: usize| {
+        let corner = |i: u32| {
+            let i = i as usize;
             let color = skin.colors[i].map(f32::from);
             let is_structured = f32::from(u8::from(skin.structure.is_some()));
             let surface = [skin.grain, is_structured, 0.0];
             key([skin.positions[i], skin.normals[i], color, surface])
         };
-        let corners: Vec<u64> = (0..known).into_par_iter().map(corner).collect();
-        let triangle = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|i| Some((i as usize).min(known)).filter(|&i| i < known));
-            let [a, b, c] = [a?, b?, c?];
-            let place = |i: usize| Vec3A::from_array(skin.positions[i]);
+        let triangle = |(number, shape): (u32, [Vec3A; 3])| {
             let mut hasher = FxHasher::default();
-            [a, b, c]
-                .iter()
-                .for_each(|&i| hasher.write(&corners[i].to_le_bytes()));
-            Some(Shape::new(
-                hasher.finish(),
-                &triangle_box(&[a, b, c].map(place)),
-            ))
+            for i in skin.triangles[number as usize] {
+                hasher.write(&corner(i).to_le_bytes());
+            }
+            Shape::new(hasher.finish(), &triangle_box(&shape))
         };
-        all.par_extend(skin.triangles.par_iter().filter_map(triangle));
+        let sound = sound_triangles(skin.positions, skin.triangles).into_par_iter();
+        let known = sound.filter(|(i, _)| skin.is_known(*i));
+        all.par_extend(known.map(triangle));
     }
     all.par_sort_unstable_by_key(|shape| shape.key);
     all

@@ -434,7 +434,7 @@ impl Granules {
 
 impl Painted<'_> {
     /// Whether the corners of a triangle have normals and colours.
-    fn is_known(&self, triangle: u32) -> bool {
+    pub(super) fn is_known(&self, triangle: u32) -> bool {
         let known = self.normals.len().min(self.colors.len());
         let corners = self.triangles[triangle as usize];
         corners.into_iter().all(|c| (c as usize) < known)
@@ -496,7 +496,10 @@ fn towards(direction: Vec3A, met: &Met) -> Vec3A {
 }
 
 /// Triangles that have an area, with their numbers.
-fn sound_triangles(places: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<(u32, [Vec3A; 3])> {
+pub(super) fn sound_triangles(
+    places: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+) -> Vec<(u32, [Vec3A; 3])> {
     let corner = |i: u32| places.get(i as usize).copied().map(Vec3A::from_array);
     let shape = |(i, t): (usize, &[u32; 3])| {
         let shape = [corner(t[0])?, corner(t[1])?, corner(t[2])?];
