@@ -32,28 +32,38 @@ pub(super) struct Star {
     vertex: u32,
     /// For each triangle, its next two corners.
     fan: Vec<[u32; 2]>,
-    /// Ascending, each once for every triangle that it shares with the vertex.
-    neighbours: Vec<u32>,
+    /// Ascending, and how many triangles each shares with the vertex.
+    neighbours: Vec<(u32, usize)>,
 }
 
 impl Star {
-    pub(super) fn read(&mut self, surface: &Surface, vertex: u32) {
+    /// `is_ring` says that the triangles are one, and all run the same way round.
+    pub(super) fn read(&mut self, surface: &Surface, vertex: u32, is_ring: bool) {
         self.vertex = vertex;
         self.fan.clear();
         self.fan.extend(surface.fan(vertex));
         self.neighbours.clear();
-        self.neighbours.extend_from_slice(self.fan.as_flattened());
-        self.neighbours.sort_unstable();
+        if is_ring {
+            let firsts = self.fan.iter().map(|&[first, _]| (first, 2));
+            self.neighbours.extend(firsts);
+            self.neighbours.sort_unstable_by_key(|n| n.0);
+        } else {
+            let mut corners = self.fan.as_flattened().to_vec();
+            corners.sort_unstable();
+            let same = corners.chunk_by(|a, b| a == b);
+            self.neighbours
+                .extend(same.map(|same| (same[0], same.len())));
+        }
     }
 
     /// Neighbours, and how many triangles each shares with the vertex.
     pub(super) fn neighbours(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        let same = self.neighbours.chunk_by(|a, b| a == b);
-        same.map(|same| (same[0], same.len()))
+        self.neighbours.iter().copied()
     }
 
     fn shares(&self, neighbour: u32) -> usize {
-        self.neighbours.iter().filter(|&&n| n == neighbour).count()
+        let mut found = self.neighbours.iter().filter(|n| n.0 == neighbour);
+        found.next().map_or(0, |n| n.1)
     }
 
     fn has_triangle(&self, a: u32, b: u32) -> bool {

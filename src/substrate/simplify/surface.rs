@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::checks::MOST_ABOUT;
+
 /// What a collapse has left nothing of.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
@@ -116,9 +118,13 @@ impl<'a> Surface<'a> {
         })
     }
 
-    pub(super) fn kind(&self, v: u32, most_about: usize) -> Kind {
-        if self.crowd(v) > most_about {
-            return Kind::Fixed;
+    /// How the triangles about a vertex join, and whether they are a ring that all runs the same way round.
+    pub(super) fn kind(&self, v: u32) -> (Kind, bool) {
+        if self.crowd(v) > MOST_ABOUT {
+            return (Kind::Fixed, false);
+        }
+        if self.is_ring_about(v) {
+            return (Kind::Inner, true);
         }
         let mut fan: Vec<[u32; 2]> = self.fan(v).collect();
         let mut corners = fan.as_flattened().to_vec();
@@ -127,21 +133,32 @@ impl<'a> Surface<'a> {
         let (ends, most) = times.fold((0, 0), |(ends, most), same| {
             (ends + usize::from(same.len() == 1), most.max(same.len()))
         });
-        match (ends, most, is_one_row(&mut fan)) {
+        let kind = match (ends, most, is_one_row(&mut fan)) {
             (0, 2, true) if fan.len() > 2 => Kind::Inner,
             (2, 1..=2, true) => Kind::Border,
             _ => Kind::Fixed,
-        }
+        };
+        (kind, false)
     }
 
-    /// Whether no two of the triangles about a vertex begin with the same neighbour.
-    pub(super) fn run_alike_about(&self, v: u32) -> bool {
-        let first = |i: usize| self.fan(v).skip(i).map(|[first, _]| first);
-        (0..self.crowd(v)).all(|i| {
-            let mut rest = first(i);
-            let this = rest.next();
-            rest.all(|other| Some(other) != this)
-        })
+    /// Whether the triangles about a vertex, at most [`MOST_ABOUT`], are a ring that all runs the same way
+    /// round.
+    pub(super) fn is_ring_about(&self, v: u32) -> bool {
+        let (mut fan, mut all) = ([[0; 2]; MOST_ABOUT], 0);
+        for ends in self.fan(v) {
+            fan[all] = ends;
+            all += 1;
+        }
+        let fan = &mut fan[..all];
+        for met in 1..all {
+            let last = fan[met - 1][1];
+            let next = fan[met..].iter().position(|ends| ends[0] == last);
+            let Some(next) = next.filter(|_| fan[..met].iter().all(|ends| ends[0] != last)) else {
+                return false;
+            };
+            fan.swap(met, met + next);
+        }
+        all > 2 && fan[all - 1][1] == fan[0][0]
     }
 
     /// Moves a vertex to a neighbour.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::geometry::nearest_weights;
 use super::surface::Surface;
-use super::{Simplified, simplify};
+use super::{Simplified, simplify, simplify_in_parts};
 
 struct Mesh {
     vertices: Vec<DVec3>,
@@ -81,6 +81,12 @@ impl Mesh {
 
     fn simplified(&self, most_error: f64, least: usize) -> Simplified {
         simplify(&self.vertices, &self.triangles, most_error, least)
+    }
+
+    /// As it is, and in parts of some dozens of triangles.
+    fn both_ways(&self, most_error: f64, least: usize) -> [Simplified; 2] {
+        [usize::MAX, 48]
+            .map(|part| simplify_in_parts(&self.vertices, &self.triangles, most_error, least, part))
     }
 
     fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
@@ -314,12 +320,10 @@ fn topology_is_kept() {
     for (name, mesh) in all_meshes() {
         let before = topology(&mesh.triangles);
         for most_error in [0.0, 1e-3, 1e-2, 0.1, 1.0, f64::INFINITY] {
-            let result = mesh.simplified(most_error, 0);
-            assert_eq!(
-                topology(&result.triangles),
-                before,
-                "{name} at {most_error}"
-            );
+            for result in mesh.both_ways(most_error, 0) {
+                let after = topology(&result.triangles);
+                assert_eq!(after, before, "{name} at {most_error}");
+            }
         }
     }
 }
@@ -328,8 +332,9 @@ fn topology_is_kept() {
 fn no_degenerate_duplicate_or_sliver() {
     for (name, mesh) in all_meshes() {
         let before = least_aspect(&mesh);
-        for most_error in [1e-3, 0.1, f64::INFINITY] {
-            let result = mesh.with_triangles(mesh.simplified(most_error, 0).triangles);
+        let errors = [1e-3, 0.1, f64::INFINITY];
+        for simplified in errors.into_iter().flat_map(|e| mesh.both_ways(e, 0)) {
+            let result = mesh.with_triangles(simplified.triangles);
             let distinct: BTreeSet<[u32; 3]> = result
                 .triangles
                 .iter()
@@ -350,19 +355,20 @@ fn no_degenerate_duplicate_or_sliver() {
 fn vertices_stay_near_the_result() {
     for (name, mesh) in all_meshes() {
         for most_error in [1e-3, 1e-2, 0.1] {
-            let result = mesh.simplified(most_error, 0);
-            assert!(result.error <= most_error);
-            let coarse = mesh.with_triangles(result.triangles);
-            let used: BTreeSet<u32> = mesh.triangles.iter().flatten().copied().collect();
-            let farthest = used
-                .iter()
-                .step_by(3)
-                .map(|&v| distance(mesh.vertices[v as usize], &coarse))
-                .fold(0.0, f64::max);
-            assert!(
-                farthest <= LAW * most_error,
-                "{name}: {farthest} at {most_error}"
-            );
+            for result in mesh.both_ways(most_error, 0) {
+                assert!(result.error <= most_error);
+                let coarse = mesh.with_triangles(result.triangles);
+                let used: BTreeSet<u32> = mesh.triangles.iter().flatten().copied().collect();
+                let farthest = used
+                    .iter()
+                    .step_by(3)
+                    .map(|&v| distance(mesh.vertices[v as usize], &coarse))
+                    .fold(0.0, f64::max);
+                assert!(
+                    farthest <= LAW * most_error,
+                    "{name}: {farthest} at {most_error}"
+                );
+            }
         }
     }
 }
@@ -372,18 +378,22 @@ fn vertices_stay_near_the_result() {
 fn the_result_stays_near_the_mesh() {
     for (name, mesh) in all_meshes() {
         let most_error = 0.01;
-        let coarse = mesh.with_triangles(mesh.simplified(most_error, 0).triangles);
-        let middles = coarse.corners().map(|[a, b, c]| (a + b + c) / 3.0);
-        let farthest = middles.map(|p| distance(p, &mesh)).fold(0.0, f64::max);
-        assert!(farthest <= LAW * most_error, "{name}: {farthest}");
+        for simplified in mesh.both_ways(most_error, 0) {
+            let coarse = mesh.with_triangles(simplified.triangles);
+            let middles = coarse.corners().map(|[a, b, c]| (a + b + c) / 3.0);
+            let farthest = middles.map(|p| distance(p, &mesh)).fold(0.0, f64::max);
+            assert!(farthest <= LAW * most_error, "{name}: {farthest}");
+        }
     }
 }
 
 #[test]
 fn meshes_become_much_smaller() {
     let few = |mesh: Mesh, most_error, most: usize| {
-        let left = mesh.simplified(most_error, 0).triangles.len();
-        assert!(left <= most, "{left} > {most}");
+        for result in mesh.both_ways(most_error, 0) {
+            let left = result.triangles.len();
+            assert!(left <= most, "{left} > {most}");
+        }
     };
     few(open_grid(64), 1e-9, 40);
     few(open_grid(64).badly_wound(), 1e-9, 40);
@@ -397,8 +407,9 @@ fn meshes_become_much_smaller() {
 #[test]
 fn faces_of_a_plate_stay_apart() {
     let plate = slab(0.001);
-    for most_error in [1e-4, 0.01, 1.0] {
-        let coarse = plate.with_triangles(plate.simplified(most_error, 0).triangles);
+    let errors = [1e-4, 0.01, 1.0];
+    for simplified in errors.into_iter().flat_map(|e| plate.both_ways(e, 0)) {
+        let coarse = plate.with_triangles(simplified.triangles);
         let heights = |t: &[DVec3; 3]| t.map(|p| p.z);
         let is_in = |t: &[DVec3; 3], z: f64| heights(t).iter().all(|&h| h == z);
         let area = |z: f64| -> f64 {
@@ -408,9 +419,10 @@ fn faces_of_a_plate_stay_apart() {
         };
         assert!(
             area(0.0) > 0.3 && area(0.001) > 0.3,
-            "{} {} at {most_error}",
+            "{} {} of {} triangles",
             area(0.0),
-            area(0.001)
+            area(0.001),
+            coarse.triangles.len()
         );
     }
 }
@@ -422,30 +434,34 @@ fn borders_keep_their_shape() {
         DVec3::new(c, s, 0.0) * (0.5 + 0.5 * v)
     });
     let most_error = 0.01;
-    let coarse = disc.with_triangles(disc.simplified(most_error, 0).triangles);
     let area = |m: &Mesh| {
         m.corners()
             .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
             .sum::<f64>()
     };
-    assert!(
-        (area(&disc) - area(&coarse)).abs() < 0.05,
-        "{}",
-        area(&coarse)
-    );
-    assert!(coarse.triangles.len() < 200, "{}", coarse.triangles.len());
+    for simplified in disc.both_ways(most_error, 0) {
+        let coarse = disc.with_triangles(simplified.triangles);
+        assert!(
+            (area(&disc) - area(&coarse)).abs() < 0.05,
+            "{}",
+            area(&coarse)
+        );
+        assert!(coarse.triangles.len() < 200, "{}", coarse.triangles.len());
+    }
 }
 
 #[test]
 fn stops_at_the_least_triangles() {
     let mesh = bumpy_sphere(40, 1);
     for least in [0, 1, 100, 1001, 1_000_000, usize::MAX] {
-        let left = mesh.simplified(f64::INFINITY, least).triangles.len();
-        assert!(left >= least.min(mesh.triangles.len()));
-        assert!(
-            left <= least.saturating_add(1).max(100),
-            "{left} for {least}"
-        );
+        for result in mesh.both_ways(f64::INFINITY, least) {
+            let left = result.triangles.len();
+            assert!(left >= least.min(mesh.triangles.len()));
+            assert!(
+                left <= least.saturating_add(1).max(100),
+                "{left} for {least}"
+            );
+        }
     }
 }
 
@@ -493,13 +509,14 @@ fn the_result_is_the_recorded_one() {
 #[test]
 fn numbers_lead_back() {
     let mesh = torus().with(sphere(12).moved(DVec3::X * 9.0));
-    let result = mesh.simplified(0.05, 0);
-    for (t, &source) in result.triangles.iter().zip(&result.source) {
-        let given = mesh.triangles[source as usize];
-        assert_eq!(*t, given.map(|v| result.onto[v as usize]));
-    }
-    for &v in &result.onto {
-        assert_eq!(result.onto[v as usize], v);
+    for result in mesh.both_ways(0.05, 0) {
+        for (t, &source) in result.triangles.iter().zip(&result.source) {
+            let given = mesh.triangles[source as usize];
+            assert_eq!(*t, given.map(|v| result.onto[v as usize]));
+        }
+        for &v in &result.onto {
+            assert_eq!(result.onto[v as usize], v);
+        }
     }
 }
 
@@ -550,7 +567,7 @@ fn a_turned_triangle_is_seen_at_its_corners() {
         .chain((0..6).map(hexagon))
         .collect();
     let mut triangles: Vec<[u32; 3]> = (0..6).map(|i| [0, 1 + i, 1 + (i + 1) % 6]).collect();
-    assert!(Surface::new(&places, &triangles).run_alike_about(0));
+    assert!(Surface::new(&places, &triangles).is_ring_about(0));
     triangles[2].swap(1, 2);
-    assert!(!Surface::new(&places, &triangles).run_alike_about(0));
+    assert!(!Surface::new(&places, &triangles).is_ring_about(0));
 }
