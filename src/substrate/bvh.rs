@@ -9,6 +9,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
 
 /// A bounding volume hierarchy over triangles in local units.
 pub(super) struct Bvh {
@@ -20,7 +21,10 @@ const LEAF: u32 = 4;
 
 impl Bvh {
     pub(super) fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let boxes: Vec<Aabb> = triangles.iter().map(|t| padded_box(vertices, t)).collect();
+        let boxes: Vec<Aabb> = {
+            let boxes = triangles.par_iter();
+            boxes.map(|t| padded_box(vertices, t)).collect()
+        };
         let indices = (0..boxes.len() as u32).collect();
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Minimum,

@@ -237,12 +237,19 @@ impl Substrate {
         read: usize,
         notes: Vec<String>,
     ) -> Self {
-        let bvh = Bvh::new(&welded.vertices, &welded.triangles);
-        let report = report::report(read, notes, &welded, &adjacency);
-        let charts = of_corners(&welded, Chart::new);
-        let frames = of_corners(&welded, Frame::new);
-        let crossings = crossings(&welded, &adjacency);
-        let numbers = order::canonical_numbers(&welded.source, &components);
+        let bvh = || Bvh::new(&welded.vertices, &welded.triangles);
+        let geometry = || {
+            let charts = of_corners(&welded, Chart::new);
+            let frames = of_corners(&welded, Frame::new);
+            (charts, frames, crossings(&welded, &adjacency))
+        };
+        let report = || report::report(read, notes, &welded, &adjacency);
+        let numbers = || order::canonical_numbers(&welded.source, &components);
+        // Each has parts that one thread does alone: others go on meanwhile.
+        let ((bvh, (charts, frames, crossings)), (report, numbers)) = rayon::join(
+            || rayon::join(bvh, geometry),
+            || rayon::join(report, numbers),
+        );
         Self {
             units: welded.units,
             vertices: welded.vertices,
@@ -515,7 +522,8 @@ fn crossings(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Crossing> {
     };
     let triangles = welded.triangles.par_iter();
     let twins = adjacency.twins.as_chunks().0.par_iter();
-    triangles.zip(twins).flat_map_iter(of_triangle).collect()
+    let all: Vec<[Crossing; 3]> = triangles.zip(twins).map(of_triangle).collect();
+    all.into_flattened()
 }
 
 /// Area of a triangle.

@@ -37,7 +37,7 @@ pub(super) fn canonical_numbers(source: &[u32], components: &[Component]) -> Vec
     let mut numbers = vec![0; source.len()];
     for component in components {
         let mut by_source: Vec<u32> = component.triangles.clone().collect();
-        by_source.sort_unstable_by_key(|&t| source[t as usize]);
+        by_source.par_sort_unstable_by_key(|&t| source[t as usize]);
         for (number, t) in component.triangles.clone().zip(by_source) {
             numbers[t as usize] = number;
         }

@@ -24,6 +24,7 @@ use super::Soup;
 use super::adjacency::{flatten, unite};
 use super::caps::{self, Parts};
 use super::units::Units;
+use crate::ahead::fetch;
 
 /// A soup after welding: no two vertices at one place, no degenerate or duplicate triangle.
 pub(super) struct Welded {
@@ -54,6 +55,9 @@ const FAR: f64 = 16.0;
 /// Differences up to this share of the diagonal are noise.
 const NOISE: f64 = 1.0 / (1u64 << 34) as f64;
 
+/// Look-ups ahead of which the table is asked for: it is larger than the caches.
+const AHEAD: usize = 8;
+
 pub(super) fn weld(soup: Soup) -> Welded {
     let Soup {
         positions,
@@ -68,7 +72,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
     let read = triangles.len();
     let parts = caps::flip(&vertices, &mut triangles);
     let mut source: Vec<u32> = (0..read as u32).collect();
-    retain_pairs(&mut triangles, &mut source, |t| {
+    retain_pairs(&mut triangles, &mut source, |t, _| {
         !is_degenerate(&vertices, t)
     });
     let degenerate = read - triangles.len();
@@ -93,7 +97,10 @@ impl Welded {
         let before = self.triangles.len();
         let mut seen = HashIndex::with_capacity(before);
         let mut kept: Vec<[u32; 3]> = Vec::with_capacity(before);
-        retain_pairs(&mut self.triangles, &mut self.source, |t| {
+        retain_pairs(&mut self.triangles, &mut self.source, |t, later| {
+            later
+                .into_iter()
+                .for_each(|later| seen.fetch(sorted(later)));
             insert_new(&mut seen, &mut kept, sorted(t))
         });
         self.duplicate += before - self.triangles.len();
@@ -232,6 +239,10 @@ fn in_company(cell: impl Fn(u32) -> [u64; 3], places: usize) -> Vec<u32> {
     let mut seen = HashIndex::with_capacity(places);
     let mut company = vec![false; places];
     for i in 0..places as u32 {
+        let later = i as usize + AHEAD;
+        if later < places {
+            seen.fetch(low_bits(room(later as u32)));
+        }
         let found = seen.find_or_insert_cell(i, room);
         if found != i || cell(i).iter().any(at_wall) {
             company[i as usize] = true;
@@ -267,15 +278,16 @@ fn sorted(mut t: [u32; 3]) -> [u32; 3] {
     t
 }
 
-/// Keeps the triangles that pass, and their source numbers beside them, in order.
+/// Keeps the triangles that pass, and their source numbers beside them, in order. Who asks is told of
+/// one that comes [later](AHEAD) too.
 fn retain_pairs(
     triangles: &mut Vec<[u32; 3]>,
     source: &mut Vec<u32>,
-    mut keep: impl FnMut([u32; 3]) -> bool,
+    mut keep: impl FnMut([u32; 3], Option<[u32; 3]>) -> bool,
 ) {
     let mut kept = 0;
     for i in 0..triangles.len() {
-        if keep(triangles[i]) {
+        if keep(triangles[i], triangles.get(i + AHEAD).copied()) {
             triangles[kept] = triangles[i];
             source[kept] = source[i];
             kept += 1;
@@ -317,6 +329,11 @@ impl HashIndex {
         }
     }
 
+    /// Asks for where a key is looked up.
+    fn fetch(&self, key: [u32; 3]) {
+        fetch(self.slots.get(mix(key) as usize & self.mask));
+    }
+
     /// The number already stored for this key, or `new` after storing it.
     fn find_or_insert(&mut self, key: [u32; 3], new: u32, same: impl Fn(u32) -> bool) -> u32 {
         let mut slot = mix(key) as usize & self.mask;
@@ -335,9 +352,12 @@ impl HashIndex {
     /// The first number that was stored for a cell, or `i` after storing it for its own.
     fn find_or_insert_cell(&mut self, i: u32, cell: impl Fn(u32) -> [u64; 3]) -> u32 {
         let here = cell(i);
-        let low_bits = here.map(|x| x as u32);
-        self.find_or_insert(low_bits, i, |j| cell(j) == here)
+        self.find_or_insert(low_bits(here), i, |j| cell(j) == here)
     }
+}
+
+fn low_bits(cell: [u64; 3]) -> [u32; 3] {
+    cell.map(|x| x as u32)
 }
 
 /// Spreads a three-word key over 64 bits (the finaliser of splitmix64 on each word).
