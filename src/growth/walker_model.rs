@@ -26,7 +26,7 @@ use crate::substrate::Substrate;
 use crate::walk::Connectivity;
 
 /// Edges crossed, a triangle, after which the coarser copies are made. Making them takes as long as some
-/// 20 crossings a triangle, but a run that has come so far mostly goes on for much longer.
+/// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
 const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
 /// Meshes of fewer triangles are walked over as fast without a copy.

@@ -49,6 +49,9 @@ const BORDER: f64 = 4.0;
 /// Triangles of a part: with all that is known of them they fit into a second-level cache.
 const PART: usize = 1 << 15;
 
+/// Fewer parts are simplified together: that takes hardly longer.
+const LEAST_PARTS: usize = 4;
+
 /// A simplified mesh.
 pub(super) struct Simplified {
     /// Corners are numbers of the given vertices.
@@ -90,7 +93,7 @@ fn simplify_in_parts(
     loop {
         let before = whole.triangles.len();
         let parts = before / part;
-        if parts < 2 {
+        if parts < LEAST_PARTS {
             break;
         }
         whole.round(before.div_ceil(parts), &limits);

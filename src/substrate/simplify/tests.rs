@@ -83,9 +83,10 @@ impl Mesh {
         simplify(&self.vertices, &self.triangles, most_error, least)
     }
 
-    /// As it is, and in parts of some dozens of triangles.
-    fn both_ways(&self, most_error: f64, least: usize) -> [Simplified; 2] {
-        [usize::MAX, 48]
+    /// At once, and in eight and in thirty parts.
+    fn all_ways(&self, most_error: f64, least: usize) -> [Simplified; 3] {
+        let all = self.triangles.len();
+        [usize::MAX, all / 8, all / 30]
             .map(|part| simplify_in_parts(&self.vertices, &self.triangles, most_error, least, part))
     }
 
@@ -320,7 +321,7 @@ fn topology_is_kept() {
     for (name, mesh) in all_meshes() {
         let before = topology(&mesh.triangles);
         for most_error in [0.0, 1e-3, 1e-2, 0.1, 1.0, f64::INFINITY] {
-            for result in mesh.both_ways(most_error, 0) {
+            for result in mesh.all_ways(most_error, 0) {
                 let after = topology(&result.triangles);
                 assert_eq!(after, before, "{name} at {most_error}");
             }
@@ -333,7 +334,7 @@ fn no_degenerate_duplicate_or_sliver() {
     for (name, mesh) in all_meshes() {
         let before = least_aspect(&mesh);
         let errors = [1e-3, 0.1, f64::INFINITY];
-        for simplified in errors.into_iter().flat_map(|e| mesh.both_ways(e, 0)) {
+        for simplified in errors.into_iter().flat_map(|e| mesh.all_ways(e, 0)) {
             let result = mesh.with_triangles(simplified.triangles);
             let distinct: BTreeSet<[u32; 3]> = result
                 .triangles
@@ -355,7 +356,7 @@ fn no_degenerate_duplicate_or_sliver() {
 fn vertices_stay_near_the_result() {
     for (name, mesh) in all_meshes() {
         for most_error in [1e-3, 1e-2, 0.1] {
-            for result in mesh.both_ways(most_error, 0) {
+            for result in mesh.all_ways(most_error, 0) {
                 assert!(result.error <= most_error);
                 let coarse = mesh.with_triangles(result.triangles);
                 let used: BTreeSet<u32> = mesh.triangles.iter().flatten().copied().collect();
@@ -378,7 +379,7 @@ fn vertices_stay_near_the_result() {
 fn the_result_stays_near_the_mesh() {
     for (name, mesh) in all_meshes() {
         let most_error = 0.01;
-        for simplified in mesh.both_ways(most_error, 0) {
+        for simplified in mesh.all_ways(most_error, 0) {
             let coarse = mesh.with_triangles(simplified.triangles);
             let middles = coarse.corners().map(|[a, b, c]| (a + b + c) / 3.0);
             let farthest = middles.map(|p| distance(p, &mesh)).fold(0.0, f64::max);
@@ -390,10 +391,12 @@ fn the_result_stays_near_the_mesh() {
 #[test]
 fn meshes_become_much_smaller() {
     let few = |mesh: Mesh, most_error, most: usize| {
-        for result in mesh.both_ways(most_error, 0) {
-            let left = result.triangles.len();
-            assert!(left <= most, "{left} > {most}");
-        }
+        let [at_once, in_eight, in_thirty] = mesh
+            .all_ways(most_error, 0)
+            .map(|result| result.triangles.len());
+        assert!(at_once <= most, "{at_once} > {most}");
+        let in_parts = in_eight.max(in_thirty);
+        assert!(in_parts <= most + most / 5, "{in_parts} > {most} in parts");
     };
     few(open_grid(64), 1e-9, 40);
     few(open_grid(64).badly_wound(), 1e-9, 40);
@@ -408,7 +411,7 @@ fn meshes_become_much_smaller() {
 fn faces_of_a_plate_stay_apart() {
     let plate = slab(0.001);
     let errors = [1e-4, 0.01, 1.0];
-    for simplified in errors.into_iter().flat_map(|e| plate.both_ways(e, 0)) {
+    for simplified in errors.into_iter().flat_map(|e| plate.all_ways(e, 0)) {
         let coarse = plate.with_triangles(simplified.triangles);
         let heights = |t: &[DVec3; 3]| t.map(|p| p.z);
         let is_in = |t: &[DVec3; 3], z: f64| heights(t).iter().all(|&h| h == z);
@@ -439,7 +442,7 @@ fn borders_keep_their_shape() {
             .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
             .sum::<f64>()
     };
-    for simplified in disc.both_ways(most_error, 0) {
+    for simplified in disc.all_ways(most_error, 0) {
         let coarse = disc.with_triangles(simplified.triangles);
         assert!(
             (area(&disc) - area(&coarse)).abs() < 0.05,
@@ -454,7 +457,7 @@ fn borders_keep_their_shape() {
 fn stops_at_the_least_triangles() {
     let mesh = bumpy_sphere(40, 1);
     for least in [0, 1, 100, 1001, 1_000_000, usize::MAX] {
-        for result in mesh.both_ways(f64::INFINITY, least) {
+        for result in mesh.all_ways(f64::INFINITY, least) {
             let left = result.triangles.len();
             assert!(left >= least.min(mesh.triangles.len()));
             assert!(
@@ -490,6 +493,19 @@ fn same_again_and_random_spheres_hold() {
     }
 }
 
+#[test]
+fn parts_come_to_the_same_on_any_number_of_threads() {
+    let mesh = bumpy_sphere(40, 7);
+    let [one, two, three] = [1, 2, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let all_ways = pool.expect("a pool").install(|| mesh.all_ways(0.02, 0));
+        all_ways.map(|way| (way.triangles, way.source, way.onto))
+    });
+    assert!(one == two && two == three);
+    let [at_once, in_eight, in_thirty] = one;
+    assert!(at_once != in_eight && in_eight != in_thirty && in_thirty != at_once);
+}
+
 /// Changes when the result does: on every machine it must be this.
 #[test]
 fn the_result_is_the_recorded_one() {
@@ -509,7 +525,7 @@ fn the_result_is_the_recorded_one() {
 #[test]
 fn numbers_lead_back() {
     let mesh = torus().with(sphere(12).moved(DVec3::X * 9.0));
-    for result in mesh.both_ways(0.05, 0) {
+    for result in mesh.all_ways(0.05, 0) {
         for (t, &source) in result.triangles.iter().zip(&result.source) {
             let given = mesh.triangles[source as usize];
             assert_eq!(*t, given.map(|v| result.onto[v as usize]));
