@@ -5,7 +5,13 @@ use std::sync::LazyLock;
 
 /// Linear light of an sRGB byte.
 pub(crate) fn to_linear(byte: u8) -> f32 {
-    let x = f32::from(byte) / 255.0;
+    static LIGHT: LazyLock<[f32; 256]> =
+        LazyLock::new(|| std::array::from_fn(|byte| decode(byte as f32 / 255.0)));
+    LIGHT[usize::from(byte)]
+}
+
+/// Linear light of sRGB, 0 to 1 each.
+fn decode(x: f32) -> f32 {
     if x <= 0.040_45 {
         x / 12.92
     } else {

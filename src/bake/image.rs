@@ -1,7 +1,6 @@
 //! Images of the substrate's material: PNG and JPEG to texels.
 
 use std::io::Cursor;
-use std::sync::LazyLock;
 
 use glam::Vec3;
 use zune_jpeg::JpegDecoder;
@@ -10,10 +9,6 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::color::to_linear;
-
-/// Linear light of every sRGB byte.
-static LINEAR: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|byte| to_linear(byte as u8)));
 
 /// Texels of 8 bits a channel, rows from the top.
 pub(super) struct Image {
@@ -40,9 +35,7 @@ impl Image {
 
     /// Linear light at a place from (0, 0), the upper left corner, to (1, 1), and repeated beyond.
     pub(super) fn color(&self, uv: [f64; 2]) -> Vec3 {
-        self.bilinear(uv, |rgb| {
-            Vec3::from_array(rgb.map(|byte| LINEAR[byte as usize]))
-        })
+        self.bilinear(uv, |rgb| Vec3::from_array(rgb.map(to_linear)))
     }
 
     /// The same as numbers from 0 to 1.

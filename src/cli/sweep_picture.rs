@@ -43,8 +43,7 @@ pub(super) struct Pictures {
 const LOOKED_AT: usize = 30_000;
 
 impl Pictures {
-    /// Takes them, and writes each as soon as it is taken. Those that are there as they would be
-    /// taken now stay.
+    /// Takes them. Those that are there as they would be taken now stay.
     pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
         let stone = LazyCell::new(|| stone(page.substrate));
@@ -59,19 +58,56 @@ impl Pictures {
         if let Some(note) = to_make(missing.len(), kept) {
             page.voice.note(&note);
         }
+        if !missing.is_empty() {
+            let stone = LazyCell::force(&stone);
+            let take = |run| picture(page, stone, &sight.camera, style, run);
+            pictures.add(page, &missing, take)?;
+        }
+        Ok(pictures)
+    }
+
+    /// Takes those that are missing, and writes each while the next is taken.
+    fn add(
+        &mut self,
+        page: &Page,
+        missing: &[Lack],
+        take: impl Fn(usize) -> Result<Image, Failure> + Sync,
+    ) -> Result<(), Failure> {
+        let (mut last, mut cancelled): (Option<(&Lack, Image)>, _) = (None, Ok(()));
         for (number, lack) in missing.iter().enumerate() {
-            page.check_cancelled()?;
+            cancelled = page.check_cancelled();
+            if cancelled.is_err() {
+                break;
+            }
             let name = &page.plan.cells[lack.cell].name;
             let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
             let spinner = spinner(page.voice, &doing);
-            let image = picture(page, &stone, &sight.camera, style, lack.run)?;
-            let png = image.to_marked_png(&lack.mark);
-            let file = file_of(page, lack.cell);
-            write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
-            pictures.cells[lack.cell] = Some(pictures.taken(&image));
+            let before = last.take();
+            let (written, image) = rayon::join(
+                || before.map(|(lack, image)| self.written(page, lack, &image)),
+                || take(lack.run),
+            );
+            self.take_in(written.transpose()?);
+            last = Some((lack, image?));
             spinner.finish_and_clear();
         }
-        Ok(pictures)
+        let written = last.map(|(lack, image)| self.written(page, lack, &image));
+        self.take_in(written.transpose()?);
+        cancelled
+    }
+
+    /// Writes a picture to its file.
+    fn written(&self, page: &Page, lack: &Lack, image: &Image) -> Result<(usize, Taken), Failure> {
+        let png = image.to_marked_png(&lack.mark);
+        let file = file_of(page, lack.cell);
+        write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+        Ok((lack.cell, self.taken(image)))
+    }
+
+    fn take_in(&mut self, written: Option<(usize, Taken)>) {
+        if let Some((cell, taken)) = written {
+            self.cells[cell] = Some(taken);
+        }
     }
 
     /// Takes over the pictures that are there, and gives those that are not.
