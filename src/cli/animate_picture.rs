@@ -1,16 +1,17 @@
 //! Pictures of a growth: numbered PNGs, a GIF, or a film by ffmpeg.
 
-use std::cell::{Cell, LazyCell};
+use std::cell::LazyCell;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure, TimeLapse,
-    World,
+    Camera, Disc, GifPicture, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure,
+    TimeLapse, World,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
@@ -53,18 +54,19 @@ pub(super) fn pictures(
                 SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
             let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();
             // The first frames may have no surface yet, but not all.
-            let (mut shown, too_coarse) = (false, Cell::new(false));
+            let (mut shown, too_coarse) = (false, AtomicBool::new(false));
             let next = || {
                 let mesh = skins.next()?;
                 shown |= !mesh.triangles.is_empty();
-                too_coarse.set(!shown && skins.len() == 0);
-                Some(match too_coarse.get() {
+                let is_too_coarse = !shown && skins.len() == 0;
+                too_coarse.store(is_too_coarse, Ordering::Relaxed);
+                Some(match is_too_coarse {
                     true => Err(io::Error::other(SkinError::TooCoarse)),
                     false => Ok(shots.of_skin(&mut lapse, mesh, skins.cortex())),
                 })
             };
             let made = write(args, target, std::iter::from_fn(next), stop);
-            match too_coarse.get() {
+            match too_coarse.into_inner() {
                 true => Err(Failure::Usage(SkinError::TooCoarse.into())),
                 false => made,
             }
@@ -76,7 +78,7 @@ pub(super) fn pictures(
 fn write(
     args: &AnimateArgs,
     target: &Target,
-    images: impl Iterator<Item = io::Result<Image>>,
+    images: impl Iterator<Item = io::Result<Image>> + Send,
     stop: &Stop,
 ) -> Result<(), Failure> {
     let bar = bar(args);
@@ -89,8 +91,8 @@ fn write(
         Target::Movie { kind } => movie(args, *kind, images)?,
         _ => {
             let mut folder = Folder::create(args, "png")?;
-            for image in images {
-                let png = image?.to_png();
+            for png in packed(images, |image| image.to_png()) {
+                let png = png?;
                 folder.write(|out| out.write_all(&png))?;
             }
             folder.finish()?;
@@ -98,6 +100,23 @@ fn write(
     }
     bar.finish_and_clear();
     Ok(())
+}
+
+/// Packs each picture while the next is taken, on another thread if there is one.
+fn packed<T: Send>(
+    mut images: impl Iterator<Item = io::Result<Image>> + Send,
+    pack: impl Fn(&Image) -> T + Sync,
+) -> impl Iterator<Item = io::Result<T>> {
+    let mut taken = images.next();
+    std::iter::from_fn(move || {
+        let image = match taken.take()? {
+            Ok(image) => image,
+            Err(error) => return Some(Err(error)),
+        };
+        let (packed, next) = rayon::join(|| pack(&image), || images.next());
+        taken = next;
+        Some(Ok(packed))
+    })
 }
 
 /// The sides of a picture.
@@ -181,12 +200,15 @@ impl<'a> Shots<'a> {
     }
 }
 
-fn gif(args: &AnimateArgs, images: impl Iterator<Item = io::Result<Image>>) -> Result<(), Failure> {
+fn gif(
+    args: &AnimateArgs,
+    images: impl Iterator<Item = io::Result<Image>> + Send,
+) -> Result<(), Failure> {
     write_file_atomically(&args.output, args.force, |out| {
         let [width, height] = sides(args);
         let mut gif = GifWriter::new(out, width, height, args.time.fps)?;
-        for image in images {
-            gif.add(&image?)?;
+        for picture in packed(images, GifPicture::new) {
+            gif.add_packed(picture?)?;
         }
         Ok(())
     })?;

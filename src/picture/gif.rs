@@ -63,18 +63,50 @@ impl<W: Write> GifWriter<W> {
     /// # Panics
     /// When it has another size.
     pub fn add(&mut self, image: &Image) -> io::Result<()> {
-        let [w, h] = self.size;
-        assert_eq!(
-            [image.width, image.height],
-            [w, h].map(u32::from),
-            "one size"
-        );
-        let mut frame = Frame::from_rgb_speed(w, h, &image.rgb, SPEED);
+        self.add_packed(GifPicture::new(image))
+    }
+
+    /// The next picture, which is packed already.
+    ///
+    /// # Errors
+    /// Those of the output.
+    ///
+    /// # Panics
+    /// When it has another size.
+    pub fn add_packed(&mut self, GifPicture(mut frame): GifPicture) -> io::Result<()> {
+        assert_eq!([frame.width, frame.height], self.size, "one size");
         // Hundredths that are lost to one frame go to the next.
         let at = |frame: u32| (100.0 * f64::from(frame) / self.fps).round();
         frame.delay = (at(self.frames + 1) - at(self.frames)) as u16;
         self.frames += 1;
-        self.encoder.write_frame(&frame).map_err(from_encoding)
+        let written = self.encoder.write_lzw_pre_encoded_frame(&frame);
+        written.map_err(from_encoding)
+    }
+}
+
+/// A picture of an animated GIF, its colours chosen and packed: nearly all of the work, which several
+/// threads may do for several pictures.
+pub struct GifPicture(Frame<'static>);
+
+impl std::fmt::Debug for GifPicture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("GifPicture")
+            .field(&[self.0.width, self.0.height])
+            .finish()
+    }
+}
+
+impl GifPicture {
+    /// Packs a picture.
+    ///
+    /// # Panics
+    /// When a side is beyond 65,535, or the public fields of the picture disagree.
+    pub fn new(image: &Image) -> Self {
+        let [width, height] =
+            [image.width, image.height].map(|side| u16::try_from(side).expect("a side of a GIF"));
+        let mut frame = Frame::from_rgb_speed(width, height, &image.rgb, SPEED);
+        frame.make_lzw_pre_encoded();
+        Self(frame)
     }
 }
 
