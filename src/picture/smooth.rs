@@ -11,23 +11,28 @@ const SHARP: f32 = 0.423;
 /// Faces looked at around a vertex, at most: bounds the work at the hub of a huge fan.
 const AROUND: usize = 64;
 
-/// For each triangle the normals at its corners: the mean, by area, of the faces that meet there
-/// at a blunt angle. Vertices at the same place count as one, and faces wound the other
-/// way are turned.
-pub(super) fn corner_normals(triangles: &[[Vec3A; 3]]) -> Vec<[Vec3; 3]> {
-    let faces: Vec<Vec3A> = triangles
+/// For each sound triangle, given by its number and its shape, the normals at its corners: the mean, by area,
+/// of the faces that meet there at a blunt angle. Vertices at the same place count as one, and faces wound
+/// the other way are turned.
+pub(super) fn corner_normals(
+    vertices: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    sound: &[(u32, [Vec3A; 3])],
+) -> Vec<[Vec3; 3]> {
+    let faces: Vec<Vec3A> = sound
         .par_iter()
-        .map(|[a, b, c]| (*b - *a).cross(*c - *a))
+        .map(|(_, [a, b, c])| (*b - *a).cross(*c - *a))
         .collect();
-    let (welded, places) = weld(triangles);
-    let (starts, meeting) = fans(&welded, places);
+    let (welded, places) = weld(vertices);
+    let corners = |(t, _): &(u32, _)| triangles[*t as usize].map(|v| welded[v as usize]);
+    let corners: Vec<[u32; 3]> = sound.par_iter().map(corners).collect();
+    let (starts, meeting) = fans(corners.as_flattened(), places);
     let at = |face: usize, place: u32| {
         let fan = starts[place as usize] as usize..starts[place as usize + 1] as usize;
         corner(&faces, face, &meeting[fan])
     };
-    (0..triangles.len())
-        .into_par_iter()
-        .map(|t| [0, 1, 2].map(|k| at(t, welded[3 * t + k])))
+    let all = corners.par_iter().enumerate();
+    all.map(|(t, places)| places.map(|place| at(t, place)))
         .collect()
 }
 
@@ -46,23 +51,20 @@ fn corner(faces: &[Vec3A], face: usize, fan: &[u32]) -> Vec3 {
     sum.try_normalize().unwrap_or(own).into()
 }
 
-/// The number of the place of each corner, and how many places there are.
-fn weld(triangles: &[[Vec3A; 3]]) -> (Vec<u32>, usize) {
-    let bits = |p: Vec3A| (p + Vec3A::ZERO).to_array().map(f32::to_bits);
-    let mut corners: Vec<([u32; 3], u32)> = triangles
-        .iter()
-        .flatten()
-        .enumerate()
-        .map(|(i, &p)| (bits(p), i as u32))
-        .collect();
-    corners.par_sort_unstable();
-    let mut welded = vec![0; corners.len()];
+/// The number of the place of each vertex, and how many places there are.
+fn weld(vertices: &[[f32; 3]]) -> (Vec<u32>, usize) {
+    // Of two zeros one.
+    let bits = |p: &[f32; 3]| p.map(|x| (x + 0.0).to_bits());
+    let all = vertices.par_iter().enumerate();
+    let mut all: Vec<([u32; 3], u32)> = all.map(|(i, p)| (bits(p), i as u32)).collect();
+    all.par_sort_unstable();
+    let mut welded = vec![0; all.len()];
     let mut places = 0;
-    for (i, &(key, corner)) in corners.iter().enumerate() {
-        if i > 0 && corners[i - 1].0 != key {
+    for (i, &(key, vertex)) in all.iter().enumerate() {
+        if i > 0 && all[i - 1].0 != key {
             places += 1;
         }
-        welded[corner as usize] = places;
+        welded[vertex as usize] = places;
     }
     (welded, places as usize + 1)
 }

@@ -94,14 +94,12 @@ impl Stone {
     /// Of vertices in any unit, and triangles by their numbers, of either winding. Triangles that cannot be
     /// drawn (not finite, no area, no such vertex) are left out.
     pub fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let shapes = sound_triangles(vertices, triangles);
-        let normals = corner_normals(&shapes.iter().map(|s| s.1).collect::<Vec<_>>());
-        let numbered = shapes.into_iter().enumerate();
+        let sound = sound_triangles(vertices, triangles);
+        let normals = corner_normals(vertices, triangles, &sound);
+        let numbered = sound.into_iter().enumerate();
         let numbered = numbered.map(|(i, (_, shape))| (i as u32, shape));
-        Self {
-            mesh: Mesh::new(&numbered.collect::<Vec<_>>()),
-            normals,
-        }
+        let mesh = Mesh::new(&numbered.collect::<Vec<_>>());
+        Self { mesh, normals }
     }
 
     /// The corners of the box about it, turned inside out where there is nothing.
