@@ -49,7 +49,7 @@ const BORDER: f64 = 4.0;
 /// Triangles of a part: with all that is known of them they fit into a second-level cache.
 const PART: usize = 1 << 15;
 
-/// Fewer parts are simplified together: that takes hardly longer.
+/// A mesh of fewer parts is simplified at once: that takes hardly longer.
 const LEAST_PARTS: usize = 4;
 
 /// A simplified mesh.
@@ -90,16 +90,13 @@ fn simplify_in_parts(
         most_error: larger(0.0, most_error),
         least_triangles,
     };
-    loop {
+    let mut parts = whole.triangles.len() / part;
+    let mut goes_on = parts >= LEAST_PARTS;
+    while goes_on {
         let before = whole.triangles.len();
-        let parts = before / part;
-        if parts < LEAST_PARTS {
-            break;
-        }
         whole.round(before.div_ceil(parts), &limits);
-        if 2 * whole.triangles.len() > before {
-            break;
-        }
+        parts = whole.triangles.len() / part;
+        goes_on = parts > 1 && 2 * whole.triangles.len() <= before;
     }
     whole.round(usize::MAX, &limits);
     whole.finish()
