@@ -103,8 +103,8 @@ pub(super) fn build(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Adjacency {
             adjacency.join_edge(vertices, triangles, [v, group[0].0], group);
         }
     }
-    flatten(&mut adjacency.piece);
     flatten(&mut adjacency.walkable);
+    adjacency.join_pieces();
     adjacency
 }
 
@@ -135,19 +135,31 @@ impl Adjacency {
         ends: [u32; 2],
         group: &[(u32, HalfEdge)],
     ) {
-        for other in &group[1..] {
-            unite(&mut self.piece, group[0].1 / 3, other.1 / 3);
-        }
         match group {
             [_] => self.boundary.push(ends),
             [a, b] => self.join(triangles, a.1, b.1),
             many => {
                 self.non_manifold.push(ends);
+                for other in &group[1..] {
+                    unite(&mut self.piece, group[0].1 / 3, other.1 / 3);
+                }
                 for [a, b] in straightest_pairs(vertices, triangles, ends, many) {
                     self.join(triangles, a, b);
                 }
             }
         }
+    }
+
+    /// What a walker can walk over is in one piece too, and so far only what is not was joined.
+    fn join_pieces(&mut self) {
+        if self.non_manifold.is_empty() {
+            self.piece.clone_from(&self.walkable);
+            return;
+        }
+        for (t, &root) in (0..).zip(&self.walkable) {
+            unite(&mut self.piece, t, root);
+        }
+        flatten(&mut self.piece);
     }
 
     fn join(&mut self, triangles: &[[u32; 3]], a: HalfEdge, b: HalfEdge) {

@@ -19,6 +19,7 @@
 //! Nothing here depends on the order of vertices or triangles.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Soup;
 use super::adjacency::{flatten, unite};
@@ -72,7 +73,7 @@ pub(super) fn weld(soup: Soup) -> Welded {
     let read = triangles.len();
     let parts = caps::flip(&vertices, &mut triangles);
     let mut source: Vec<u32> = (0..read as u32).collect();
-    retain_pairs(&mut triangles, &mut source, |t, _| {
+    retain_pairs(&mut triangles, &mut source, |t| {
         !is_degenerate(&vertices, t)
     });
     let degenerate = read - triangles.len();
@@ -95,17 +96,60 @@ impl Welded {
     /// Of triangles with the same corners the first stays, and vertices that none uses go.
     pub(super) fn tidy(&mut self) {
         let before = self.triangles.len();
-        let mut seen = HashIndex::with_capacity(before);
-        let mut kept: Vec<[u32; 3]> = Vec::with_capacity(before);
-        retain_pairs(&mut self.triangles, &mut self.source, |t, later| {
-            later
-                .into_iter()
-                .for_each(|later| seen.fetch(sorted(later)));
-            insert_new(&mut seen, &mut kept, sorted(t))
-        });
+        let repeated = repeated(self.vertices.len(), &self.triangles);
+        if !repeated.is_empty() {
+            let mut repeated = repeated.into_iter().peekable();
+            let mut next = 0..;
+            retain_pairs(&mut self.triangles, &mut self.source, |_| {
+                let number = next.next();
+                repeated.next_if(|r| Some(*r) == number).is_none()
+            });
+        }
         self.duplicate += before - self.triangles.len();
         forget_unused(&mut self.vertices, &mut self.triangles);
     }
+}
+
+/// The numbers of triangles with the same corners as one before, ascending.
+fn repeated(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    // Those with the same lowest corner, in order.
+    let lowest = |t: &[u32; 3]| t.iter().fold(u32::MAX, |low, &v| low.min(v)) as usize;
+    let mut ends = vec![0u32; vertices + 1];
+    triangles.iter().for_each(|t| ends[lowest(t) + 1] += 1);
+    (0..vertices).for_each(|v| ends[v + 1] += ends[v]);
+    let mut alike = vec![0; triangles.len()];
+    for (i, t) in (0..).zip(triangles) {
+        let end = &mut ends[lowest(t)];
+        alike[*end as usize] = i;
+        *end += 1;
+    }
+    let groups = (0..vertices).into_par_iter().flat_map_iter(|v| {
+        let begin = if v > 0 { ends[v - 1] } else { 0 };
+        let group = &alike[begin as usize..ends[v] as usize];
+        repeated_among(group, triangles)
+    });
+    let mut all: Vec<u32> = groups.collect();
+    all.par_sort_unstable();
+    all
+}
+
+/// The same of some of the triangles.
+fn repeated_among(group: &[u32], triangles: &[[u32; 3]]) -> Vec<u32> {
+    /// So few are compared each with each.
+    const FEW: usize = 8;
+    let corners = |i: u32| sorted(triangles[i as usize]);
+    if group.len() <= FEW {
+        let before = |k: &usize| {
+            let this = corners(group[*k]);
+            group[..*k].iter().any(|&other| corners(other) == this)
+        };
+        let repeated = (1..group.len()).filter(before);
+        return repeated.map(|k| group[k]).collect();
+    }
+    let mut group: Vec<([u32; 3], u32)> = group.iter().map(|&i| (corners(i), i)).collect();
+    group.sort_unstable();
+    let pairs = group.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+    pairs.map(|pair| pair[1].1).collect()
 }
 
 /// Puts the lowest of the places that are one where the one that stands for them is, and that one in the
@@ -125,16 +169,6 @@ fn count_used(vertices: usize, triangles: &[[u32; 3]]) -> usize {
         .iter()
         .for_each(|&i| used[i as usize] = true);
     used.into_iter().filter(|&u| u).count()
-}
-
-/// Adds a key that is not in the list yet; false when it is.
-fn insert_new(seen: &mut HashIndex, list: &mut Vec<[u32; 3]>, key: [u32; 3]) -> bool {
-    let next = list.len() as u32;
-    let new = seen.find_or_insert(key, next, |i| list[i as usize] == key) == next;
-    if new {
-        list.push(key);
-    }
-    new
 }
 
 /// Replaces corner indices by those of merged vertices and returns the merged positions.
@@ -278,16 +312,15 @@ fn sorted(mut t: [u32; 3]) -> [u32; 3] {
     t
 }
 
-/// Keeps the triangles that pass, and their source numbers beside them, in order. Who asks is told of
-/// one that comes [later](AHEAD) too.
+/// Keeps the triangles that pass, and their source numbers beside them, in order.
 fn retain_pairs(
     triangles: &mut Vec<[u32; 3]>,
     source: &mut Vec<u32>,
-    mut keep: impl FnMut([u32; 3], Option<[u32; 3]>) -> bool,
+    mut keep: impl FnMut([u32; 3]) -> bool,
 ) {
     let mut kept = 0;
     for i in 0..triangles.len() {
-        if keep(triangles[i], triangles.get(i + AHEAD).copied()) {
+        if keep(triangles[i]) {
             triangles[kept] = triangles[i];
             source[kept] = source[i];
             kept += 1;
@@ -366,4 +399,28 @@ fn mix(key: [u32; 3]) -> u64 {
         let h = (h ^ u64::from(word)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         (h ^ (h >> 29)).wrapping_mul(0x94d0_49bb_1331_11eb) ^ (h >> 32)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    #[test]
+    fn of_triangles_with_the_same_corners_all_but_the_first_are_repeated() {
+        let mut stream = Stream::new(5, Purpose::Walker, 0);
+        for (vertices, count) in [(4, 0), (4, 3), (5, 60), (40, 900), (200, 30_000)] {
+            let mut corner = || (stream.uniform() * f64::from(vertices)) as u32;
+            let triangles: Vec<[u32; 3]> =
+                (0..count).map(|_| [corner(), corner(), corner()]).collect();
+            let mut seen = HashSet::new();
+            let expected = (0..).zip(&triangles);
+            let expected = expected.filter(|(_, t)| !seen.insert(sorted(**t)));
+            let expected: Vec<u32> = expected.map(|(i, _)| i).collect();
+            assert_eq!(repeated(vertices as usize, &triangles), expected);
+            assert_eq!(expected.is_empty(), count < 60);
+        }
+    }
 }
