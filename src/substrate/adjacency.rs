@@ -150,7 +150,7 @@ impl Adjacency {
         }
     }
 
-    /// What a walker can walk over is in one piece too, and so far only what is not was joined.
+    /// Pieces from what is joined at edges of many triangles, and from where walkers can get to.
     fn join_pieces(&mut self) {
         if self.non_manifold.is_empty() {
             self.piece.clone_from(&self.walkable);

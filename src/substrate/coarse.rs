@@ -105,10 +105,13 @@ impl Coarse {
     /// the surface does.
     pub(crate) fn new(fine: &Substrate, error: f64) -> Option<Self> {
         let least = LEAST_TRIANGLES * fine.components().len();
+        if is_too_fine(least, fine) {
+            return None;
+        }
         let simplified = simplify(fine.vertices(), fine.triangles(), error, least);
         debug_assert!(simplified.error <= error, "{}", simplified.error);
         debug_assert_eq!(simplified.source.len(), simplified.triangles.len());
-        if simplified.triangles.len() as f64 > WORTH * fine.triangles().len() as f64 {
+        if is_too_fine(simplified.triangles.len(), fine) {
             return None;
         }
         let (vertices, triangles) = used(fine.vertices(), &simplified.triangles);
@@ -201,6 +204,11 @@ impl Cells {
         let (n, i) = (self.along as usize, index - self.begin as usize);
         (DVec2::new((i % n) as f64, (i / n) as f64) + 0.5) / n as f64
     }
+}
+
+/// Whether a copy of so many triangles is not worth having.
+fn is_too_fine(triangles: usize, fine: &Substrate) -> bool {
+    triangles as f64 > WORTH * fine.triangles().len() as f64
 }
 
 /// The vertices that triangles use, and the triangles by their numbers among these.

@@ -103,7 +103,7 @@ pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     /// For each, its number in the part's list.
     pub(super) source: Vec<u32>,
-    /// Vertices that may have changed.
+    /// Vertices that others went onto.
     pub(super) left: Vec<(u32, Vertex)>,
     /// Vertices that have gone, each with the one that it went onto.
     pub(super) gone: Vec<[u32; 2]>,
@@ -340,11 +340,15 @@ impl<'a> Simplifier<'a> {
     /// What has come of the part whose vertices have these numbers in the whole.
     pub(super) fn finish(self, numbers: &[u32]) -> Part {
         let number = |v: u32| numbers[v as usize];
+        let mut grown = vec![false; self.onto.len()];
+        for (v, &onto) in (0..).zip(&self.onto) {
+            grown[onto as usize] |= onto != v;
+        }
         let (mut left, mut gone) = (Vec::new(), Vec::new());
         for ((v, onto), vertex) in (0..).zip(self.onto).zip(self.vertices) {
             if onto != v {
                 gone.push([v, onto].map(number));
-            } else if !vertex.stays {
+            } else if grown[v as usize] {
                 left.push((number(v), vertex));
             }
         }
