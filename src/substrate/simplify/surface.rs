@@ -67,6 +67,11 @@ impl<'a> Surface<'a> {
 
     /// Forgets what is gone, and collects anew which triangles are about each vertex.
     pub(super) fn renew(&mut self) {
+        self.forget_gone();
+        self.collect_fans();
+    }
+
+    fn forget_gone(&mut self) {
         let mut kept = 0;
         for i in 0..self.triangles.len() {
             if self.triangles[i] != GONE {
@@ -77,7 +82,6 @@ impl<'a> Surface<'a> {
         }
         self.triangles.truncate(kept);
         self.source.truncate(kept);
-        self.collect_fans();
     }
 
     fn collect_fans(&mut self) {
@@ -179,7 +183,7 @@ impl<'a> Surface<'a> {
 
     /// The triangles that are left, and their numbers in the given list.
     pub(super) fn into_triangles(mut self) -> (Vec<[u32; 3]>, Vec<u32>) {
-        self.renew();
+        self.forget_gone();
         (self.triangles, self.source)
     }
 }
