@@ -21,7 +21,7 @@ use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::failure::Failure;
 use super::interrupt::Stop;
 use super::memory::Frames;
-use super::preview::{bare, by_age, staged, stone};
+use super::preview::{bare, by_age, packed, staged, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::render_camera::warn_unseen;
@@ -100,23 +100,6 @@ fn write(
     }
     bar.finish_and_clear();
     Ok(())
-}
-
-/// Packs each picture while the next is taken, on another thread if there is one.
-fn packed<T: Send>(
-    mut images: impl Iterator<Item = io::Result<Image>> + Send,
-    pack: impl Fn(&Image) -> T + Sync,
-) -> impl Iterator<Item = io::Result<T>> {
-    let mut taken = images.next();
-    std::iter::from_fn(move || {
-        let image = match taken.take()? {
-            Ok(image) => image,
-            Err(error) => return Some(Err(error)),
-        };
-        let (packed, next) = rayon::join(|| pack(&image), || images.next());
-        taken = next;
-        Some(Ok(packed))
-    })
 }
 
 /// The sides of a picture.

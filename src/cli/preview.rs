@@ -71,6 +71,24 @@ pub(super) fn by_age(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
     granules(substrate, cluster, ages)
 }
 
+/// Packs each picture, or whatever is made, while the next is made, on another thread if there is one. What
+/// came before an error is still packed.
+pub(super) fn packed<I: Send + Sync, T: Send, E: Send>(
+    mut pictures: impl Iterator<Item = Result<I, E>> + Send,
+    pack: impl Fn(&I) -> T + Sync,
+) -> impl Iterator<Item = Result<T, E>> {
+    let mut made = pictures.next();
+    std::iter::from_fn(move || {
+        let picture = match made.take()? {
+            Ok(picture) => picture,
+            Err(error) => return Some(Err(error)),
+        };
+        let (packed, next) = rayon::join(|| pack(&picture), || pictures.next());
+        made = next;
+        Some(Ok(packed))
+    })
+}
+
 /// How much larger than elements granules are drawn, so that neighbours close.
 const OVERLAP: f32 = 1.15;
 
@@ -91,4 +109,18 @@ pub(super) fn granules(
     zip(zip(cluster.elements(), normals), colors)
         .map(disc)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_is_packed_in_order_up_to_an_error() {
+        let made = |wrong: i32| (0..9).map(move |i| if i == wrong { Err(i) } else { Ok(i) });
+        let packed = |wrong| packed(made(wrong), |i| 10 * i).collect::<Vec<_>>();
+        assert!(packed(9).into_iter().eq((0..9).map(|i| Ok(10 * i))));
+        assert_eq!(packed(2), [Ok(0), Ok(10), Err(2)]);
+        assert_eq!(packed(0), [Err(0)]);
+    }
 }

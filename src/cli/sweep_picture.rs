@@ -18,7 +18,7 @@ use thallus::sweep::{Axis, CellPicture, Results, captions, title};
 use super::failure::Failure;
 use super::number::plural;
 use super::output::ELEMENTS;
-use super::preview::{bare, granules, stone};
+use super::preview::{bare, granules, packed, stone};
 use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
@@ -73,41 +73,27 @@ impl Pictures {
         missing: &[Lack],
         take: impl Fn(usize) -> Result<Image, Failure> + Sync,
     ) -> Result<(), Failure> {
-        let (mut last, mut cancelled): (Option<(&Lack, Image)>, _) = (None, Ok(()));
-        for (number, lack) in missing.iter().enumerate() {
-            cancelled = page.check_cancelled();
-            if cancelled.is_err() {
-                break;
-            }
+        let taken = missing.iter().enumerate().map(|(number, lack)| {
+            page.check_cancelled()?;
             let name = &page.plan.cells[lack.cell].name;
             let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
             let spinner = spinner(page.voice, &doing);
-            let before = last.take();
-            let (written, image) = rayon::join(
-                || before.map(|(lack, image)| self.written(page, lack, &image)),
-                || take(lack.run),
-            );
-            self.take_in(written.transpose()?);
-            last = Some((lack, image?));
+            let image = take(lack.run)?;
             spinner.finish_and_clear();
-        }
-        let written = last.map(|(lack, image)| self.written(page, lack, &image));
-        self.take_in(written.transpose()?);
-        cancelled
-    }
-
-    /// Writes a picture to its file.
-    fn written(&self, page: &Page, lack: &Lack, image: &Image) -> Result<(usize, Taken), Failure> {
-        let png = image.to_marked_png(&lack.mark);
-        let file = file_of(page, lack.cell);
-        write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
-        Ok((lack.cell, self.taken(image)))
-    }
-
-    fn take_in(&mut self, written: Option<(usize, Taken)>) {
-        if let Some((cell, taken)) = written {
+            Ok::<_, Failure>((lack, image))
+        });
+        let (tile, all) = (self.side[0], self.cells.len());
+        let write = |(lack, image): &(&Lack, Image)| {
+            let png = image.to_marked_png(&lack.mark);
+            let file = file_of(page, lack.cell);
+            write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
+            Ok::<_, Failure>((lack.cell, Taken::of(image, tile, all)))
+        };
+        for written in packed(taken, write) {
+            let (cell, taken) = written??;
             self.cells[cell] = Some(taken);
         }
+        Ok(())
     }
 
     /// Takes over the pictures that are there, and gives those that are not.

@@ -75,8 +75,7 @@ impl Usda {
         self.sample("point3f[] points", "", mesh.positions.iter().map(local))?;
         let normals = mesh.normals.iter().map(|n| Tuple(*n));
         self.sample("normal3f[] normals", VERTEX, normals)?;
-        let light: Vec<f32> = (0..=255).map(to_linear).collect();
-        let linear = |c: &[u8; 3]| Tuple(c.map(|byte| light[byte as usize]));
+        let linear = |c: &[u8; 3]| Tuple(c.map(to_linear));
         let colors = mesh.colors.iter().map(linear);
         self.sample("color3f[] primvars:displayColor", VERTEX, colors)?;
         for attribute in &mesh.attributes {
