@@ -3,7 +3,7 @@
 //! Both are those that a skin of the elements so far has, so that a margin moves with the rim. They
 //! change smoothly too. Density counts each neighbour by its influence. Elements come off the rim one
 //! by one, so the distance from it is interpolated between the lichens of some numbers of elements, a
-//! window apart: with no window it is that of the elements so far.
+//! window or less apart: with no window it is that of the elements so far.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -14,6 +14,10 @@ use rayon::prelude::*;
 use super::lichen::{LOOK, Lichen};
 use crate::cluster::Presence;
 use crate::morphometry::{Way, rim_until};
+
+/// A window of this many times the square root of the number of elements takes the rim of a round lichen
+/// two radii on: n elements that cover 0.6 of their ground reach to r √(n / 0.6).
+const STEADY: f64 = 3.1;
 
 /// Who stands near whom, and who was on the rim until when. Elements are named by birth.
 pub(super) struct History {
@@ -93,11 +97,12 @@ impl History {
                 share: 0.0,
             };
         }
-        let step = presence.window.max(1.0);
+        let pace = Pace(presence.window.max(1.0));
         let count = (presence.time + 0.5 * presence.window).clamp(0.0, all as f64);
         // Counted from the grown lichen back, so that it is one of them.
-        let back = (all as f64 - count) / step;
-        let key = |steps: f64| (all as f64 - steps * step).max(0.0) as usize;
+        let last = pace.steps(all as f64);
+        let back = last - pace.steps(count);
+        let key = |steps: f64| (pace.count(last - steps).round() as usize).min(all);
         Keys {
             counts: [key(back.ceil()), key(back.floor())],
             share: (back.ceil() - back) as f32,
@@ -151,10 +156,99 @@ impl History {
     }
 }
 
+/// The numbers of elements whose distances from the rim are interpolated, a step apart: this window, or what
+/// takes the rim two radii on where that is less. Further apart, half of what is born between two of them would be
+/// ahead of the rim that is seen, and that would seem to have none.
+struct Pace(f64);
+
+impl Pace {
+    /// So many elements as at which both are the same.
+    fn turn(&self) -> f64 {
+        (self.0 / STEADY).powi(2)
+    }
+
+    /// Steps from no element to this number of them.
+    fn steps(&self, count: f64) -> f64 {
+        let turn = self.turn();
+        2.0 * count.min(turn).sqrt() / STEADY + (count - turn).max(0.0) / self.0
+    }
+
+    /// The number of elements after so many steps; none before.
+    fn count(&self, steps: f64) -> f64 {
+        let turn = self.turn();
+        let early = 2.0 * turn.sqrt() / STEADY;
+        (0.5 * STEADY * steps.clamp(0.0, early)).powi(2) + (steps - early).max(0.0) * self.0
+    }
+}
+
 impl Keys {
     /// The distance from the rim of an element; one that is not among them yet is on the rim.
     pub(super) fn distance(&self, i: usize, of: [&RimDistances; 2]) -> f32 {
         let [a, b] = of.map(|distances| distances.get(i).copied().unwrap_or(0.0));
         a + self.share * (b - a)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::super::lichen::Granule;
+    use super::*;
+    use crate::cluster::Ease;
+
+    /// Packed hexagonally about the origin, from the middle outwards.
+    fn round_lichen() -> Lichen {
+        let place = |row: i32, column: i32| {
+            let (row, column) = (f64::from(row), f64::from(2 * column + (row & 1)));
+            DVec3::new(column, row * 3f64.sqrt(), 0.0)
+        };
+        let rows = (-60..=60).flat_map(|row| (-60..=60).map(move |column| place(row, column)));
+        let mut places: Vec<DVec3> = rows.filter(|p| p.length() < 100.0).collect();
+        places.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        let granule = |(birth, position)| Granule {
+            position,
+            normal: Vec3::Z,
+            home: 0,
+            birth: birth as u32,
+            colony: 0,
+            density: 0.0,
+            rim: 0.0,
+            influence: 1.0,
+        };
+        Lichen {
+            radius: 1.0,
+            granules: (0..).zip(places).map(granule).collect(),
+        }
+    }
+
+    #[test]
+    fn whatever_the_window_distances_are_from_the_rim_that_is_there() {
+        let lichen = round_lichen();
+        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0));
+        let (mut off, mut between) = (0.0f32, 0);
+        for window in [0.0, 20.0, 90.0, 400.0, 3000.0] {
+            for time in (0..all).step_by(211) {
+                let presence = Presence {
+                    time: time as f64,
+                    window,
+                    ease: Ease::Linear,
+                };
+                let keys = history.keys(&presence);
+                let [a, b] = keys.counts.map(|count| history.rim_distances(count));
+                let half = (time as f64 + 0.5 * window) as usize;
+                let exact = history.rim_distances(half.min(all));
+                between += usize::from(a.len() != b.len());
+                for (i, exact) in exact.iter().enumerate() {
+                    off = off.max((keys.distance(i, [&a, &b]) - exact).abs());
+                }
+            }
+        }
+        assert!(off < 2.5 && between > 50, "{off}, {between}");
+        for window in [1.0, 30.0, 1e4] {
+            let pace = Pace(window);
+            let there_and_back = |n: f64| (pace.count(pace.steps(n)) - n).abs();
+            assert!((0..5000).all(|n| there_and_back(f64::from(n)) < 1e-6));
+        }
     }
 }
