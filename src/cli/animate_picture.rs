@@ -2,6 +2,7 @@
 
 use std::cell::LazyCell;
 use std::io::{self, Write};
+use std::iter;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +11,8 @@ use anyhow::Context;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifPicture, GifWriter, Ground, Image, Painted, Scene, Settings, Stone, Structure,
-    TimeLapse, World,
+    Camera, Disc, GifPacker, GifPalette, GifWriter, Ground, Image, Painted, Scene, Settings, Stone,
+    Structure, TimeLapse, World,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
@@ -35,6 +36,16 @@ pub(super) fn pictures(
     moments: Vec<Presence>,
     stop: &Stop,
 ) -> Result<(), Failure> {
+    let moments = match target {
+        // Its palette is chosen by the first picture and the last.
+        Target::Movie { kind: Movie::Gif } => moments
+            .last()
+            .into_iter()
+            .chain(&moments)
+            .copied()
+            .collect(),
+        _ => moments,
+    };
     let shots = Shots::new(args, lichen)?;
     let mut lapse = shots.time_lapse();
     match args.picture.draw {
@@ -65,7 +76,7 @@ pub(super) fn pictures(
                     false => Ok(shots.of_skin(&mut lapse, mesh, skins.cortex())),
                 })
             };
-            let made = write(args, target, std::iter::from_fn(next), stop);
+            let made = write(args, target, iter::from_fn(next), stop);
             match too_coarse.into_inner() {
                 true => Err(Failure::Usage(SkinError::TooCoarse.into())),
                 false => made,
@@ -82,8 +93,9 @@ fn write(
     stop: &Stop,
 ) -> Result<(), Failure> {
     let bar = bar(args);
-    let images = images.map(|image| {
-        bar.inc(1);
+    let ahead = u64::from(matches!(target, Target::Movie { kind: Movie::Gif }));
+    let images = (1..).zip(images).map(|(made, image): (u64, _)| {
+        bar.set_position(made - ahead);
         stop.check().and(image)
     });
     match target {
@@ -183,15 +195,24 @@ impl<'a> Shots<'a> {
     }
 }
 
+/// Of the last picture, and then all of them.
 fn gif(
     args: &AnimateArgs,
-    images: impl Iterator<Item = io::Result<Image>> + Send,
+    mut images: impl Iterator<Item = io::Result<Image>> + Send,
 ) -> Result<(), Failure> {
     write_file_atomically(&args.output, args.force, |out| {
-        let [width, height] = sides(args);
-        let mut gif = GifWriter::new(out, width, height, args.time.fps)?;
-        for picture in packed(images, GifPicture::new) {
-            gif.add_packed(picture?)?;
+        let mut next = || {
+            images
+                .next()
+                .unwrap_or_else(|| Err(io::ErrorKind::UnexpectedEof.into()))
+        };
+        let (last, first) = (next()?, next()?);
+        let palette = GifPalette::new(&first, &last);
+        let mut gif = GifWriter::new(out, sides(args), args.time.fps, &palette)?;
+        let mut packer = GifPacker::new(&palette);
+        let images = iter::once(Ok(first)).chain(images);
+        for picture in packed(images, |image| packer.pack(image)) {
+            gif.add(picture?)?;
         }
         Ok(())
     })?;

@@ -75,7 +75,7 @@ pub(super) fn by_age(substrate: &Substrate, cluster: &Cluster) -> Vec<Disc> {
 /// came before an error is still packed.
 pub(super) fn packed<I: Send + Sync, T: Send, E: Send>(
     mut pictures: impl Iterator<Item = Result<I, E>> + Send,
-    pack: impl Fn(&I) -> T + Sync,
+    mut pack: impl FnMut(&I) -> T + Send,
 ) -> impl Iterator<Item = Result<T, E>> {
     let mut made = pictures.next();
     std::iter::from_fn(move || {

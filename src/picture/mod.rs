@@ -32,7 +32,7 @@ use std::fmt;
 
 pub use camera::Camera;
 pub use color::{age_color, hue_color};
-pub use gif::{FASTEST_GIF, GifPicture, GifWriter};
+pub use gif::{FASTEST_GIF, GifPacker, GifPalette, GifPicture, GifWriter};
 pub use image::Image;
 pub use legend::{Key, draw_legend, number, round_below};
 pub use material::Ground;
