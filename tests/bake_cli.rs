@@ -68,6 +68,35 @@ const MAPS: [&str; 8] = [
     "orm",
 ];
 
+/// Programs in which z is up turn a mesh when they write a format in which y is.
+#[test]
+fn a_mesh_that_a_program_has_turned_is_baked() {
+    let desk = desk();
+    let turned = |line: &str| match line
+        .strip_prefix("v ")
+        .map(|v| v.split(' ').collect::<Vec<_>>())
+    {
+        Some(v) => format!("v {} {} {}\n", v[0], v[2], v[1].replace('1', "-1")),
+        None => format!("{line}\n"),
+    };
+    let other: String = cube().lines().map(turned).collect();
+    fs::write(desk.path("turned.obj"), other).unwrap();
+    made(&desk, "out -o as-grown --size 128");
+    made(&desk, "out -o turned --size 128 --mesh turned.obj");
+    for map in ["mask", "height", "birth"] {
+        let [a, b] = ["as-grown", "turned"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
+        assert_eq!(a, b, "{map}");
+    }
+    let wider = cube().replace("v 1", "v 1.5");
+    fs::write(desk.path("wider.obj"), wider).unwrap();
+    refused(
+        &desk,
+        "out -o wider --mesh wider.obj",
+        1,
+        &["wider.obj", "not on this mesh"],
+    );
+}
+
 #[test]
 fn every_map_and_the_mesh_are_written_and_said() {
     let desk = desk();

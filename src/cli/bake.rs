@@ -99,10 +99,10 @@ impl Lichen {
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
         let (loaded, texturing) = load_textured(&mesh).map_err(anyhow::Error::new)?;
+        memory::check_mesh(&mesh, &loaded)?;
         let failed = |e| anyhow::Error::msg(check::load_error(&mesh, &e));
         let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
-        let substrate = substrate.with_up(grown.up(&args.mesh));
-        let cluster = grown.cluster(&substrate, &mesh)?;
+        let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
         Ok(Self {
             mesh,
             substrate,

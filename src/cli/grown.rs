@@ -7,7 +7,7 @@ use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings, shell_path};
-use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis};
+use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis, load_soup};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
@@ -16,7 +16,7 @@ use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
 use super::terminal::{self, Voice};
-use super::{check, output};
+use super::{check, memory, output};
 
 /// Elements, and the recipe that lies beside them.
 pub(crate) struct Grown {
@@ -67,7 +67,8 @@ fn check_is_finished(folder: &Path) -> Result<(), Failure> {
     match folder.join(LOG).is_file() {
         false => Ok(()),
         true => Err(Failure::Failed(anyhow::anyhow!(
-            "{}: the run was cut short before it wrote its elements: thallus grow --resume {} goes on with it",
+            "{}: the run has not written its elements: unless it is still growing it was cut short, and thallus grow \
+             --resume {} goes on with it",
             folder.display(),
             shell_path(folder)
         ))),
@@ -161,6 +162,24 @@ impl Grown {
         Ok(cluster.with_context(|| file.display().to_string())?)
     }
 
+    /// A mesh that came from this file, with its up axis, and the elements on it: a program that it went through
+    /// since may have turned it.
+    pub(crate) fn on_turned(
+        &self,
+        substrate: Substrate,
+        mesh: &MeshArgs,
+        file: &Path,
+    ) -> Result<(Substrate, Cluster), Failure> {
+        let as_it_was = self.elements.to_cluster(&substrate);
+        let up = match as_it_was {
+            Ok(_) => self.up(mesh),
+            Err(_) => mesh.up,
+        };
+        let cluster = as_it_was.or_else(|_| self.elements.to_cluster_on_turned(&substrate));
+        let cluster = cluster.with_context(|| file.display().to_string())?;
+        Ok((substrate.with_up(up), cluster))
+    }
+
     /// The mesh that was given, or the one that the recipe names.
     pub(crate) fn file_of(&self, mesh: &MeshArgs) -> Result<PathBuf, NoMesh> {
         match &mesh.file {
@@ -232,5 +251,7 @@ impl Grown {
 /// The mesh that a lichen grew on.
 pub(crate) fn load(mesh: &Path) -> Result<Substrate, Failure> {
     let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
-    Ok(Substrate::load(mesh).map_err(failed)?)
+    let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
+    memory::check_mesh(mesh, &loaded)?;
+    Ok(Substrate::from_loaded(loaded).map_err(failed)?)
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Elements;
 use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// Elements that do not lie on a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -75,6 +75,34 @@ impl Elements {
         Ok(cluster)
     }
 
+    /// The cluster on a mesh that a program has turned since: from z up to y up or back, as many exporters do.
+    ///
+    /// # Errors
+    /// Those of [`places_on`](Self::places_on) for the elements as they are, where neither turn helps.
+    ///
+    /// # Panics
+    /// When columns differ in length: see [`Elements::check`].
+    pub fn to_cluster_on_turned(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
+        self.to_cluster(substrate).or_else(|problem| {
+            let on = |up| self.turned(up).to_cluster(substrate).ok();
+            on(UpAxis::Y).or_else(|| on(UpAxis::Z)).ok_or(problem)
+        })
+    }
+
+    /// Elements whose up axis becomes this one, from the other.
+    fn turned(&self, up: UpAxis) -> Self {
+        let turn = |[x, y, z]: [f64; 3]| match up {
+            UpAxis::Y => [x, z, -y],
+            UpAxis::Z => [x, -z, y],
+        };
+        let normal = |normal: &[f32; 3]| turn(normal.map(f64::from)).map(|x| x as f32);
+        Self {
+            positions: self.positions.iter().map(|p| turn(*p)).collect(),
+            normals: self.normals.iter().map(normal).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Refuses a radius with which nothing grows on this mesh, as of a table in other units.
     fn check_radius(&self, substrate: &Substrate) -> Result<(), NotOnMesh> {
         let (radius, diagonal) = (self.radius, substrate.units().diagonal());
@@ -137,6 +165,40 @@ mod tests {
         }
         let elements = Elements::of(&substrate, &cluster);
         assert_eq!(elements.places_on(&substrate).map(|p| p.len()), Ok(10_000));
+    }
+
+    #[test]
+    fn a_mesh_that_was_turned_has_the_elements_that_grew_on_it() {
+        let corners = [[0.1, 0.0, 0.3], [1.0, 0.3, 0.7], [0.2, 0.9, -0.4]];
+        let mesh = |turn: fn([f64; 3]) -> [f64; 3]| {
+            let soup = Soup {
+                positions: corners.map(turn).to_vec(),
+                triangles: vec![[0, 1, 2]],
+                ..Soup::default()
+            };
+            Substrate::from_soup(soup).expect("a mesh")
+        };
+        let grown_on = mesh(|p| p);
+        let mut cluster = Cluster::new(grown_on.units().length_to_local(0.01));
+        let at = SurfacePoint {
+            triangle: 0,
+            u: 0.6,
+            v: 0.1,
+        };
+        cluster.push(Element::seed(&grown_on, at));
+        let elements = Elements::of(&grown_on, &cluster);
+        let to_y_up = mesh(|[x, y, z]| [x, z, -y]);
+        let to_z_up = mesh(|[x, y, z]| [x, -z, y]);
+        for turned in [&grown_on, &to_y_up, &to_z_up] {
+            let found = elements.to_cluster_on_turned(turned).expect("fits");
+            let off = turned.position(&at).distance(found.elements()[0].position);
+            assert!(off < 1e-6, "{off}");
+        }
+        assert!(elements.to_cluster(&to_y_up).is_err() && elements.to_cluster(&to_z_up).is_err());
+        let mirrored = mesh(|[x, y, z]| [-x, y, z]);
+        let as_it_is = elements.to_cluster(&mirrored).expect_err("another mesh");
+        let refused = elements.to_cluster_on_turned(&mirrored);
+        assert_eq!(refused.expect_err("another mesh"), as_it_is);
     }
 
     #[test]
