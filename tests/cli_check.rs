@@ -182,6 +182,24 @@ fn check_warns_in_words() {
     let spike = |high| move |i, j| if (i, j) == (20, 20) { high } else { 0.0 };
     desk.put("stray.obj", sheet(40, spike(5000.0)));
     desk.put("spiky.obj", sheet(40, spike(50.0)));
+    // Fans and tubes of which few corners come first in their triangles.
+    let rim = |i: i32| {
+        let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 300.0).sin_cos();
+        format!("v {cos} {sin} 0\nv {cos} {sin} 60\n")
+    };
+    let rims: String = (0..300).map(rim).collect();
+    let fan: String = (1..299)
+        .map(|i| format!("f 1 {} {}\n", 2 * i + 1, 2 * i + 3))
+        .collect();
+    let side = |i: i32| {
+        let (a, b) = (2 * i + 1, (2 * i + 2) % 600 + 1);
+        format!("f {a} {b} {}\nf {a} {} {}\n", b + 1, b + 1, a + 1)
+    };
+    desk.put("fan.obj", format!("{rims}{fan}"));
+    desk.put(
+        "tube.obj",
+        format!("{rims}{}", (0..300).map(side).collect::<String>()),
+    );
     desk.put("large.obj", PLANE.replace("10", "1000000"));
     desk.put("small.obj", PLANE.replace("10", "0.0000001"));
     for (mesh, said) in [
@@ -202,6 +220,9 @@ fn check_warns_in_words() {
         let words = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains(said), "{mesh}: {words}");
     }
-    let spiky = desk.done("check spiky.obj").out;
-    assert!(!spiky.contains("far off"), "{spiky}");
+    for mesh in ["spiky.obj", "fan.obj", "tube.obj"] {
+        let said = desk.done(&format!("check {mesh}")).out;
+        assert!(!said.contains("far off"), "{said}");
+        assert!(said.contains("y, as is usual in such files"), "{said}");
+    }
 }

@@ -40,6 +40,67 @@ fn recipe(folder: &Path) -> toml::Table {
     text.parse().unwrap()
 }
 
+/// `--force` is for what an earlier run wrote, killed ones included.
+#[test]
+fn a_run_replaces_runs_and_nothing_else() {
+    let desk = tempfile::tempdir().unwrap();
+    let put = |folder: &str, name: &str, bytes: &[u8]| {
+        fs::create_dir_all(desk.path().join(folder)).unwrap();
+        fs::write(desk.path().join(folder).join(name), bytes).unwrap();
+    };
+    let mesh = fs::read(rock()).unwrap();
+    put("mine", "preview.png", b"mine");
+    put("mesh", "elements.ply", &mesh);
+    put("log", "run.log", b"lumber\n");
+    let rock = rock();
+    for (mesh, folder, file, is) in [
+        (rock.as_str(), "mine", "preview.png", "is no run's"),
+        (rock.as_str(), "log", "run.log", "is no run's"),
+        (
+            "mesh/elements.ply",
+            "mesh",
+            "elements.ply",
+            "is the mesh itself",
+        ),
+    ] {
+        let before = fs::read(desk.path().join(folder).join(file)).unwrap();
+        let ran = thallus(
+            desk.path(),
+            &["grow", mesh, "-o", folder, "--force", "--elements", "5"],
+        );
+        assert_eq!(ran.status.code(), Some(1), "{folder}");
+        let said = said(&ran);
+        assert!(said.contains(file) && said.contains(is), "{said}");
+        assert_eq!(
+            fs::read(desk.path().join(folder).join(file)).unwrap(),
+            before
+        );
+        assert_eq!(fs::read_dir(desk.path().join(folder)).unwrap().count(), 1);
+    }
+    let run = grown(desk.path(), "run", "--elements 5");
+    fs::write(run.join("mine.txt"), "mine").unwrap();
+    for lost in ["report.json", "recipe.toml", "run.log"] {
+        fs::remove_file(run.join(lost)).unwrap();
+        grown(desk.path(), "run", "--elements 6 --force");
+    }
+    assert_eq!(fs::read_to_string(run.join("mine.txt")).unwrap(), "mine");
+    // A run in a folder with the mesh, and again.
+    put("both", "rock.obj", &mesh);
+    for elements in ["5", "6"] {
+        let words = [
+            "grow",
+            "both/rock.obj",
+            "-o",
+            "both",
+            "--force",
+            "--elements",
+            elements,
+        ];
+        assert!(thallus(desk.path(), &words).status.success());
+    }
+    assert_eq!(fs::read(desk.path().join("both/rock.obj")).unwrap(), mesh);
+}
+
 #[test]
 fn every_flag_changes_its_line_of_the_recipe_and_no_other() {
     let desk = tempfile::tempdir().unwrap();

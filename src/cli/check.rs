@@ -4,15 +4,24 @@ use std::path::Path;
 
 use anyhow::Context;
 use serde::Serialize;
-use thallus::substrate::{PieceReport, Substrate, SubstrateError, SubstrateReport};
+use thallus::substrate::{
+    PieceReport, Substrate, SubstrateError, SubstrateReport, UpAxis, load_soup,
+};
 
 use super::args::CheckArgs;
 use super::failure::Failure;
 use super::number::{count, percent, place, plural, short};
-use super::{terminal, warnings};
+use super::skin::start_threads;
+use super::{memory, terminal, warnings};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
-    match Substrate::load(&args.mesh) {
+    start_threads(None)?;
+    let loaded = match load_soup(&args.mesh) {
+        Ok(loaded) => loaded,
+        Err(error) => return no_surface(args, &error.into()),
+    };
+    memory::check_mesh(&args.mesh, &loaded)?;
+    match Substrate::from_loaded(loaded) {
         Ok(substrate) => surface(args, &substrate),
         Err(error) => no_surface(args, &error),
     }
@@ -90,6 +99,7 @@ fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
             "bounding box",
             format!("{} to {}, {size}", place(low), place(high)),
         ),
+        ("up", up(substrate)),
         ("area", short(report.area)),
         (
             "edge length",
@@ -107,6 +117,15 @@ fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
             .map(|repair| ("repaired", repair.clone())),
     );
     rows
+}
+
+/// The axis that pictures and files take for up.
+fn up(substrate: &Substrate) -> String {
+    let (axis, other) = match substrate.up_axis() {
+        UpAxis::Y => ("y", "z"),
+        UpAxis::Z => ("z", "y"),
+    };
+    format!("{axis}, as is usual in such files; if it is {other}, grow with --mesh-up {other}")
 }
 
 fn kept(report: &SubstrateReport) -> String {

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
@@ -15,8 +14,9 @@ use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::After;
 use super::number::{duration, elements, percent, short};
-use super::output::{FILES, Finished, check_names_folder};
+use super::output::{FILES, Finished, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
+use super::skin::start_threads;
 use super::terminal::{self, Voice};
 use super::{check, ended, interrupt, memory, resume, warnings};
 
@@ -33,6 +33,9 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let execution = execution(&args)?;
     args.output.as_deref().map_or(Ok(()), check_names_folder)?;
     let output = output(&args, &mesh, voice)?;
+    if args.force {
+        check_replaces_a_run(output.path(), &mesh)?;
+    }
     interrupt::listen(execution.cancel.clone());
 
     let (substrate, seconds) = load(&mesh, settings.mesh_up)?;
@@ -268,12 +271,7 @@ fn default_folder(mesh: &Path, number: u32) -> PathBuf {
 }
 
 fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
-    /// To the pool this is as many as there are cores.
-    const ALL: u16 = 0;
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(ALL).into())
-        .build_global()
-        .context("starting threads")?;
+    start_threads(args.threads)?;
     Ok(Execution {
         threads: rayon::current_num_threads(),
         ..Execution::default()
@@ -285,6 +283,7 @@ pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timing
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
+    memory::check_mesh(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
     let precompute = started.elapsed().as_secs_f64() - load;

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 use std::fs;
+use std::path::Path;
 
 use thallus::cluster::Cluster;
 use thallus::run::{Recipe, StopRule};
 use thallus::skin::{Shape, expected_near, expected_triangles};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Loaded, Substrate};
 
 use super::failure::Failure;
 use super::number::{count, duration, short};
@@ -105,6 +106,18 @@ pub(super) fn check(
         ));
     }
     Ok(())
+}
+
+/// Bytes of memory that a triangle takes while a mesh that has been read is made ready to walk on: 340 less what the
+/// file held, see docs/performance.md.
+const TRIANGLE_BYTES: f64 = 280.0;
+
+/// Refuses a mesh that has been read, but is too large for the rest.
+pub(super) fn check_mesh(mesh: &Path, loaded: &Loaded) -> Result<(), Failure> {
+    let triangles = loaded.soup.triangles.len();
+    let what = format!("{}: {} triangles", mesh.display(), count(triangles as u64));
+    let cure = "thin the mesh out (in Blender: Decimate), or make room";
+    check_free(TRIANGLE_BYTES * triangles as f64, &what, cure)
 }
 
 /// Refuses what needs more memory than is free, and says what to do.

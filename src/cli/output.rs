@@ -1,14 +1,14 @@
 //! The files of a run.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, OutputDir, OutputError, format_of, parse_elements};
-use thallus::log::{LOG, LogWriter};
+use thallus::log::{LOG, LogWriter, count_elements};
 use thallus::picture::age_color;
-use thallus::run::{Execution, Growth, Recipe, RunReport, Timings};
+use thallus::run::{Execution, Growth, Recipe, RunReport, Settings, Timings};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -84,6 +84,28 @@ impl Finished<'_> {
         } = self;
         RunReport::new(substrate, recipe, growth, *seconds, execution)
     }
+}
+
+/// Refuses to replace files in a folder that no run wrote, or that are what the mesh is read from.
+pub(crate) fn check_replaces_a_run(folder: &Path, mesh: &Path) -> Result<(), Failure> {
+    let there = FILES.iter().map(|name| folder.join(name));
+    let there: Vec<PathBuf> = there.filter(|file| file.exists()).collect();
+    let place = mesh.canonicalize().ok();
+    let is_mesh = |file: &&PathBuf| place.is_some() && file.canonicalize().ok() == place;
+    let is_run =
+        Settings::read(&folder.join(RECIPE)).is_ok() || count_elements(&folder.join(LOG)).is_ok();
+    let (file, is) = match (there.iter().find(is_mesh), there.first()) {
+        (Some(mesh), _) => (mesh, "is the mesh itself"),
+        (None, Some(file)) if !is_run => (
+            file,
+            "is no run's: there is no recipe.toml or run.log of one beside it",
+        ),
+        _ => return Ok(()),
+    };
+    Err(Failure::Failed(anyhow::anyhow!(
+        "{} {is}, and --force would replace it: move it, or choose another folder",
+        file.display()
+    )))
 }
 
 fn write_ply(elements: &Elements, out: &mut dyn Write) -> std::io::Result<()> {

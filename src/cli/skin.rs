@@ -93,7 +93,9 @@ pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build_global()
-        .context("starting threads")?;
+        .context(
+            "threads could not be started: allow this user more processes (ulimit -u), or end some",
+        )?;
     Ok(())
 }
 

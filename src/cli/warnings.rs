@@ -83,7 +83,7 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
     })
 }
 
-/// Share of the triangles that may lie far from the rest, at either end of each axis.
+/// Share of the triangles' corners that may lie far from the rest, at either end of each axis.
 const STRAY: f64 = 0.005;
 
 /// A mesh this many times as large as all but those of its triangles has vertices that flew away.
@@ -93,9 +93,8 @@ const FAR: f64 = 10.0;
 fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let units = substrate.units();
     let triangles = 0..substrate.triangles().len() as u32;
-    let corners: Vec<_> = triangles
-        .map(|t| units.to_file(substrate.corners(t)[0]))
-        .collect();
+    let corners = triangles.flat_map(|t| substrate.corners(t));
+    let corners: Vec<_> = corners.map(|corner| units.to_file(corner)).collect();
     let apart = (STRAY * corners.len() as f64) as usize;
     let extent = [0, 1, 2].map(|axis| {
         let mut along: Vec<f64> = corners.iter().map(|c| c[axis]).collect();
@@ -107,7 +106,8 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let most = extent.iter().map(|e| e * e).sum::<f64>().sqrt();
     let diagonal = units.diagonal();
     let proposed = most * substrate.auto_radius() / diagonal;
-    (apart > 0 && diagonal > FAR * most && radius > FAR * proposed).then(|| {
+    let is_apart = proposed > 0.0 && diagonal > FAR * most;
+    (is_apart && radius > FAR * proposed).then(|| {
         format!(
             "nearly all of it lies within {} of the {} units that it is across: a few vertices lie far off; remove \
              them, or give --radius {}",

@@ -197,6 +197,17 @@ fn ascii_errors_name_the_line() {
             "line 4",
             "within a facet",
         ),
+        // Cut between two facets.
+        (
+            loop_of(&"vertex 0 0 0\n".repeat(3)),
+            "(facet 1)",
+            "without endsolid",
+        ),
+        (
+            TWO_SOLIDS.replace("endsolid b\n", ""),
+            "(facet 2)",
+            "without endsolid",
+        ),
     ];
     for (text, place, problem) in cases {
         assert_says(&refused(text, Format::Stl), &[place, problem]);

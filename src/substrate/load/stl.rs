@@ -16,7 +16,7 @@ use super::detect::contains;
 use super::error::{LoadFault, Parsed};
 use super::text::{finite, number, quoted};
 use super::words::Words;
-use super::{exclusive_index, no_triangles};
+use super::{counted, exclusive_index, no_triangles};
 
 const HEADER: usize = 80;
 const FACETS_AT: usize = HEADER + 4;
@@ -316,6 +316,14 @@ impl<R: BufRead> AsciiFacets<R> {
         if self.positions.is_empty() {
             return Err(no_triangles(0, &[]));
         }
+        if self.ended < self.begun {
+            return Err(LoadFault::malformed(
+                Stl,
+                self.place().to_string(),
+                "the file ends without endsolid",
+                "it was cut short: export or copy it again, or write endsolid at its end if nothing is missing",
+            ));
+        }
         let mut notes = Vec::new();
         // On one line the name after `endsolid` hides the next `solid`.
         let solids = self.begun.max(self.ended);
@@ -323,7 +331,9 @@ impl<R: BufRead> AsciiFacets<R> {
             notes.push(format!("{solids} solids read as one mesh"));
         }
         if self.skipped > 0 {
-            notes.push(format!("{} lines that are not STL ignored", self.skipped));
+            let lines = "lines that are not STL";
+            let lines = counted(self.skipped, "line that is not STL", lines);
+            notes.push(format!("{lines} ignored"));
         }
         self.positions.shrink_to_fit();
         Ok(unshared(self.positions, notes))
