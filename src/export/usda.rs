@@ -158,6 +158,34 @@ impl<'a> Stage<'a> {
         Ok(stage)
     }
 
+    /// Opens a mesh with a material that reads its colours: many programs show `displayColor` only where one does
+    /// (Pixar, *UsdPreviewSurface Specification*).
+    pub(super) fn open_skin(&mut self, name: &str) -> io::Result<()> {
+        self.material()?;
+        self.line(&format!("def Mesh \"{name}\" ("))?;
+        self.line("    prepend apiSchemas = [\"MaterialBindingAPI\"]")?;
+        self.line(")")?;
+        self.begin_block()?;
+        self.line("rel material:binding = </lichen/lichen>")
+    }
+
+    fn material(&mut self) -> io::Result<()> {
+        self.open("Material", "lichen")?;
+        self.line("token outputs:surface.connect = </lichen/lichen/surface.outputs:surface>")?;
+        self.open("Shader", "surface")?;
+        self.line("uniform token info:id = \"UsdPreviewSurface\"")?;
+        self.line("color3f inputs:diffuseColor.connect = </lichen/lichen/color.outputs:result>")?;
+        self.line("float inputs:roughness = 0.9")?;
+        self.line("token outputs:surface")?;
+        self.close()?;
+        self.open("Shader", "color")?;
+        self.line("uniform token info:id = \"UsdPrimvarReader_float3\"")?;
+        self.line("string inputs:varname = \"displayColor\"")?;
+        self.line("float3 outputs:result")?;
+        self.close()?;
+        self.close()
+    }
+
     fn indent(&mut self) -> io::Result<()> {
         write!(self.out, "{:1$}", "", 4 * self.depth)
     }
@@ -169,6 +197,10 @@ impl<'a> Stage<'a> {
 
     pub(super) fn open(&mut self, schema: &str, name: &str) -> io::Result<()> {
         self.line(&format!("def {schema} \"{name}\""))?;
+        self.begin_block()
+    }
+
+    fn begin_block(&mut self) -> io::Result<()> {
         self.line("{")?;
         self.depth += 1;
         Ok(())

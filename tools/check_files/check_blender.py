@@ -135,6 +135,9 @@ def check_skins(stem, lichen):
         if lichen.count > 1:
             assert (found.min(0) < low).all() and (found.max(0) > high).all(), extension
         assert len(thing.data.color_attributes) == 1, f"skin: {extension}"
+        if extension in ("usda", "usd"):
+            nodes = thing.data.materials[0].node_tree.nodes
+            assert [n.attribute_name for n in nodes if n.type == "ATTRIBUTE"] == ["displayColor"], extension
         if extension == "obj":
             continue
         name = (lambda n: f"_{n.upper()}") if extension == "glb" else (lambda n: n)

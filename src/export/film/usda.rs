@@ -198,7 +198,10 @@ impl Usda {
         };
         let origin = self.origin.unwrap_or_default();
         let mut stage = Stage::begin_film(prim.up, meters, origin, Some(frames), out)?;
-        stage.open(prim.schema, prim.name)?;
+        match prim.schema {
+            "Mesh" => stage.open_skin(prim.name)?,
+            schema => stage.open(schema, prim.name)?,
+        }
         if !prim.fixed.is_empty() {
             stage.line(prim.fixed)?;
         }

@@ -1,5 +1,6 @@
 //! A mesh as USD in its text form: `Mesh` (Pixar, *UsdGeom schemas*), a polygon mesh that is not
-//! subdivided, with attributes as primvars of the vertices and linear colours as `displayColor`.
+//! subdivided, with attributes as primvars of the vertices and linear colours as `displayColor`, which its material
+//! reads.
 
 use std::io::{self, Write};
 
@@ -11,7 +12,7 @@ pub(super) fn write(mesh: &TriMesh, meters_per_unit: f64, out: &mut dyn Write) -
     let origin = mesh.origin();
     let local = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
     let mut stage = Stage::begin(mesh.up, meters_per_unit, origin, out)?;
-    stage.open("Mesh", "skin")?;
+    stage.open_skin("skin")?;
     stage.line("uniform token subdivisionScheme = \"none\"")?;
     let counts = mesh.triangles.iter().map(|_| 3);
     stage.list("int[] faceVertexCounts", "", counts)?;
