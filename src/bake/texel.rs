@@ -128,7 +128,7 @@ impl Sampler<'_> {
             };
             let at = sample.attributes;
             let age = at.birth / self.last.max(1.0);
-            let plain = || self.paint.color(at.density, age, at.rim);
+            let plain = || self.paint.color(at.density, age, at.outline);
             let color = at.color.unwrap_or_else(plain).map(to_linear);
             sums.add(Part {
                 inside: sample.level > 0.0,

@@ -19,12 +19,24 @@ use super::Neighbours;
 /// Directions are those of the tangent plane, distances those of the ways to the neighbours. Where
 /// the surface curves strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
+    is_rim_where(neighbours, |_| true)
+}
+
+/// The same for some of them, and false for the others.
+///
+/// Where a disc can touch, so can every smaller one: a rim by wide discs is part of that by narrower ones.
+pub(crate) fn is_rim_where(
+    neighbours: &Neighbours,
+    is_asked: impl Fn(usize) -> bool + Sync,
+) -> Vec<bool> {
     /// Inside the lichen the nearest neighbours take all directions, and others need not be asked.
     const SHARES: [f64; 3] = [0.3, 0.5, 1.0];
     neighbours.map(|i| {
-        let ways = ways(neighbours, i);
-        let covered = |share| cover(&mut blocked(&ways, share));
-        !SHARES.into_iter().any(covered)
+        let ways = is_asked(i).then(|| ways(neighbours, i));
+        ways.is_some_and(|ways| {
+            let covered = |share| cover(&mut blocked(&ways, share));
+            !SHARES.into_iter().any(covered)
+        })
     })
 }
 
@@ -223,6 +235,17 @@ mod tests {
             }
         }
         assert!(both[0] > 20 && both[1] > 20, "{both:?}");
+    }
+
+    #[test]
+    fn the_rim_by_wide_discs_is_part_of_that_by_narrower_ones() {
+        for (lichen, within) in [(flat(400, 9), 0.2), (blob(400, 4), 0.4)] {
+            let rim = |within: f64| rim_of(&lichen, within);
+            let (narrow, (wide, neighbours)) = (rim(within).0, rim(2.5 * within));
+            assert_eq!(is_rim_where(&neighbours, |i| narrow[i]), wide);
+            let count = |rim: &[bool]| rim.iter().filter(|rim| **rim).count();
+            assert!(count(&wide) > 5 && count(&narrow) > count(&wide));
+        }
     }
 
     /// Points on the edges of the discs, counted where no other disc holds them.

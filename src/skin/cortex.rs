@@ -285,11 +285,11 @@ impl Dress<'_> {
         let Attributes {
             birth,
             density,
-            rim,
+            outline,
             ..
         } = bare.attributes;
         let detail = self.cortex.on(place, bare.up, self.blur, bare.height);
-        let light = self.paint.light(density, birth / self.last, rim);
+        let light = self.paint.light(density, birth / self.last, outline);
         let slope = Vec3::from(detail.slope) * bare.normal.dot(bare.up).max(0.0);
         Sample {
             height: (bare.height + detail.lift).max(0.0),

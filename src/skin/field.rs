@@ -76,6 +76,7 @@ pub(crate) struct Attributes {
     pub(crate) birth: f32,
     pub(crate) density: f32,
     pub(crate) rim: f32,
+    pub(crate) outline: f32,
     /// Of the element with the greatest weight.
     pub(crate) colony: f32,
     /// Its birth index.
@@ -208,7 +209,7 @@ impl<'a> Field<'a> {
         let of = &mut sample.attributes;
         // The outline lies where the level is about 0.
         if let Some(paint) = self.paint.filter(|_| sample.level > -1.0) {
-            of.color = Some(paint.color(of.density, 0.0, of.rim));
+            of.color = Some(paint.color(of.density, 0.0, of.outline));
         }
         sample
     }
@@ -227,6 +228,7 @@ impl<'a> Field<'a> {
         sums.attributes.birth += weight * granule.birth as f32;
         sums.attributes.density += weight * granule.density;
         sums.attributes.rim += weight * granule.rim;
+        sums.attributes.outline += weight * granule.outline;
     }
 
     fn steepness_of(&self, granule: &Granule) -> f32 {
@@ -291,6 +293,7 @@ impl Sums {
             birth,
             density,
             rim,
+            outline,
             colony,
             strongest,
             ..
@@ -304,6 +307,7 @@ impl Sums {
                 birth: birth * mean,
                 density: density * mean,
                 rim: rim * mean,
+                outline: outline * mean,
                 colony,
                 strongest,
                 color: None,

@@ -17,7 +17,7 @@ use super::cortex::{Cortex, Dress};
 use super::felt::{Felt, mean_near};
 use super::field::{Field, NOTHING, RING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
-use super::history::{History, RimDistances};
+use super::history::{Distances, History};
 use super::lichen::{Granule, Lichen, far};
 use super::march::{Outline, Samples, close, is_touched};
 use super::refine::{NEVER, Tree};
@@ -60,7 +60,7 @@ pub struct SkinFrames<'a> {
     history: History,
     moments: Vec<Presence>,
     next: usize,
-    rims: BTreeMap<usize, RimDistances>,
+    rims: BTreeMap<usize, Distances>,
     felt: Felt,
     /// All that are ever whole of the tree's triangles.
     leaves: Vec<Face>,
@@ -103,7 +103,7 @@ impl<'a> SkinFrames<'a> {
             || {
                 let lichen = Lichen::unmeasured(substrate, &winding, cluster);
                 let cortex = Cortex::new(&lichen, paint, shape.thickness);
-                let history = History::new(&lichen, farthest);
+                let history = History::new(&lichen, farthest, paint.prothallus.is_some());
                 (lichen, cortex, history)
             },
             || refine(substrate, &winding, cluster, shape, since),
@@ -164,20 +164,22 @@ impl<'a> SkinFrames<'a> {
         let history = &self.history;
         if let Some(cortex) = &mut self.cortex {
             let born = presence.born(self.cluster.len()) as u32;
-            cortex.move_to(born, |birth| keys.distance(birth as usize, rims));
+            cortex.move_to(born, |birth| keys.rim(birth as usize, rims));
         }
         let change = |(granule, moved): (&mut Granule, &mut bool)| {
             let birth = granule.birth as usize;
             let influence = presence.influence(birth);
-            let was = (granule.influence, granule.density, granule.rim);
+            let state = |g: &Granule| (g.influence, g.density, g.rim, g.outline);
+            let was = state(granule);
             if influence > 0.0 {
                 if granule.influence <= 0.0 || crowded[birth].load(Relaxed) {
                     granule.density = history.density(birth, presence);
                 }
-                granule.rim = keys.distance(birth, rims);
+                granule.rim = keys.rim(birth, rims);
+                granule.outline = keys.outline(birth, rims);
             }
             granule.influence = influence;
-            *moved = was != (granule.influence, granule.density, granule.rim);
+            *moved = was != state(granule);
         };
         let granules = self.lichen.granules.par_iter_mut();
         granules.zip(&mut self.moved).for_each(change);
@@ -217,7 +219,7 @@ impl<'a> SkinFrames<'a> {
             }
         }
         let found = missing.into_par_iter();
-        let found = found.map(|count| (count, self.history.rim_distances(count)));
+        let found = found.map(|count| (count, self.history.distances(count)));
         let found: Vec<_> = found.collect();
         self.rims.extend(found);
     }

@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::lichen::{LOOK, Lichen};
+use super::lichen::{BESIDE, HOLE, LOOK, Lichen};
 use crate::cluster::Presence;
 use crate::morphometry::{Way, rim_until};
 
@@ -27,12 +27,18 @@ pub(super) struct History {
     near: Vec<u32>,
     starts: Vec<usize>,
     rim_until: Vec<u32>,
+    /// The same of the outline, where a margin is drawn by it.
+    outline_until: Option<Vec<u32>>,
     /// Distances from the rim are not told apart beyond this, in element radii.
     farthest: f32,
 }
 
-/// Distances from the rim, in element radii, of the first so many elements.
-pub(super) type RimDistances = Vec<f32>;
+/// Distances from the rim and from the outline, in element radii, of the first so many elements; the latter only
+/// where a margin is drawn by it.
+pub(super) struct Distances {
+    rim: Vec<f32>,
+    outline: Vec<f32>,
+}
 
 /// Numbers of elements whose distances from the rim are interpolated, and how far to the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +49,8 @@ pub(super) struct Keys {
 
 impl History {
     /// Of a lichen in birth order.
-    pub(super) fn new(lichen: &Lichen, farthest: f32) -> Self {
-        let neighbours = lichen.neighbours();
+    pub(super) fn new(lichen: &Lichen, farthest: f32, has_margin: bool) -> Self {
+        let neighbours = lichen.neighbours(LOOK);
         let all = lichen.granules.len();
         let near = |i: usize| {
             let mut near = Vec::new();
@@ -63,6 +69,7 @@ impl History {
             near: lists.concat(),
             starts,
             rim_until: rim_until(&neighbours),
+            outline_until: has_margin.then(|| rim_until(&lichen.neighbours(HOLE))),
             farthest,
         }
     }
@@ -109,12 +116,32 @@ impl History {
         }
     }
 
-    /// See [`rim_distance`](crate::morphometry::rim_distance), of the first elements by themselves.
-    pub(super) fn rim_distances(&self, elements: usize) -> RimDistances {
-        let limit = f64::from(self.farthest) * self.radius;
+    /// Those of the first elements by themselves.
+    pub(super) fn distances(&self, elements: usize) -> Distances {
+        let still = |until: &[u32], i: usize| elements as u32 <= until[i];
+        let is_rim = |i: usize| still(&self.rim_until, i);
+        let outline = |until: &Vec<u32>| {
+            let is_outermost = |i: usize| is_rim(i) && still(until, i);
+            let outermost = self.distances_from(is_outermost, elements, BESIDE);
+            let is_outline = |i: usize| is_rim(i) && outermost[i] < BESIDE;
+            self.distances_from(is_outline, elements, self.farthest)
+        };
+        Distances {
+            rim: self.distances_from(is_rim, elements, self.farthest),
+            outline: self.outline_until.as_ref().map_or_else(Vec::new, outline),
+        }
+    }
+
+    /// See [`rim_distance`](crate::morphometry::rim_distance); this far at most, in element radii.
+    fn distances_from(
+        &self,
+        is_rim: impl Fn(usize) -> bool,
+        elements: usize,
+        farthest: f32,
+    ) -> Vec<f32> {
+        let limit = f64::from(farthest) * self.radius;
         let mut distance = vec![f64::INFINITY; elements];
-        let rim = (0..elements).filter(|&i| elements as u32 <= self.rim_until[i]);
-        let rim: Vec<usize> = rim.collect();
+        let rim: Vec<usize> = (0..elements).filter(|&i| is_rim(i)).collect();
         rim.iter().for_each(|&i| distance[i] = 0.0);
         // None is nearer than the rim itself, in whatever order.
         let mut queue = BinaryHeap::new();
@@ -126,7 +153,7 @@ impl History {
                 self.relax(at as usize, limit, &mut distance, &mut queue);
             }
         }
-        let in_radii = |d: f64| ((d / self.radius) as f32).min(self.farthest);
+        let in_radii = |d: f64| ((d / self.radius) as f32).min(farthest);
         distance.into_iter().map(in_radii).collect()
     }
 
@@ -183,7 +210,16 @@ impl Pace {
 
 impl Keys {
     /// The distance from the rim of an element; one that is not among them yet is on the rim.
-    pub(super) fn distance(&self, i: usize, of: [&RimDistances; 2]) -> f32 {
+    pub(super) fn rim(&self, i: usize, of: [&Distances; 2]) -> f32 {
+        self.between(i, of.map(|distances| &distances.rim))
+    }
+
+    /// The same from the outline.
+    pub(super) fn outline(&self, i: usize, of: [&Distances; 2]) -> f32 {
+        self.between(i, of.map(|distances| &distances.outline))
+    }
+
+    fn between(&self, i: usize, of: [&Vec<f32>; 2]) -> f32 {
         let [a, b] = of.map(|distances| distances.get(i).copied().unwrap_or(0.0));
         a + self.share * (b - a)
     }
@@ -191,41 +227,14 @@ impl Keys {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
-    use super::super::lichen::Granule;
+    use super::super::lichen::tests::packed;
     use super::*;
     use crate::cluster::Ease;
 
-    /// Packed hexagonally about the origin, from the middle outwards.
-    fn round_lichen() -> Lichen {
-        let place = |row: i32, column: i32| {
-            let (row, column) = (f64::from(row), f64::from(2 * column + (row & 1)));
-            DVec3::new(column, row * 3f64.sqrt(), 0.0)
-        };
-        let rows = (-60..=60).flat_map(|row| (-60..=60).map(move |column| place(row, column)));
-        let mut places: Vec<DVec3> = rows.filter(|p| p.length() < 100.0).collect();
-        places.sort_by(|a, b| a.length().total_cmp(&b.length()));
-        let granule = |(birth, position)| Granule {
-            position,
-            normal: Vec3::Z,
-            home: 0,
-            birth: birth as u32,
-            colony: 0,
-            density: 0.0,
-            rim: 0.0,
-            influence: 1.0,
-        };
-        Lichen {
-            radius: 1.0,
-            granules: (0..).zip(places).map(granule).collect(),
-        }
-    }
-
     #[test]
     fn whatever_the_window_distances_are_from_the_rim_that_is_there() {
-        let lichen = round_lichen();
-        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0));
+        let lichen = packed(|p| p.length() < 100.0);
+        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0, false));
         let (mut off, mut between) = (0.0f32, 0);
         for window in [0.0, 20.0, 90.0, 400.0, 3000.0] {
             for time in (0..all).step_by(211) {
@@ -235,12 +244,12 @@ mod tests {
                     ease: Ease::Linear,
                 };
                 let keys = history.keys(&presence);
-                let [a, b] = keys.counts.map(|count| history.rim_distances(count));
+                let [a, b] = keys.counts.map(|count| history.distances(count));
                 let half = (time as f64 + 0.5 * window) as usize;
-                let exact = history.rim_distances(half.min(all));
-                between += usize::from(a.len() != b.len());
+                let exact = history.distances(half.min(all)).rim;
+                between += usize::from(a.rim.len() != b.rim.len());
                 for (i, exact) in exact.iter().enumerate() {
-                    off = off.max((keys.distance(i, [&a, &b]) - exact).abs());
+                    off = off.max((keys.rim(i, [&a, &b]) - exact).abs());
                 }
             }
         }

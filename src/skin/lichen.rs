@@ -10,11 +10,18 @@ use super::grid::Grid;
 use super::{Paint, last};
 use crate::cluster::{Cluster, Element};
 use crate::color::to_byte;
-use crate::morphometry::{Neighbours, density, is_rim, rim_distance, smooth_normals};
+use crate::morphometry::{Neighbours, density, is_rim, is_rim_where, rim_distance, smooth_normals};
 use crate::substrate::{Substrate, SurfacePoint};
 
 /// How far density and rim are looked for, in element radii: narrower gaps are inside the lichen.
 pub(super) const LOOK: f64 = 6.0;
+
+/// Narrower holes in a lichen have no margin, in element radii: the dark line of a prothallus runs ahead of a lichen,
+/// not about every pinhole.
+pub(super) const HOLE: f64 = 16.0;
+
+/// How far from there the rim still counts, in element radii: such a disc leaves out the small bays of an outline.
+pub(super) const BESIDE: f32 = 8.0;
 
 /// One element.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +37,9 @@ pub(super) struct Granule {
     pub(super) density: f32,
     /// See [`rim_distance`], in element radii; the mesh's diagonal where no rim can be reached.
     pub(super) rim: f32,
+    /// The same from the outline, where a margin is drawn by it: that is the rim [`BESIDE`] places where a disc as wide
+    /// as a [`HOLE`] can touch.
+    pub(super) outline: f32,
     /// How much of it is there, 0 to 1.
     pub(super) influence: f32,
 }
@@ -42,10 +52,15 @@ pub(super) struct Lichen {
 }
 
 impl Lichen {
-    /// Measured as it is now, all of it there.
-    pub(super) fn new(substrate: &Substrate, winding: &Winding, cluster: &Cluster) -> Self {
+    /// Measured as it is now, all of it there, as far as this paint shows it.
+    pub(super) fn new(
+        substrate: &Substrate,
+        winding: &Winding,
+        cluster: &Cluster,
+        paint: &Paint,
+    ) -> Self {
         let mut lichen = Self::unmeasured(substrate, winding, cluster);
-        lichen.measure(far(substrate));
+        lichen.measure(far(substrate), paint.prothallus.is_some());
         lichen
     }
 
@@ -66,6 +81,7 @@ impl Lichen {
             colony: e.colony,
             density: 0.0,
             rim: 0.0,
+            outline: 0.0,
             influence: 1.0,
         };
         let granules = elements.iter().zip(normals.map(outwards)).enumerate();
@@ -80,7 +96,7 @@ impl Lichen {
         let last = last(self.granules.len());
         let cortex = Cortex::new(self, paint, 0.0);
         let color = |g: &Granule| {
-            let light = paint.light(g.density, g.birth as f32 / last, g.rim);
+            let light = paint.light(g.density, g.birth as f32 / last, g.outline);
             let detail = |cortex: &Cortex| {
                 let (place, normal) = (g.position.to_array(), g.normal.to_array());
                 cortex.at(place, normal, self.radius as f32)
@@ -100,26 +116,41 @@ impl Lichen {
         grid
     }
 
-    /// Fills in density and distance from the rim, `far` where there is none.
-    fn measure(&mut self, far: f64) {
-        let neighbours = self.neighbours();
+    /// Fills in density and distances from the rim, `far` where there is none.
+    fn measure(&mut self, far: f64, has_margin: bool) {
+        let neighbours = self.neighbours(LOOK);
         let density = density(self.radius, &neighbours);
-        let rim = rim_distance(&is_rim(&neighbours), &neighbours);
-        for (granule, (density, rim)) in self.granules.iter_mut().zip(density.iter().zip(&rim)) {
-            granule.density = *density as f32;
-            granule.rim = (rim.unwrap_or(far) / self.radius) as f32;
+        let radius = self.radius;
+        let in_radii = |way: Option<f64>| (way.unwrap_or(far) / radius) as f32;
+        let is_rim_at = is_rim(&neighbours);
+        let rim = rim_distance(&is_rim_at, &neighbours);
+        let outline = || {
+            let outermost = rim_distance(
+                &is_rim_where(&self.neighbours(HOLE), |i| is_rim_at[i]),
+                &neighbours,
+            );
+            let beside = |way| in_radii(way) < BESIDE;
+            let both = std::iter::zip(&is_rim_at, outermost);
+            let outline: Vec<bool> = both.map(|(rim, way)| *rim && beside(way)).collect();
+            rim_distance(&outline, &neighbours)
+        };
+        let outline = has_margin.then(outline);
+        for (i, granule) in self.granules.iter_mut().enumerate() {
+            granule.density = density[i] as f32;
+            granule.rim = in_radii(rim[i]);
+            granule.outline = outline.as_ref().map_or(0.0, |outline| in_radii(outline[i]));
         }
     }
 
-    /// Who stands near whom, by place in the list.
-    pub(super) fn neighbours(&self) -> Neighbours {
+    /// Who stands within so many radii of whom, by place in the list.
+    pub(super) fn neighbours(&self, within: f64) -> Neighbours {
         let positions: Vec<_> = self
             .granules
             .iter()
             .map(|g| g.position.to_array())
             .collect();
         let normals: Vec<_> = self.granules.iter().map(|g| g.normal.to_array()).collect();
-        Neighbours::new(&positions, &normals, LOOK * self.radius)
+        Neighbours::new(&positions, &normals, within * self.radius)
     }
 }
 
@@ -127,4 +158,57 @@ impl Lichen {
 pub(super) fn far(substrate: &Substrate) -> f64 {
     let units = substrate.units();
     units.length_to_local(units.diagonal())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Elements of radius 1, packed hexagonally on a plane where there are to be some, from the origin outwards.
+    pub(in crate::skin) fn packed(is_lichen: impl Fn(DVec3) -> bool) -> Lichen {
+        let place = |row: i32, column: i32| {
+            let (row, column) = (f64::from(row), f64::from(2 * column + (row & 1)));
+            DVec3::new(column, row * 3f64.sqrt(), 0.0)
+        };
+        let rows = (-60..=60).flat_map(|row| (-60..=60).map(move |column| place(row, column)));
+        let mut places: Vec<DVec3> = rows.filter(|p| is_lichen(*p)).collect();
+        places.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        let granule = |(birth, position)| Granule {
+            position,
+            normal: Vec3::Z,
+            home: 0,
+            birth,
+            colony: 0,
+            density: 0.0,
+            rim: 0.0,
+            outline: 0.0,
+            influence: 1.0,
+        };
+        Lichen {
+            radius: 1.0,
+            granules: (0..).zip(places).map(granule).collect(),
+        }
+    }
+
+    #[test]
+    fn narrow_holes_have_a_rim_and_are_no_outline() {
+        let (narrow, wide) = (DVec3::new(22.0, 5.0, 0.0), DVec3::new(-20.0, 0.0, 0.0));
+        let mut lichen =
+            packed(|p| p.length() < 60.0 && p.distance(narrow) > 6.0 && p.distance(wide) > 14.0);
+        lichen.measure(1e3, true);
+        for granule in &lichen.granules {
+            let from = |hole: DVec3, radius: f64| granule.position.distance(hole) - radius;
+            let outside = (60.0 - granule.position.length()).min(from(wide, 14.0)) as f32;
+            let nearest = outside.min(from(narrow, 6.0) as f32);
+            let [rim, outline] = [granule.rim - nearest, granule.outline - outside].map(f32::abs);
+            // Ways go from element to element, and end on the outermost.
+            assert!(
+                rim < 3.5 && outline < 4.5,
+                "{:?}: {rim}, {outline}",
+                granule.position
+            );
+        }
+        lichen.measure(1e3, false);
+        assert!(lichen.granules.iter().all(|g| g.outline == 0.0));
+    }
 }

@@ -173,7 +173,7 @@ impl Shape {
 /// The colours that [`skin`] would give where each element is alone, in birth order: for pictures of
 /// the elements themselves.
 pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -> Vec<[u8; 3]> {
-    Lichen::new(substrate, &Winding::of(substrate), cluster).colors(paint)
+    Lichen::new(substrate, &Winding::of(substrate), cluster, paint).colors(paint)
 }
 
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
@@ -245,7 +245,7 @@ fn made(
     let winding = Winding::of(substrate);
     // The distance from the rim is found by one thread, and needs nothing of the tree.
     let (mut lichen, tree) = rayon::join(
-        || Lichen::new(substrate, &winding, cluster),
+        || Lichen::new(substrate, &winding, cluster, paint),
         || refine(substrate, &winding, cluster, shape, always_near),
     );
     let cortex = Cortex::new(&lichen, paint, shape.thickness);
@@ -366,7 +366,7 @@ fn finish(
         .par_iter()
         .map(|a| {
             a.color
-                .unwrap_or_else(|| paint.color(a.density, a.birth / last, a.rim))
+                .unwrap_or_else(|| paint.color(a.density, a.birth / last, a.outline))
         })
         .collect();
     let column = |name, value: &(dyn Fn(&field::Attributes) -> f32 + Sync)| VertexAttribute {

@@ -128,7 +128,8 @@ pub fn parse_color(text: &str) -> Result<[u8; 3], ColormapError> {
 /// The dark line at the margin of many crustose lichens: hyphae without algae, which run ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prothallus {
-    /// How far it reaches in from the outermost elements, in element radii.
+    /// How far it reaches in from the outermost elements, in element radii. Holes narrower than 16 radii have
+    /// none.
     pub width: f32,
     /// sRGB.
     pub color: [u8; 3],
@@ -186,24 +187,24 @@ impl Paint {
     }
 
     /// sRGB at a density, an age from 0 for the first born to 1 for the last, and a distance from
-    /// the rim in element radii; without areoles and apothecia.
-    pub fn color(&self, density: f32, age: f32, rim: f32) -> [u8; 3] {
-        self.light(density, age, rim).map(to_byte)
+    /// the lichen's outline in element radii; without areoles and apothecia.
+    pub fn color(&self, density: f32, age: f32, outline: f32) -> [u8; 3] {
+        self.light(density, age, outline).map(to_byte)
     }
 
     /// The same as linear light.
-    pub(super) fn light(&self, density: f32, age: f32, rim: f32) -> [f32; 3] {
+    pub(super) fn light(&self, density: f32, age: f32, outline: f32) -> [f32; 3] {
         let mut lab = self.colormap.at(density);
         let darker = 1.0 - self.age_darken * (1.0 - age.clamp(0.0, 1.0));
         lab = lab.map(|x| x * darker);
         if let Some(Prothallus { width, color }) = self.prothallus {
-            lab = mix(lab, to_oklab(color), margin(rim / width));
+            lab = mix(lab, to_oklab(color), margin(outline / width));
         }
         from_oklab(lab)
     }
 }
 
-/// 1 at the rim, 0 from one width on.
+/// 1 at the outline, 0 from one width on.
 fn margin(widths: f32) -> f32 {
     let t = (2.0 * (1.0 - widths)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

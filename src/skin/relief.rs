@@ -39,7 +39,7 @@ impl<'a> Relief<'a> {
             return Err(SkinError::Empty);
         }
         let winding = Winding::of(substrate);
-        let mut lichen = Lichen::new(substrate, &winding, cluster);
+        let mut lichen = Lichen::new(substrate, &winding, cluster, paint);
         let cortex = Cortex::new(&lichen, paint, shape.thickness);
         let grid = lichen.sort(cutoff(shape) * cluster.radius());
         let nearness = Nearness::new(lichen.granules.iter().map(|g| g.position));

@@ -129,6 +129,7 @@ pub(super) mod tests {
             colony: 0,
             density: 0.7,
             rim: (radius - position.length()) as f32,
+            outline: 0.0,
             influence: 1.0,
         };
         places.into_iter().zip(0..).map(granule).collect()
