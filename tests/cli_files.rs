@@ -102,6 +102,44 @@ fn a_run_replaces_runs_and_nothing_else() {
 }
 
 #[test]
+fn a_recipe_repeats_every_byte_from_another_folder() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::copy(rock(), desk.path().join("rock.obj")).unwrap();
+    let grow = |from: &Path, words: &[&str]| {
+        let ran = thallus(from, words);
+        assert!(ran.status.success(), "{}", said(&ran));
+    };
+    grow(
+        desk.path(),
+        &["grow", "rock.obj", "-o", "run", "--elements", "20"],
+    );
+    let run = desk.path().join("run");
+    grow(&run, &["grow", "--recipe", "recipe.toml", "-o", "../again"]);
+    for file in ["elements.ply", "recipe.toml", "run.log", "preview.png"] {
+        let read = |folder: &str| fs::read(desk.path().join(folder).join(file)).unwrap();
+        assert!(read("run") == read("again"), "{file}");
+    }
+    // A name that leads nowhere from there is of no use.
+    let far = tempfile::tempdir().unwrap();
+    let away = far.path().join("away");
+    grow(
+        &run,
+        &[
+            "grow",
+            "--recipe",
+            "recipe.toml",
+            "-o",
+            away.to_str().unwrap(),
+        ],
+    );
+    let named = recipe(&away)["mesh"].as_str().unwrap().to_owned();
+    assert!(
+        Path::new(&named).is_absolute() && named.ends_with("rock.obj"),
+        "{named}"
+    );
+}
+
+#[test]
 fn every_flag_changes_its_line_of_the_recipe_and_no_other() {
     let desk = tempfile::tempdir().unwrap();
     let plain = recipe(&grown(desk.path(), "plain", "--elements 8"));

@@ -14,7 +14,7 @@ use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::After;
 use super::number::{duration, elements, percent, short};
-use super::output::{FILES, Finished, check_names_folder, check_replaces_a_run};
+use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
@@ -39,7 +39,8 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     interrupt::listen(execution.cancel.clone());
 
     let (substrate, seconds) = load(&mesh, settings.mesh_up)?;
-    let recipe = recipe(&args, settings, &substrate, &mesh, voice)?;
+    let named = mesh_name(&args, &settings, &mesh, output.path());
+    let recipe = recipe(&args, settings, &substrate, named, voice)?;
     warnings::warnings(&substrate, recipe.radius)
         .iter()
         .for_each(|warning| voice.warn(warning));
@@ -225,8 +226,12 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
 /// hold that one: one of them mostly is where it was grown from.
 pub(super) fn named_mesh(recipe: &Path, named: &str) -> Option<PathBuf> {
     let here = PathBuf::from(named);
-    let beside = recipe.parent().unwrap_or(Path::new("")).join(named);
-    let place = recipe.canonicalize().unwrap_or_default();
+    let folder = recipe.parent().unwrap_or(Path::new(""));
+    let beside = folder.join(named);
+    // A recipe that is still to be written has a folder.
+    let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
+    let place = recipe.canonicalize().ok().or_else(to_be);
+    let place = place.unwrap_or_default();
     let above = place.ancestors().skip(2).map(|folder| folder.join(named));
     [here, beside]
         .into_iter()
@@ -296,18 +301,28 @@ pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timing
 }
 
 /// The complete recipe, for the mesh that was loaded.
+/// The mesh as the run's recipe will name it: as the recipe does that it is grown from, where that is found from the
+/// run's folder too. So the same files are written, wherever the program was called from.
+fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -> String {
+    let place = |file: &Path| file.canonicalize().ok();
+    let is_found = |named: &&String| {
+        let found = named_mesh(&folder.join(RECIPE), named);
+        args.resume.is_some() || found.and_then(|found| place(&found)) == place(mesh)
+    };
+    let named = settings.mesh.as_ref().filter(|_| args.mesh.is_none());
+    match named.filter(is_found) {
+        Some(named) => named.clone(),
+        None => mesh.display().to_string(),
+    }
+}
+
 fn recipe(
     args: &GrowArgs,
     settings: Settings,
     substrate: &Substrate,
-    mesh: &Path,
+    file: String,
     voice: Voice,
 ) -> Result<Recipe, Failure> {
-    let file = match (&args.resume, &settings.mesh) {
-        // So that the same recipe.toml is written, wherever the program was called from.
-        (Some(_), Some(named)) if args.mesh.is_none() => named.clone(),
-        _ => mesh.display().to_string(),
-    };
     match settings.check_mesh(&file, substrate.mesh_hash()) {
         Err(_) if args.resume.is_some() => return Err(other_mesh(args, &settings, substrate)),
         Err(other) if args.mesh.is_none() => return Err(Failure::Failed(other.into())),
