@@ -19,37 +19,24 @@ const LOSS: f64 = 0.15;
 /// Times that the distance between too few triangles and enough of them is halved.
 const HALVINGS: usize = 3;
 
+/// Triangles that are left of so many, when there cannot be as few as asked for at once.
+const STAGE: usize = 2;
+
 /// The mesh with about as many triangles as asked for, or the fewest above that with which it stays
 /// closed and manifold, and keeps its volume but for 15 %: vertices are kept where they are, with all
 /// that is known of them, or dropped.
 ///
 /// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
 /// fault are held fast and it is done again, several times and with wider surroundings each time. Where
-/// that does not help, more triangles are left.
+/// that does not help, half of the triangles go and again half of the rest, as far as that works.
 ///
 /// # Panics
 /// When the mesh has no vertices.
 pub fn decimate(mesh: &TriMesh, triangles: usize) -> TriMesh {
     let simplifier = Simplifier::new(mesh);
-    let mut best = simplifier.sound(mesh, triangles);
-    if best.is_none() {
-        let (mut too_few, mut enough) = (triangles.max(1), mesh.triangles.len());
-        while best.is_none() && 2 * too_few < enough {
-            best = simplifier.sound(mesh, 2 * too_few);
-            match best {
-                Some(_) => enough = 2 * too_few,
-                None => too_few *= 2,
-            }
-        }
-        for _ in 0..HALVINGS {
-            let between = (too_few as f64 * enough as f64).sqrt() as usize;
-            match simplifier.sound(mesh, between) {
-                None => too_few = between,
-                fewer => (best, enough) = (fewer, between),
-            }
-        }
-    }
-    picked(mesh, best.unwrap_or_else(|| mesh.triangles.clone()))
+    let at_once = simplifier.sound(mesh, &mesh.triangles, triangles);
+    let fewer = at_once.unwrap_or_else(|| simplifier.in_stages(mesh, triangles));
+    picked(mesh, fewer)
 }
 
 /// Volume inside of closed triangles.
@@ -61,12 +48,12 @@ fn volume(mesh: &TriMesh, triangles: &[[u32; 3]]) -> f64 {
 }
 
 /// Holds vertices, and so many rings of vertices about them.
-fn hold(held: &mut [bool], mesh: &TriMesh, vertices: &[u32], rings: usize) {
+fn hold(held: &mut [bool], triangles: &[[u32; 3]], vertices: &[u32], rings: usize) {
     let mut reached = vec![false; held.len()];
     vertices.iter().for_each(|&v| reached[v as usize] = true);
     for _ in 0..rings {
         let touched = |t: &&[u32; 3]| t.iter().any(|&v| reached[v as usize]);
-        let ring: Vec<[u32; 3]> = mesh.triangles.iter().filter(touched).copied().collect();
+        let ring: Vec<[u32; 3]> = triangles.iter().filter(touched).copied().collect();
         ring.iter()
             .flatten()
             .for_each(|&v| reached[v as usize] = true);
@@ -102,11 +89,38 @@ impl Simplifier {
         }
     }
 
-    /// About so many triangles, if they make a closed manifold that has kept its volume.
-    fn sound(&self, mesh: &TriMesh, triangles: usize) -> Option<Vec<[u32; 3]>> {
+    /// No fewer than so many triangles, and as few as can be that make a closed manifold.
+    fn in_stages(&self, mesh: &TriMesh, triangles: usize) -> Vec<[u32; 3]> {
+        let mut best = mesh.triangles.clone();
+        let (mut too_few, mut enough) = (triangles.max(1), best.len());
+        while too_few < enough {
+            let next = (enough / STAGE).max(too_few);
+            match self.sound(mesh, &best, next) {
+                Some(fewer) => (best, enough) = (fewer, next),
+                None => {
+                    too_few = next;
+                    break;
+                }
+            }
+        }
+        for _ in 0..HALVINGS {
+            if enough <= too_few {
+                break;
+            }
+            let between = (too_few as f64 * enough as f64).sqrt() as usize;
+            match self.sound(mesh, &best, between) {
+                None => too_few = between,
+                Some(fewer) => (best, enough) = (fewer, between),
+            }
+        }
+        best
+    }
+
+    /// About so many triangles in place of these, if they make a closed manifold that has kept its volume.
+    fn sound(&self, mesh: &TriMesh, from: &[[u32; 3]], triangles: usize) -> Option<Vec<[u32; 3]>> {
         let mut held = vec![false; mesh.positions.len()];
         for rings in 1..=ATTEMPTS {
-            let kept = self.run(mesh, triangles, &held);
+            let kept = self.run(from, triangles, &held);
             let share = volume(mesh, &kept) / self.volume;
             if (share - 1.0).abs() > LOSS {
                 return None;
@@ -115,19 +129,19 @@ impl Simplifier {
             if faulty.is_empty() {
                 return Some(kept);
             }
-            hold(&mut held, mesh, &faulty, rings);
+            hold(&mut held, from, &faulty, rings);
         }
         None
     }
 
-    fn run(&self, mesh: &TriMesh, triangles: usize, held: &[bool]) -> Vec<[u32; 3]> {
+    fn run(&self, from: &[[u32; 3]], triangles: usize, held: &[bool]) -> Vec<[u32; 3]> {
         let stride = size_of::<[f32; 3]>();
         let Ok(places) = VertexDataAdapter::new(&self.places, stride, 0) else {
-            return mesh.triangles.clone();
+            return from.to_vec();
         };
         let weights = [[NORMAL_WEIGHT; 3], [COLOR_WEIGHT; 3]].concat();
         let corners = simplify_with_attributes_and_locks(
-            mesh.triangles.as_flattened(),
+            from.as_flattened(),
             &places,
             &self.watched,
             &weights,
