@@ -280,6 +280,30 @@ fn threads_and_ways_to_name_the_elements_change_no_byte() {
 }
 
 #[test]
+fn pictures_have_triangles_as_fine_as_they_show() {
+    let desk = desk();
+    let triangles = |words: &str| {
+        let words = format!("out -o a.png --samples 1 --json --force {words}");
+        let output = desk.call("render", &words).output().unwrap();
+        assert!(output.status.success(), "{words}: {}", said(&output));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        report["skin_triangles"].as_u64().unwrap()
+    };
+    let front = "--size 160x120 --camera 0,30";
+    let usual = triangles(&format!("{front} --resolution 2r"));
+    assert_eq!(triangles(front), usual);
+    let near = triangles(&format!("{front} --zoom 3"));
+    let nearest = triangles(&format!("{front} --zoom 500"));
+    assert!(usual < near && near < nearest, "{usual} {near} {nearest}");
+    assert_eq!(nearest, triangles(&format!("{front} --resolution 0.7r")));
+    assert_eq!(
+        usual,
+        triangles(&format!("{front} --zoom 3 --resolution 2r"))
+    );
+    assert_eq!(triangles(&format!("{front} --what points")), 0);
+}
+
+#[test]
 fn what_is_wrong_is_said_in_one_line() {
     let desk = desk();
     refused(

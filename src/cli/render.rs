@@ -15,7 +15,7 @@ use thallus::picture::{
     number, round_below,
 };
 use thallus::run::Length;
-use thallus::skin::{self, Cortex, Paint, Parts, Shape};
+use thallus::skin::{self, Cortex, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::Substrate;
 
 use super::failure::Failure;
@@ -37,25 +37,29 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     check_free(std::slice::from_ref(&args.output), args.force)?;
     leave_no_part();
     start_threads(args.run.threads)?;
-    let voice = args.run.voice();
     let mut clock = Clock::new();
     let lichens = Lichens::read(args)?;
-    lichens.check_memory(args.what)?;
     let mut seconds = Seconds::default();
     clock.lap(&mut seconds.load);
-    let dressed = spin(voice, "dressing the lichen", || lichens.dress(args))?;
-    clock.lap(&mut seconds.dress);
-    let (mut image, camera) = spin(voice, "taking the picture", || {
-        take(args, &lichens, &dressed)
-    })?;
+    let colored = lichens.colored(args)?;
+    let shot = Shot {
+        args,
+        lichens: &lichens,
+        colored: &colored,
+    };
+    let Taken {
+        mut image,
+        camera,
+        skin_triangles,
+    } = shot.take(|| clock.lap(&mut seconds.dress))?;
     if args.view.legend {
-        lichens.draw_legend(args, &dressed, &camera, &mut image);
+        lichens.draw_legend(args, &colored, &camera, &mut image);
     }
     clock.lap(&mut seconds.render);
     let png = image.to_png();
     write_file_atomically(&args.output, args.force, |out| out.write_all(&png))?;
     clock.lap(&mut seconds.write);
-    let middle = camera.depth(middle(&dressed.discs));
+    let middle = camera.depth(middle(&colored.discs));
     conclude(
         args,
         &Report {
@@ -63,7 +67,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
             width: image.width,
             height: image.height,
             elements: lichens.grown.iter().map(|l| l.cluster.len()).sum(),
-            skin_triangles: dressed.skins.iter().map(|s| s.triangles.len()).sum(),
+            skin_triangles,
             camera: CameraText::of(&camera, middle.max(f32::MIN_POSITIVE), &lichens.substrate),
             seconds: Seconds {
                 total: clock.started.elapsed().as_secs_f64(),
@@ -106,13 +110,19 @@ struct Lichens {
     shape: Shape,
 }
 
-/// Lichens with shapes and colours.
+/// Lichens with colours.
 #[derive(Default)]
-struct Dressed {
+struct Colored {
     /// Every element: where the camera looks, and the picture itself where it is of points.
     discs: Vec<Disc>,
-    skins: Vec<Skin>,
     coloring: Option<(Coloring, Vec<f64>)>,
+}
+
+impl Colored {
+    /// Those of the elements, where they are not those of the lichen.
+    fn colors(&self) -> Option<Vec<[u8; 3]>> {
+        self.coloring.as_ref().map(|(c, values)| c.colors(values))
+    }
 }
 
 /// A skin as pictures take it.
@@ -193,77 +203,89 @@ impl Lichens {
         })
     }
 
-    /// Refuses skins that do not fit.
-    fn check_memory(&self, what: What) -> Result<(), Failure> {
-        let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
-        match what {
-            What::Points => Ok(()),
-            What::Skin => memory::check_skins(&self.substrate, clusters, &self.shape),
-        }
-    }
-
-    fn dress(&self, args: &RenderArgs) -> Result<Dressed, Failure> {
-        let mut dressed = Dressed::default();
+    fn colored(&self, args: &RenderArgs) -> Result<Colored, Failure> {
+        let mut colored = Colored::default();
         if let Some(by) = args.by.by {
             let values = by.values(&self.grown[0].elements);
             let colormap = args.color.colormap.as_deref();
             let coloring = Coloring::new(by, colormap, args.by.range, &values)?;
-            dressed.coloring = Some((coloring, values));
+            colored.coloring = Some((coloring, values));
         }
-        for lichen in &self.grown {
-            let colors = dressed.coloring.as_ref().map(|(c, v)| c.colors(v));
-            self.dress_one(lichen, colors, args.what, &mut dressed)?;
+        for Lichen { cluster, paint, .. } in &self.grown {
+            let natural = || skin::element_colors(&self.substrate, cluster, paint);
+            let colors = match args.what {
+                What::Points => colored.colors().unwrap_or_else(natural),
+                What::Skin => vec![[0; 3]; cluster.len()],
+            };
+            let discs = granules(&self.substrate, cluster, colors);
+            colored.discs.extend(discs);
         }
-        Ok(dressed)
+        Ok(colored)
     }
 
-    /// `colors` are those of the elements, where they are not those of the lichen.
-    fn dress_one(
-        &self,
-        lichen: &Lichen,
-        colors: Option<Vec<[u8; 3]>>,
-        what: What,
-        dressed: &mut Dressed,
-    ) -> Result<(), Failure> {
-        let (substrate, cluster) = (&self.substrate, &lichen.cluster);
-        let natural = || skin::element_colors(substrate, cluster, &lichen.paint);
-        if what == What::Points {
-            let colors = colors.unwrap_or_else(natural);
-            dressed.discs.extend(granules(substrate, cluster, colors));
-            return Ok(());
+    /// The shape with triangles as fine as a picture shows in which a pixel is so wide, local units.
+    fn shape_at(&self, pixel: f64) -> Shape {
+        let clusters = || self.grown.iter().map(|lichen| &lichen.cluster);
+        let radius = clusters()
+            .map(Cluster::radius)
+            .fold(f64::INFINITY, f64::min);
+        let shown = LONGEST_EDGE * pixel / radius;
+        let at = |resolution: f64| Shape {
+            resolution: resolution.clamp(FINEST, self.shape.resolution),
+            ..self.shape
+        };
+        let shape = at(shown);
+        if shape == self.shape {
+            return shape;
         }
-        let grey = vec![[0; 3]; cluster.len()];
-        dressed.discs.extend(granules(substrate, cluster, grey));
-        let made = skin::skin_in_parts(substrate, cluster, &self.shape, &lichen.paint);
+        let triangles = |cluster| expected_triangles(&self.substrate, cluster, &shape);
+        let triangles: f64 = clusters().map(triangles).sum();
+        at(shape.resolution * (triangles / MOST_TRIANGLES).sqrt().max(1.0))
+    }
+
+    /// Refuses skins that do not fit.
+    fn skins(&self, shape: &Shape, colored: &Colored) -> Result<Vec<Skin>, Failure> {
+        let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
+        memory::check_skins(&self.substrate, clusters, shape)?;
+        let skin = |lichen| self.skin(lichen, shape, colored.colors());
+        self.grown.iter().map(skin).collect()
+    }
+
+    fn skin(
+        &self,
+        Lichen { cluster, paint, .. }: &Lichen,
+        shape: &Shape,
+        colors: Option<Vec<[u8; 3]>>,
+    ) -> Result<Skin, Failure> {
+        let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint);
         let Parts {
             mesh,
             strongest,
             cortex,
         } = made.map_err(|e| Failure::Usage(e.into()))?;
-        dressed.skins.push(match colors {
+        Ok(match colors {
             None => Skin {
                 structure: cortex.map(Cut),
-                ..Skin::new(substrate, mesh, cluster.radius() as f32)
+                ..Skin::new(&self.substrate, mesh, cluster.radius() as f32)
             },
             Some(colors) => {
                 let of = |&element: &u32| colors[element as usize];
                 let colors = strongest.par_iter().map(of).collect();
-                Skin::new(substrate, TriMesh { colors, ..mesh }, 0.0)
+                Skin::new(&self.substrate, TriMesh { colors, ..mesh }, 0.0)
             }
-        });
-        Ok(())
+        })
     }
 
     fn draw_legend(
         &self,
         args: &RenderArgs,
-        dressed: &Dressed,
+        colored: &Colored,
         camera: &Camera,
         image: &mut Image,
     ) {
         let unit = args.view.unit.as_deref().unwrap_or("mesh units");
         let width = camera.width_at(
-            camera.depth(middle(&dressed.discs)),
+            camera.depth(middle(&colored.discs)),
             args.view.size.aspect(),
         );
         let width = self.substrate.units().length_to_file(f64::from(width));
@@ -274,7 +296,7 @@ impl Lichens {
             label: &label,
             share: (length / width) as f32,
         });
-        match &dressed.coloring {
+        match &colored.coloring {
             None => draw_legend(image, rule.as_slice()),
             Some((coloring, values)) => coloring.with_key(values, unit, |key| {
                 let keys: Vec<Key> = std::iter::once(key).chain(rule).collect();
@@ -318,44 +340,90 @@ impl Skin {
     }
 }
 
-fn take(
-    args: &RenderArgs,
-    lichens: &Lichens,
-    dressed: &Dressed,
-) -> Result<(Image, Camera), Failure> {
-    let view = &args.view;
-    let stone = stone(&lichens.substrate);
-    let bare = staged(&lichens.substrate, &stone, view.shot.ground, &dressed.discs);
-    let granular = LazyCell::new(|| {
-        World::new(&Scene {
-            discs: &dressed.discs,
-            ..bare
-        })
-    });
-    let aspect = view.size.aspect();
-    let camera = view
-        .shot
-        .camera
-        .camera(&lichens.substrate, &granular, aspect)?;
-    let camera = view.shot.zoomed(&camera, middle(&dressed.discs), aspect);
-    warn_unseen(&camera, &granular, aspect, args.run.voice());
-    let settings = Settings {
-        width: view.size.width,
-        height: view.size.height,
-        samples: view.shot.samples,
-        background: view.shot.background,
-    };
-    let taken = |world: &World| thallus::picture::render(world, &camera, &settings);
-    let image = match args.what {
-        What::Points => taken(&granular),
-        What::Skin => {
-            drop(granular);
-            let skins: Vec<Painted> = dressed.skins.iter().map(Skin::painted).collect();
-            let skins = &skins;
-            taken(&World::new(&Scene { skins, ..bare }))
+/// Where nothing else is said, pixels that the longest edge of a skin's triangles takes at the depth of the lichen's
+/// middle: larger ones show at the edge of shadows, as teeth.
+const LONGEST_EDGE: f64 = 6.0;
+
+/// The finest resolution that is gone to for that, in element radii: it is as smooth as elements are.
+const FINEST: f64 = 0.7;
+
+/// Triangles that are made for that, about, at most.
+const MOST_TRIANGLES: f64 = 3e6;
+
+/// A picture that is to be taken.
+struct Shot<'a> {
+    args: &'a RenderArgs,
+    lichens: &'a Lichens,
+    colored: &'a Colored,
+}
+
+/// One that was.
+struct Taken {
+    image: Image,
+    camera: Camera,
+    skin_triangles: usize,
+}
+
+impl Shot<'_> {
+    /// Tells when the lichens have their shapes.
+    fn take(&self, dressed: impl FnOnce()) -> Result<Taken, Failure> {
+        let (view, voice) = (&self.args.view, self.args.run.voice());
+        let (substrate, discs) = (&self.lichens.substrate, &self.colored.discs);
+        let stone = spin(voice, "dressing the stone", || stone(substrate));
+        let bare = staged(substrate, &stone, view.shot.ground, discs);
+        let granular = LazyCell::new(|| World::new(&Scene { discs, ..bare }));
+        let aspect = view.size.aspect();
+        let camera = view.shot.camera.camera(substrate, &granular, aspect)?;
+        let camera = view.shot.zoomed(&camera, middle(discs), aspect);
+        warn_unseen(&camera, &granular, aspect, voice);
+        let settings = self.settings();
+        let picture = |world: &World| thallus::picture::render(world, &camera, &settings);
+        let doing = "taking the picture";
+        if self.args.what == What::Points {
+            dressed();
+            return Ok(Taken {
+                image: spin(voice, doing, || picture(&granular)),
+                camera,
+                skin_triangles: 0,
+            });
         }
-    };
-    Ok((image, camera))
+        drop(granular);
+        let shape = self.shape(&camera);
+        let skins = || self.lichens.skins(&shape, self.colored);
+        let skins = spin(voice, "dressing the lichen", skins)?;
+        dressed();
+        let painted: Vec<Painted> = skins.iter().map(Skin::painted).collect();
+        let scene = Scene {
+            skins: &painted,
+            ..bare
+        };
+        Ok(Taken {
+            image: spin(voice, doing, || picture(&World::new(&scene))),
+            camera,
+            skin_triangles: skins.iter().map(|s| s.triangles.len()).sum(),
+        })
+    }
+
+    /// As it is said, or as fine as the camera shows it.
+    fn shape(&self, camera: &Camera) -> Shape {
+        let size = &self.args.view.size;
+        let depth = camera.depth(middle(&self.colored.discs));
+        let width = f64::from(camera.width_at(depth, size.aspect()));
+        match self.args.shape.resolution {
+            None if width > 0.0 => self.lichens.shape_at(width / f64::from(size.width)),
+            _ => self.lichens.shape,
+        }
+    }
+
+    fn settings(&self) -> Settings {
+        let view = &self.args.view;
+        Settings {
+            width: view.size.width,
+            height: view.size.height,
+            samples: view.shot.samples,
+            background: view.shot.background,
+        }
+    }
 }
 
 /// Times one thing after another.

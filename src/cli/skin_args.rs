@@ -44,7 +44,7 @@ pub(crate) struct ShapeArgs {
     #[command(flatten)]
     pub(crate) relief: ReliefArgs,
     /// Longest edge of a triangle: half of it gives four times the triangles, and 1r smoother
-    /// margins in close-ups [default: 2r]
+    /// margins in close-ups [default: 2r; render takes finer ones from near]
     #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
     pub(crate) resolution: Option<Length>,
 }
