@@ -32,6 +32,10 @@ fn check_answers_in_json() {
     assert_eq!(answer["components"][0]["area"], 100.0);
     assert_eq!(answer["boundary_edges"], 7);
     assert_eq!(answer["fit"], true);
+    assert_eq!(
+        (&answer["up"], &answer["uv_triangles"]),
+        (&"y".into(), &0.into())
+    );
     let warnings = answer["warnings"].to_string();
     assert!(
         warnings.contains("2 separate pieces: lichen cannot cross between them"),
@@ -42,7 +46,7 @@ fn check_answers_in_json() {
     assert!((answer["auto_radius"].as_f64().unwrap() - diagonal / 2000.0).abs() < 1e-12);
 }
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 17] = [
     "triangles_read",
     "triangles",
     "vertices",
@@ -55,6 +59,8 @@ const KEYS: [&str; 15] = [
     "bounding_box",
     "edge_length",
     "auto_radius",
+    "up",
+    "uv_triangles",
     "repairs",
     "warnings",
     "fit",
@@ -220,6 +226,21 @@ fn check_warns_in_words() {
         let words = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains(said), "{mesh}: {words}");
     }
+    let uv = |some: &str| format!("{PLANE}vt 0 0\nvt 1 0\nvt 1 1\nf {some}\n");
+    desk.put("some.obj", uv("1/1 2/2 3/3"));
+    desk.put("bad.obj", uv("1/1 2/2 3/9"));
+    let said = |mesh: &str| desk.done(&format!("check {mesh}")).out;
+    assert!(
+        said("some.obj").contains("1 of 3 triangles have some"),
+        "{}",
+        said("some.obj")
+    );
+    assert!(said("fan.obj").contains("none: unwrap"));
+    assert!(
+        said("bad.obj").contains("none: unwrap"),
+        "{}",
+        said("bad.obj")
+    );
     for mesh in ["spiky.obj", "fan.obj", "tube.obj"] {
         let said = desk.done(&format!("check {mesh}")).out;
         assert!(!said.contains("far off"), "{said}");

@@ -5,36 +5,55 @@ use std::path::Path;
 use anyhow::Context;
 use serde::Serialize;
 use thallus::substrate::{
-    PieceReport, Substrate, SubstrateError, SubstrateReport, UpAxis, load_soup,
+    LoadError, Loaded, PieceReport, Substrate, SubstrateError, SubstrateReport, UpAxis, load_soup,
+    load_textured,
 };
 
 use super::args::CheckArgs;
 use super::failure::Failure;
+use super::memory::Room;
 use super::number::{count, percent, place, plural, short};
 use super::skin::start_threads;
-use super::{memory, terminal, warnings};
+use super::{terminal, warnings};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     start_threads(None)?;
-    let loaded = match load_soup(&args.mesh) {
+    let room = Room::now();
+    let (loaded, with_uvs) = match load(&args.mesh) {
         Ok(loaded) => loaded,
         Err(error) => return no_surface(args, &error.into()),
     };
-    memory::check_mesh(&args.mesh, &loaded)?;
+    room.check(&args.mesh, &loaded)?;
     match Substrate::from_loaded(loaded) {
-        Ok(substrate) => surface(args, &substrate),
+        Ok(substrate) => surface(args, &substrate, with_uvs),
         Err(error) => no_surface(args, &error),
     }
 }
 
+/// A mesh, and how many of its triangles have UVs. Faulty ones are as good as none: lichen grows without.
+fn load(mesh: &Path) -> Result<(Loaded, usize), LoadError> {
+    let Ok((loaded, texturing)) = load_textured(mesh) else {
+        return Ok((load_soup(mesh)?, 0));
+    };
+    Ok((loaded, texturing.uvs.iter().flatten().count()))
+}
+
 /// A file that holds a surface, on which there may still be no room.
-fn surface(args: &CheckArgs, substrate: &Substrate) -> Result<(), Failure> {
+fn surface(args: &CheckArgs, substrate: &Substrate, with_uvs: usize) -> Result<(), Failure> {
     let radius = substrate.auto_radius();
     let warnings = warnings::warnings(substrate, radius);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
-        true => Answer::surface(substrate.report(), radius, &warnings, unfit.is_none()).say()?,
-        false => terminal::say_text(&text(&args.mesh, substrate, &warnings, unfit.is_none()))?,
+        true => Answer {
+            up: Some(substrate.up_axis()),
+            uv_triangles: with_uvs,
+            ..Answer::surface(substrate.report(), radius, &warnings, unfit.is_none())
+        }
+        .say()?,
+        false => {
+            let rows = rows(substrate, with_uvs);
+            terminal::say_text(&text(&args.mesh, &rows, &warnings, unfit.is_none()))?;
+        }
     }
     match unfit {
         None => Ok(()),
@@ -66,9 +85,10 @@ pub(crate) fn load_error(mesh: &Path, error: &SubstrateError) -> String {
     }
 }
 
-fn text(mesh: &Path, substrate: &Substrate, warnings: &[String], fit: bool) -> String {
+type Row = (&'static str, String);
+
+fn text(mesh: &Path, rows: &[Row], warnings: &[String], fit: bool) -> String {
     let mut lines = vec![mesh.display().to_string()];
-    let rows = rows(substrate);
     let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     lines.extend(
         rows.iter()
@@ -80,7 +100,7 @@ fn text(mesh: &Path, substrate: &Substrate, warnings: &[String], fit: bool) -> S
     lines.join("\n") + "\n"
 }
 
-fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
+fn rows(substrate: &Substrate, with_uvs: usize) -> Vec<Row> {
     let report = substrate.report();
     let radius = substrate.auto_radius();
     let [low, high] = report.bounding_box;
@@ -100,6 +120,7 @@ fn rows(substrate: &Substrate) -> Vec<(&'static str, String)> {
             format!("{} to {}, {size}", place(low), place(high)),
         ),
         ("up", up(substrate)),
+        ("UVs", uvs(with_uvs, report.triangles_read)),
         ("area", short(report.area)),
         (
             "edge length",
@@ -126,6 +147,19 @@ fn up(substrate: &Substrate) -> String {
         UpAxis::Z => ("z", "y"),
     };
     format!("{axis}, as is usual in such files; if it is {other}, grow with --mesh-up {other}")
+}
+
+/// What `thallus bake` lays its maps out in.
+fn uvs(with: usize, of: usize) -> String {
+    match (with, of) {
+        (0, _) => "none: unwrap the mesh if lichen is to be baked into maps".to_owned(),
+        (with, of) if with < of => format!(
+            "{} of {} triangles have some",
+            count(with as u64),
+            count(of as u64)
+        ),
+        _ => "all triangles have some".to_owned(),
+    }
 }
 
 fn kept(report: &SubstrateReport) -> String {
@@ -177,10 +211,12 @@ struct Answer<'a> {
     degenerate_triangles: usize,
     duplicate_triangles: usize,
     area: f64,
-    /// Null, as the next two, for a file without a surface.
+    /// Null, as the next three, for a file without a surface.
     bounding_box: Option<[[f64; 3]; 2]>,
     edge_length: Option<Percentiles>,
     auto_radius: Option<f64>,
+    up: Option<UpAxis>,
+    uv_triangles: usize,
     repairs: &'a [String],
     warnings: &'a [String],
     fit: bool,
@@ -224,6 +260,7 @@ impl<'a> Answer<'a> {
             repairs: &report.repairs,
             warnings,
             fit,
+            ..Self::default()
         }
     }
 

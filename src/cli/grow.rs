@@ -12,7 +12,7 @@ use thallus::substrate::{Substrate, UpAxis, load_soup};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
-use super::memory::After;
+use super::memory::{After, Room};
 use super::number::{duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
@@ -287,8 +287,9 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
 pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timings), Failure> {
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
+    let room = Room::now();
     let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
-    memory::check_mesh(mesh, &loaded)?;
+    room.check(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
     let precompute = started.elapsed().as_secs_f64() - load;

@@ -11,12 +11,13 @@ use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis, load_soup};
 
 use super::failure::Failure;
 use super::grow::named_mesh;
+use super::memory::Room;
 use super::mesh_args::MeshArgs;
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
 use super::terminal::{self, Voice};
-use super::{check, memory, output};
+use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
 pub(crate) struct Grown {
@@ -251,7 +252,8 @@ impl Grown {
 /// The mesh that a lichen grew on.
 pub(crate) fn load(mesh: &Path) -> Result<Substrate, Failure> {
     let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
+    let room = Room::now();
     let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
-    memory::check_mesh(mesh, &loaded)?;
+    room.check(mesh, &loaded)?;
     Ok(Substrate::from_loaded(loaded).map_err(failed)?)
 }

@@ -108,16 +108,29 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Bytes of memory that a triangle takes while a mesh that has been read is made ready to walk on: 340 less what the
-/// file held, see docs/performance.md.
-const TRIANGLE_BYTES: f64 = 280.0;
+/// Bytes of memory that a triangle takes while a mesh is read and made ready to walk on: see docs/performance.md.
+const TRIANGLE_BYTES: f64 = 340.0;
 
-/// Refuses a mesh that has been read, but is too large for the rest.
-pub(super) fn check_mesh(mesh: &Path, loaded: &Loaded) -> Result<(), Failure> {
-    let triangles = loaded.soup.triangles.len();
-    let what = format!("{}: {} triangles", mesh.display(), count(triangles as u64));
-    let cure = "thin the mesh out (in Blender: Decimate), or make room";
-    check_free(TRIANGLE_BYTES * triangles as f64, &what, cure)
+/// What is free before a mesh is read. It is asked then, and not when the mesh is there: the little that asking takes
+/// would lie behind it in memory, and keep as much as the file held from being given back.
+pub(super) struct Room(Option<f64>);
+
+impl Room {
+    pub(super) fn now() -> Self {
+        Self(available())
+    }
+
+    /// Refuses a mesh that has been read, but is too large for the rest.
+    pub(super) fn check(&self, mesh: &Path, loaded: &Loaded) -> Result<(), Failure> {
+        let triangles = loaded.soup.triangles.len();
+        let needed = TRIANGLE_BYTES * triangles as f64;
+        if self.0.is_none_or(|free| needed <= free) {
+            return Ok(());
+        }
+        let what = format!("{}: {} triangles", mesh.display(), count(triangles as u64));
+        let cure = "thin the mesh out (in Blender: Decimate), or make room";
+        check_within(self.0, needed, &what, cure)
+    }
 }
 
 /// Refuses what needs more memory than is free, and says what to do.

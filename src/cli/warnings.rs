@@ -83,21 +83,19 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
     })
 }
 
-/// Share of the triangles' corners that may lie far from the rest, at either end of each axis.
+/// Share of the vertices that may lie far from the rest, at either end of each axis.
 const STRAY: f64 = 0.005;
 
-/// A mesh this many times as large as all but those of its triangles has vertices that flew away.
+/// A mesh this many times as large as all but those has vertices that flew away.
 const FAR: f64 = 10.0;
 
 /// Where a few vertices lie far off, as in scans, a radius that is proposed by the whole extent is too large.
 fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let units = substrate.units();
-    let triangles = 0..substrate.triangles().len() as u32;
-    let corners = triangles.flat_map(|t| substrate.corners(t));
-    let corners: Vec<_> = corners.map(|corner| units.to_file(corner)).collect();
-    let apart = (STRAY * corners.len() as f64) as usize;
+    let vertices = substrate.vertices();
+    let apart = (STRAY * vertices.len() as f64) as usize;
     let extent = [0, 1, 2].map(|axis| {
-        let mut along: Vec<f64> = corners.iter().map(|c| c[axis]).collect();
+        let mut along: Vec<f64> = vertices.iter().map(|&v| units.to_file(v)[axis]).collect();
         let last = along.len() - 1 - apart;
         let (_, low, _) = along.select_nth_unstable_by(apart, f64::total_cmp);
         let low = *low;

@@ -37,7 +37,8 @@ pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<S
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let positions = read_positions(text)?;
     let mut reader = FaceReader::new(text, positions);
-    reader.texcoords = texturing.is_some().then(|| Texcoords::read(text));
+    let texcoords = texturing.is_some().then(|| Texcoords::read(text));
+    reader.texcoords = texcoords.filter(|texcoords| !texcoords.places.is_empty());
     for statement in Statements::new(text) {
         reader.statement(&statement)?;
     }

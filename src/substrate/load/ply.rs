@@ -27,7 +27,8 @@ pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<S
 
 fn read<B: Body>(header: &Header, body: B, texturing: Option<&mut Texturing>) -> Parsed<Soup> {
     let mut reader = Reader::new(header, body);
-    reader.texcoords = texturing.is_some().then(Texcoords::default);
+    let has_some = texturing.is_some() && header.elements.iter().any(Texcoords::are_in);
+    reader.texcoords = has_some.then(Texcoords::default);
     let (soup, texcoords) = reader.read()?;
     if let (Some(out), Some(read)) = (texturing, texcoords) {
         *out = read.texturing;
@@ -49,6 +50,12 @@ struct Texcoords {
 const TEXCOORDS: [[&[u8]; 2]; 3] = [[b"s", b"t"], [b"u", b"v"], [b"texture_u", b"texture_v"]];
 
 impl Texcoords {
+    /// Whether an element has properties with these names.
+    fn are_in(element: &Element) -> bool {
+        let has = |name: &[u8]| element.position(name).is_some();
+        has(b"texcoord") || TEXCOORDS.iter().any(|[s, t]| has(s) && has(t))
+    }
+
     /// Adds those of the triangles that a face was cut into.
     fn face(&mut self, corners: &[u32], triangles: &[[u32; 3]]) {
         let of_corners = &self.of_corners;
