@@ -36,16 +36,9 @@ pub(super) fn pictures(
     moments: Vec<Presence>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let moments = match target {
-        // Its palette is chosen by the first picture and the last.
-        Target::Movie { kind: Movie::Gif } => moments
-            .last()
-            .into_iter()
-            .chain(&moments)
-            .copied()
-            .collect(),
-        _ => moments,
-    };
+    // A GIF's palette is chosen by the first picture and the last.
+    let ahead = moments.last().filter(|_| is_gif(target));
+    let moments: Vec<_> = ahead.into_iter().chain(&moments).copied().collect();
     let shots = Shots::new(args, lichen)?;
     let mut lapse = shots.time_lapse();
     match args.picture.draw {
@@ -93,7 +86,7 @@ fn write(
     stop: &Stop,
 ) -> Result<(), Failure> {
     let bar = bar(args);
-    let ahead = u64::from(matches!(target, Target::Movie { kind: Movie::Gif }));
+    let ahead = u64::from(is_gif(target));
     let images = (1..).zip(images).map(|(made, image): (u64, _)| {
         bar.set_position(made - ahead);
         stop.check().and(image)
@@ -112,6 +105,10 @@ fn write(
     }
     bar.finish_and_clear();
     Ok(())
+}
+
+fn is_gif(target: &Target) -> bool {
+    matches!(target, Target::Movie { kind: Movie::Gif })
 }
 
 /// The sides of a picture.

@@ -111,8 +111,7 @@ pub(super) fn check(
 /// Bytes of memory that a triangle takes while a mesh is read and made ready to walk on: see docs/performance.md.
 const TRIANGLE_BYTES: f64 = 340.0;
 
-/// What is free before a mesh is read. It is asked then, and not when the mesh is there: the little that asking takes
-/// would lie behind it in memory, and keep as much as the file held from being given back.
+/// What is free before a mesh is read.
 pub(super) struct Room(Option<f64>);
 
 impl Room {
