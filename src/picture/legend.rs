@@ -188,18 +188,20 @@ struct Tick {
 
 /// Two to five round numbers between the ends; one where the ends are the same.
 fn ticks([low, high]: [f64; 2]) -> Vec<Tick> {
+    /// How far beyond an end a tick still counts, in steps: births are counted from 0, and end at 19,999.
+    const BEYOND: f64 = 1e-3;
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) {
         let label = number(low, 0.0);
         return vec![Tick { share: 0.5, label }];
     }
-    let step = round_below(span / 2.0);
-    let first = (low / step - 1e-6).ceil() as i64;
-    let last = (high / step + 1e-6).floor() as i64;
+    let step = round_below(0.5 * span * (1.0 + BEYOND));
+    let first = (low / step - BEYOND).ceil() as i64;
+    let last = (high / step + BEYOND).floor() as i64;
     let tick = |k: i64| {
         let value = k as f64 * step;
         Tick {
-            share: ((value - low) / span) as f32,
+            share: ((value - low) / span).clamp(0.0, 1.0) as f32,
             label: number(value, step),
         }
     };
@@ -269,11 +271,14 @@ mod tests {
         for [low, high] in ranges {
             let ticks = ticks([low, high]);
             assert!((2..=5).contains(&ticks.len()), "{low} {high}");
+            let is_end = high == 19_999.0;
+            let labels: Vec<&str> = ticks.iter().map(|t| t.label.as_str()).collect();
+            assert!(!is_end || labels == ["0", "10,000", "20,000"], "{labels:?}");
             for Tick { share, label } in ticks {
                 let value: f64 = label.replace(',', "").parse().unwrap();
                 let error = low + f64::from(share) * (high - low) - value;
                 assert!(error.abs() < 1e-3 * (high - low), "{label}");
-                assert!((-1e-5..=1.00001).contains(&share));
+                assert!((0.0..=1.0).contains(&share));
             }
         }
         assert_eq!(ticks([7.0, 7.0])[0].label, "7");

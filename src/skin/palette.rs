@@ -139,9 +139,9 @@ pub const PALETTE: &[NamedColormap; 8] = &[
         name: "verrucaria",
         look: "wart lichen: olive black, as on wet rock",
         stops: &[
-            (0.10, [0x65, 0x5c, 0x40]),
-            (0.50, [0x49, 0x44, 0x30]),
-            (0.80, [0x2c, 0x2a, 0x20]),
+            (0.10, [0x84, 0x79, 0x55]),
+            (0.50, [0x66, 0x5f, 0x43]),
+            (0.80, [0x46, 0x42, 0x31]),
         ],
         areoles: Some(Areoles {
             width: 8.0,
