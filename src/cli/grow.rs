@@ -301,7 +301,6 @@ pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timing
     Ok((substrate.with_up(up), seconds))
 }
 
-/// The complete recipe, for the mesh that was loaded.
 /// The mesh as the run's recipe will name it: as the recipe does that it is grown from, where that is found from the
 /// run's folder too. So the same files are written, wherever the program was called from.
 fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -> String {
@@ -317,6 +316,7 @@ fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -
     }
 }
 
+/// The complete recipe, for the mesh that was loaded.
 fn recipe(
     args: &GrowArgs,
     settings: Settings,

@@ -171,13 +171,13 @@ impl Grown {
         mesh: &MeshArgs,
         file: &Path,
     ) -> Result<(Substrate, Cluster), Failure> {
-        let as_it_was = self.elements.to_cluster(&substrate);
-        let up = match as_it_was {
-            Ok(_) => self.up(mesh),
-            Err(_) => mesh.up,
+        let (cluster, up) = match self.cluster(&substrate, file) {
+            Ok(cluster) => (cluster, self.up(mesh)),
+            Err(problem) => {
+                let cluster = self.elements.to_cluster_on_turned(&substrate);
+                (cluster.ok_or(problem)?, mesh.up)
+            }
         };
-        let cluster = as_it_was.or_else(|_| self.elements.to_cluster_on_turned(&substrate));
-        let cluster = cluster.with_context(|| file.display().to_string())?;
         Ok((substrate.with_up(up), cluster))
     }
 

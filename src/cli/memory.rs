@@ -335,6 +335,20 @@ mod tests {
     }
 
     #[test]
+    fn meshes_that_do_not_fit_are_refused_with_the_number() {
+        let file = Path::new("meshes/rock.obj");
+        let loaded = thallus::substrate::load_soup(file).expect("a mesh");
+        let room = |free| Room(free).check(file, &loaded);
+        assert!(room(None).is_ok() && room(Some(1.6e6)).is_ok());
+        let Err(Failure::Failed(refused)) = room(Some(1.5e6)) else {
+            panic!("a mesh of 1.57 MB in 1.5");
+        };
+        let said = refused.to_string();
+        let parts = ["rock.obj", "4,608 triangles", "2 MB are free", "Decimate"];
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+
+    #[test]
     fn maps_that_do_not_fit_are_refused_with_the_number() {
         for (free, texels, covered) in [
             (None, 8192, 1.0),
