@@ -167,9 +167,9 @@ fn top(substrate: &Substrate) -> SurfacePoint {
     let piece = &substrate.components()[0];
     let middle = (piece.bounds[0] + piece.bounds[1]) * 0.5;
     let up = substrate.up();
-    let hits = piece
-        .triangles
-        .clone()
+    let below = substrate.triangles_near_line(middle, up, &piece.triangles);
+    let hits = below
+        .into_iter()
         .filter_map(|t| plumb(substrate, t, middle, up));
     let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
     match hits.reduce(higher) {

@@ -30,6 +30,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 pub use adjacency::{HalfEdge, Twin};
@@ -46,7 +47,7 @@ pub use units::Units;
 pub use up::UpAxis;
 
 use adjacency::{Adjacency, VertexCorners};
-use bvh::{Bvh, box_distance_sq, box_farthest_sq};
+use bvh::{Bvh, box_distance_sq, box_farthest_sq, line_meets, padded_box};
 
 /// Why a mesh could not become a substrate.
 #[derive(Debug, thiserror::Error)]
@@ -485,7 +486,6 @@ impl Substrate {
                 }
             },
         );
-        found.sort_unstable();
         found
     }
 
@@ -497,16 +497,33 @@ impl Substrate {
         among: &Range<u32>,
     ) -> Vec<u32> {
         let limit = radius * radius;
+        let cuts =
+            |b: &Aabb| box_distance_sq(b, centre) <= limit && box_farthest_sq(b, centre) >= limit;
+        self.triangles_in_boxes(cuts, among)
+    }
+
+    /// Triangles of a range whose bounding boxes a line meets, ascending.
+    pub(crate) fn triangles_near_line(
+        &self,
+        through: DVec3,
+        along: DVec3,
+        among: &Range<u32>,
+    ) -> Vec<u32> {
+        self.triangles_in_boxes(|b| line_meets(b, through, along), among)
+    }
+
+    /// Triangles of a range whose own boxes pass, and with them all boxes about them.
+    fn triangles_in_boxes(&self, passes: impl Fn(&Aabb) -> bool, among: &Range<u32>) -> Vec<u32> {
+        let own = |t: u32| {
+            let [a, b, c] = self.corners(t);
+            padded_box(a.min(b).min(c), a.max(b).max(c))
+        };
         let mut found = Vec::new();
-        self.bvh.visit(
-            |b| box_distance_sq(b, centre) <= limit && box_farthest_sq(b, centre) >= limit,
-            |t| {
-                if among.contains(&t) {
-                    found.push(t);
-                }
-            },
-        );
-        found.sort_unstable();
+        self.bvh.visit(&passes, |t| {
+            if among.contains(&t) && passes(&own(t)) {
+                found.push(t);
+            }
+        });
         found
     }
 }

@@ -32,15 +32,21 @@ pub(super) fn order(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
     )
 }
 
-/// Canonical numbers of the triangles: consecutive in each component, in the order of the file.
+/// Canonical numbers of the triangles: consecutive in each component, in the order of the file. No two have
+/// the same place there.
 pub(super) fn canonical_numbers(source: &[u32], components: &[Component]) -> Vec<u32> {
+    const NONE: u32 = u32::MAX;
+    let places = source.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut by_place = vec![NONE; places];
+    for (t, &place) in (0..).zip(source) {
+        by_place[place as usize] = t;
+    }
+    let mut next: Vec<u32> = components.iter().map(|c| c.triangles.start).collect();
     let mut numbers = vec![0; source.len()];
-    for component in components {
-        let mut by_source: Vec<u32> = component.triangles.clone().collect();
-        by_source.par_sort_unstable_by_key(|&t| source[t as usize]);
-        for (number, t) in component.triangles.clone().zip(by_source) {
-            numbers[t as usize] = number;
-        }
+    for t in by_place.into_iter().filter(|&t| t != NONE) {
+        let component = components.partition_point(|c| c.triangles.end <= t);
+        numbers[t as usize] = next[component];
+        next[component] += 1;
     }
     numbers
 }
