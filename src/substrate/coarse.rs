@@ -290,18 +290,25 @@ fn stand_ins(
     all.map(|all| all.concat())
 }
 
+/// Vertices that are remembered to have been asked about.
+const ASKED: usize = 256;
+
 /// For each coarse triangle, the greatest distance of the fine ones that it stands for, whose middles'
 /// distances are given. One that stands for none has the greatest of all.
 fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Grouped) -> Vec<f64> {
     let of = |s: u32| {
+        // Triangles that come one after the other share most corners.
+        let mut asked = [NONE; ASKED];
         below.of(s).iter().fold(0.0, |greatest, &t| {
-            let corners = fine.corners(t);
             // Most are seen to be nearer than another by a ball about them.
-            if away[t as usize] + ball_about(corners).1 <= greatest {
+            if away[t as usize] + ball_about(fine.corners(t)).1 <= greatest {
                 return greatest;
             }
-            let away = corners.map(|p| distance(coarse, s, p));
-            away.into_iter().fold(greatest, f64::max)
+            let corners = fine.triangles()[t as usize].into_iter();
+            let new =
+                corners.filter(|&v| std::mem::replace(&mut asked[v as usize % ASKED], v) != v);
+            let away = new.map(|v| distance(coarse, s, fine.vertices()[v as usize]));
+            away.fold(greatest, f64::max)
         })
     };
     let all = 0..coarse.triangles().len() as u32;

@@ -32,7 +32,7 @@ pub(super) struct Star {
     vertex: u32,
     /// For each triangle, its next two corners.
     fan: Vec<[u32; 2]>,
-    /// Ascending, and how many triangles each shares with the vertex.
+    /// Each once, and how many triangles it shares with the vertex.
     neighbours: Vec<(u32, usize)>,
 }
 
@@ -46,7 +46,6 @@ impl Star {
         if is_ring {
             let firsts = self.fan.iter().map(|&[first, _]| (first, 2));
             self.neighbours.extend(firsts);
-            self.neighbours.sort_unstable_by_key(|n| n.0);
         } else {
             let mut corners = self.fan.as_flattened().to_vec();
             corners.sort_unstable();
@@ -108,11 +107,8 @@ pub(super) fn keeps_topology(star: &Star, target: &Star, kind: Kind) -> bool {
 }
 
 fn common_neighbours(a: &Star, b: &Star) -> usize {
-    let mut of_b = b.neighbours().map(|n| n.0).peekable();
-    let mut is_of_b = |n: u32| {
-        while of_b.next_if(|&m| m < n).is_some() {}
-        of_b.next_if_eq(&n).is_some()
-    };
+    // So few that to compare each with each takes less time than to put them in order.
+    let is_of_b = |n: u32| b.neighbours().any(|m| m.0 == n);
     a.neighbours().filter(|n| is_of_b(n.0)).count()
 }
 
