@@ -6,7 +6,10 @@
 //! two that continue each other most straightly are joined, then the next two, and so on; an odd
 //! one out ends there. Edges of more than 64 triangles are walls to all of them.
 
+use std::ops::Range;
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::ahead::fetch;
 
@@ -96,12 +99,15 @@ pub(super) fn build(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Adjacency {
         piece: (0..triangles.len() as u32).collect(),
         walkable: (0..triangles.len() as u32).collect(),
     };
-    let mut edges: Vec<(u32, HalfEdge)> = Vec::new();
-    for v in 0..vertices.len() as u32 {
-        edges_to_later_vertices(triangles, adjacency.corners.of(v), v, &mut edges);
-        for group in edges.chunk_by(|a, b| a.0 == b.0) {
-            adjacency.join_edge(vertices, triangles, [v, group[0].0], group);
-        }
+    let numbers = 0..vertices.len() as u32;
+    let shares = numbers.clone().into_par_iter().step_by(SHARE as usize);
+    let of_share = |first: u32| {
+        let share = first..numbers.end.min(first + SHARE);
+        Edges::of(triangles, &adjacency.corners, share)
+    };
+    let found: Vec<Edges> = shares.map(of_share).collect();
+    for edges in found {
+        adjacency.take(vertices, triangles, edges);
     }
     flatten(&mut adjacency.walkable);
     adjacency.join_pieces();
@@ -127,25 +133,51 @@ fn edges_to_later_vertices(
     edges.sort_unstable();
 }
 
+/// Vertices whose edges one thread looks for at a time.
+const SHARE: u32 = 1 << 12;
+
+/// The edges from some vertices to such of higher numbers, by how many triangles they have.
+#[derive(Default)]
+struct Edges {
+    open: Vec<[u32; 2]>,
+    /// The half-edges that are one.
+    pairs: Vec<[HalfEdge; 2]>,
+    /// The ends, and the half-edges sorted.
+    many: Vec<([u32; 2], Vec<(u32, HalfEdge)>)>,
+}
+
+impl Edges {
+    fn of(triangles: &[[u32; 3]], corners: &VertexCorners, vertices: Range<u32>) -> Self {
+        let mut found = Self::default();
+        let mut edges: Vec<(u32, HalfEdge)> = Vec::new();
+        for v in vertices {
+            edges_to_later_vertices(triangles, corners.of(v), v, &mut edges);
+            for group in edges.chunk_by(|a, b| a.0 == b.0) {
+                let ends = [v, group[0].0];
+                match group {
+                    [_] => found.open.push(ends),
+                    [a, b] => found.pairs.push([a.1, b.1]),
+                    many => found.many.push((ends, many.to_vec())),
+                }
+            }
+        }
+        found
+    }
+}
+
 impl Adjacency {
-    fn join_edge(
-        &mut self,
-        vertices: &[DVec3],
-        triangles: &[[u32; 3]],
-        ends: [u32; 2],
-        group: &[(u32, HalfEdge)],
-    ) {
-        match group {
-            [_] => self.boundary.push(ends),
-            [a, b] => self.join(triangles, a.1, b.1),
-            many => {
-                self.non_manifold.push(ends);
-                for other in &group[1..] {
-                    unite(&mut self.piece, group[0].1 / 3, other.1 / 3);
-                }
-                for [a, b] in straightest_pairs(vertices, triangles, ends, many) {
-                    self.join(triangles, a, b);
-                }
+    fn take(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], edges: Edges) {
+        self.boundary.extend(edges.open);
+        for [a, b] in edges.pairs {
+            self.join(triangles, a, b);
+        }
+        for (ends, many) in edges.many {
+            self.non_manifold.push(ends);
+            for other in &many[1..] {
+                unite(&mut self.piece, many[0].1 / 3, other.1 / 3);
+            }
+            for [a, b] in straightest_pairs(vertices, triangles, ends, &many) {
+                self.join(triangles, a, b);
             }
         }
     }

@@ -174,13 +174,8 @@ fn number_pieces(pieces: &mut [Piece], roots: &[u32]) -> Vec<u32> {
 }
 
 fn permute(welded: &mut Welded, order: &[u32]) {
-    welded.triangles = order
-        .iter()
-        .map(|&old| welded.triangles[old as usize])
-        .collect();
-    welded.source = order
-        .iter()
-        .map(|&old| welded.source[old as usize])
-        .collect();
+    let order = || order.par_iter().map(|&old| old as usize);
+    welded.triangles = order().map(|old| welded.triangles[old]).collect();
+    welded.source = order().map(|old| welded.source[old]).collect();
     forget_unused(&mut welded.vertices, &mut welded.triangles);
 }

@@ -2,8 +2,15 @@
 //! a UTM offset nor a scale of 1e-6 costs precision. Reports and files use the file's own units.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::weld::is_flat;
+
+/// Triangles that one thread takes at a time.
+const SHARE: usize = 1 << 14;
+
+/// A box that nothing is in.
+const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 /// The map between a mesh file's coordinates and local ones.
 ///
@@ -30,19 +37,21 @@ impl Units {
     /// box of the others, its corners become one of theirs.
     pub(super) fn of(positions: &[[f64; 3]], triangles: &mut [[u32; 3]]) -> Self {
         let corners = |t: &[u32; 3]| t.map(|i| DVec3::from(positions[i as usize]));
-        let mut outermost = Vec::new();
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (t, shape) in triangles.iter().map(corners).enumerate() {
-            let (low, high) = shape
-                .iter()
-                .fold((min, max), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-            if (low, high) != (min, max) {
-                outermost.push(t);
-            }
-            (min, max) = (low, high);
-        }
-        let all = Self::from_points([min, max].into_iter());
-        if !outermost.iter().any(|&t| is_flat(corners(&triangles[t]))) {
+        // A triangle without an area that decides where a side of the box is does so among some too.
+        let of_some = |some: &[[u32; 3]]| {
+            let mut decides = false;
+            let shapes = some.iter().map(corners);
+            let [min, max] = shapes.fold(EMPTY, |[min, max], shape| {
+                let low = shape.iter().fold(min, |lo, p| lo.min(*p));
+                let high = shape.iter().fold(max, |hi, p| hi.max(*p));
+                decides |= [low, high] != [min, max] && is_flat(shape);
+                [low, high]
+            });
+            (min, max, decides)
+        };
+        let parts: Vec<_> = triangles.par_chunks(SHARE).map(of_some).collect();
+        let all = Self::from_points(parts.iter().flat_map(|part| [part.0, part.1]));
+        if !parts.iter().any(|part| part.2) {
             return all;
         }
         let Some(sound) = triangles.iter().find(|t| !is_flat(corners(t))) else {
@@ -58,12 +67,11 @@ impl Units {
     }
 
     fn from_points(points: impl Iterator<Item = DVec3>) -> Self {
-        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (min, max) = points.fold(empty, |(lo, hi), p| (lo.min(p), hi.max(p)));
-        let (min, max) = if min.x <= max.x {
-            (min, max)
+        let [min, max] = points.fold(EMPTY, |[lo, hi], p| [lo.min(p), hi.max(p)]);
+        let [min, max] = if min.x <= max.x {
+            [min, max]
         } else {
-            (DVec3::ZERO, DVec3::ZERO)
+            [DVec3::ZERO; 2]
         };
         Self {
             min,
