@@ -142,8 +142,14 @@ struct Edges {
     open: Vec<[u32; 2]>,
     /// The half-edges that are one.
     pairs: Vec<[HalfEdge; 2]>,
-    /// The ends, and the half-edges sorted.
-    many: Vec<([u32; 2], Vec<(u32, HalfEdge)>)>,
+    many: Vec<Crowded>,
+}
+
+/// An edge of more than two triangles.
+struct Crowded {
+    ends: [u32; 2],
+    /// Each with the end of the higher number, sorted.
+    half_edges: Vec<(u32, HalfEdge)>,
 }
 
 impl Edges {
@@ -157,7 +163,10 @@ impl Edges {
                 match group {
                     [_] => found.open.push(ends),
                     [a, b] => found.pairs.push([a.1, b.1]),
-                    many => found.many.push((ends, many.to_vec())),
+                    many => {
+                        let half_edges = many.to_vec();
+                        found.many.push(Crowded { ends, half_edges });
+                    }
                 }
             }
         }
@@ -171,12 +180,12 @@ impl Adjacency {
         for [a, b] in edges.pairs {
             self.join(triangles, a, b);
         }
-        for (ends, many) in edges.many {
+        for Crowded { ends, half_edges } in edges.many {
             self.non_manifold.push(ends);
-            for other in &many[1..] {
-                unite(&mut self.piece, many[0].1 / 3, other.1 / 3);
+            for other in &half_edges[1..] {
+                unite(&mut self.piece, half_edges[0].1 / 3, other.1 / 3);
             }
-            for [a, b] in straightest_pairs(vertices, triangles, ends, &many) {
+            for [a, b] in straightest_pairs(vertices, triangles, ends, &half_edges) {
                 self.join(triangles, a, b);
             }
         }
