@@ -344,7 +344,7 @@ mod tests {
             panic!("a mesh of 1.34 MB in 1.3");
         };
         let said = refused.to_string();
-        let parts = ["rock.obj", "4,608 triangles", "1 MB are free", "Decimate"];
+        let parts = ["rock.obj", "4,608 triangles", "2 MB are free", "Decimate"];
         assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     }
 
