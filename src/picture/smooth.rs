@@ -58,15 +58,22 @@ fn weld(vertices: &[[f32; 3]]) -> (Vec<u32>, usize) {
     let all = vertices.par_iter().enumerate();
     let mut all: Vec<([u32; 3], u32)> = all.map(|(i, p)| (bits(p), i as u32)).collect();
     all.par_sort_unstable();
-    let mut welded = vec![0; all.len()];
-    let mut places = 0;
-    for (i, &(key, vertex)) in all.iter().enumerate() {
-        if i > 0 && all[i - 1].0 != key {
-            places += 1;
-        }
-        welded[vertex as usize] = places;
+    let mut first = vec![0; all.len()];
+    for same in all.chunk_by(|a, b| a.0 == b.0) {
+        same.iter()
+            .for_each(|&(_, v)| first[v as usize] = same[0].1);
     }
-    (welded, places as usize + 1)
+    // In the order of the vertices, for those of triangles that lie together mostly do so too.
+    let (mut welded, mut places) = (vec![0; all.len()], 0);
+    for (v, first) in first.into_iter().enumerate() {
+        if first as usize == v {
+            welded[v] = places;
+            places += 1;
+        } else {
+            welded[v] = welded[first as usize];
+        }
+    }
+    (welded, places as usize)
 }
 
 /// The triangles at each place, as starts into one list.
