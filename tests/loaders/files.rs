@@ -80,6 +80,24 @@ fn what_is_no_mesh_is_refused_with_a_cure() {
     }
 }
 
+/// Stored without compression the text of a mesh stands in an archive as it is, perhaps with that of others.
+#[test]
+fn an_archive_is_not_read_as_the_mesh_in_it() {
+    let zip = [b"PK\x03\x04\x0a\0\0\0\0\0a.obj", OBJ.as_bytes()].concat();
+    let mut tar = [b"a.obj".as_slice(), &[0; 252], b"ustar\0"].concat();
+    tar.resize(512, 0);
+    tar.extend(OBJ.as_bytes());
+    let nameless = [b"\0\x01\x02\n", OBJ.as_bytes()].concat();
+    for (content, part) in [
+        (zip, "ZIP archive"),
+        (tar, "tar archive"),
+        (nameless, "neither its name nor its content"),
+    ] {
+        let (_folder, path) = written("mesh", content);
+        assert_says(&refusal(&path), &[part]);
+    }
+}
+
 #[test]
 fn utf_16_is_refused_with_a_cure_whatever_its_byte_order() {
     let units = || format!("\u{feff}{OBJ}").encode_utf16().collect::<Vec<_>>();

@@ -103,6 +103,25 @@ fn any_integer_type_may_hold_indices_and_lengths() {
     }
 }
 
+/// As Blender writes attributes that are called so.
+#[test]
+fn names_may_have_spaces_in_them() {
+    let rows = "7 0 0 0\n7 1 0 0\n7 0 1 0\n3 0 1 2 2 8 9\n";
+    let text = small(
+        "float",
+        "uchar int vertex_indices\nproperty list uchar int my own  list",
+        rows,
+    );
+    let text = text.replacen(
+        "property float x",
+        "property float my weight\nproperty float x",
+        1,
+    );
+    let soup = parsed(text, Format::Ply);
+    assert_eq!(soup.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(soup.triangles, [[0, 1, 2]]);
+}
+
 #[test]
 fn floats_are_read_as_their_writer_had_them_doubles_in_full() {
     let rows = "0.1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";

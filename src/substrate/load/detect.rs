@@ -60,17 +60,17 @@ pub(super) fn decide(bytes: &[u8], named: Option<Format>) -> Parsed<Format> {
             "run `git lfs pull`",
         );
     }
-    if named != Some(Format::Obj) && obj::looks_like(bytes) {
-        return Ok(Format::Obj);
-    }
     let cure = "give it an OBJ, glTF, GLB, STL or PLY file, or export the model as one";
-    match (recognised(bytes), named) {
-        (Some(other), _) => unknown(other, cure),
-        (None, Some(Format::Obj)) if bytes[..bytes.len().min(HEAD)].contains(&0) => {
-            unknown("this is no text, as OBJ is", cure)
-        }
-        (None, Some(format)) => Ok(format),
-        (None, None) => unknown("neither its name nor its content is known", cure),
+    if let Some(other) = recognised(bytes) {
+        return unknown(other, cure);
+    }
+    let is_binary = bytes[..bytes.len().min(HEAD)].contains(&0);
+    match named {
+        Some(Format::Obj) if is_binary => unknown("this is no text, as OBJ is", cure),
+        Some(Format::Obj) => Ok(Format::Obj),
+        _ if !is_binary && obj::looks_like(bytes) => Ok(Format::Obj),
+        Some(format) => Ok(format),
+        None => unknown("neither its name nor its content is known", cure),
     }
 }
 
@@ -119,15 +119,35 @@ fn unknown<T>(found: &str, cure: &'static str) -> Parsed<T> {
 
 /// A file of another kind that people try to load.
 fn recognised(bytes: &[u8]) -> Option<&'static str> {
-    let known: [(&[u8], &str); 9] = [
+    const TAR: usize = 257;
+    if bytes
+        .get(TAR..)
+        .is_some_and(|rest| rest.starts_with(b"ustar"))
+    {
+        return Some("this is a tar archive");
+    }
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let known: [(&[u8], &str); 18] = [
         (b"Kaydara FBX", "this is FBX"),
         (b"; FBX", "this is FBX"),
         (b"BLENDER", "this is a Blender file"),
         (b"PXR-USDC", "this is USD"),
         (b"#usda", "this is USD"),
         (b"PK\x03\x04", "this is a ZIP archive"),
+        (b"7z\xBC\xAF\x27\x1C", "this is a 7z archive"),
+        (b"Rar!", "this is a RAR archive"),
         (b"\x1f\x8b", "this is compressed with gzip"),
+        (
+            b"\x28\xB5\x2F\xFD",
+            "this is compressed with Zstandard, as Blender files are",
+        ),
         (b"OFF", "this is OFF"),
+        (b"COFF", "this is OFF"),
+        (b"CNOFF", "this is OFF"),
+        (b"NOFF", "this is OFF"),
+        (b"ISO-10303-21", "this is STEP"),
+        (b"#VRML", "this is VRML"),
+        (b"LASF", "this is a LAS point cloud"),
         (b"<", "this is XML or HTML"),
     ];
     known

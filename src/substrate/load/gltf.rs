@@ -3,9 +3,10 @@
 //! Read is what the default scene shows (without one, the first; without any, all root nodes).
 //! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
 //! which several instances share stay equal to the bit. Far from the origin they are rounded
-//! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned and
-//! morphed meshes are read at rest. Cameras and animations are not looked at, materials only where
-//! textures are asked for (`gltf_material.rs`), nor are extensions that concern only them.
+//! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned meshes are
+//! read in the pose that their joints have (`gltf_skin.rs`), morphed ones at rest. Cameras and animations are
+//! not looked at, materials only where textures are asked for (`gltf_material.rs`), nor are extensions
+//! that concern only them.
 
 use std::path::Path;
 
@@ -18,8 +19,9 @@ use super::error::{LoadFault, Parsed};
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
 use super::gltf_material::Looks;
-use super::gltf_primitive::{Collector, SharedPositions, Tally};
+use super::gltf_primitive::{Collector, Placing, SharedPositions, Tally};
 use super::gltf_schema::{Instancing, Node, OnlyAsset, Root};
+use super::gltf_skin::Pose;
 use super::text::quoted;
 use super::{Format, counted, no_triangles};
 
@@ -306,13 +308,14 @@ impl Tally {
     }
 
     fn at_rest(&self) -> Vec<String> {
+        let posed = met([(self.posed, "skinned mesh", "skinned meshes")]);
         let at_rest = met([
             (self.skinned, "skinned mesh", "skinned meshes"),
             (self.morphed, "morphed primitive", "morphed primitives"),
         ]);
-        at_rest
-            .into_iter()
-            .map(|what| what + " read at rest")
+        let posed = posed.into_iter().map(|what| what + " read as posed");
+        posed
+            .chain(at_rest.into_iter().map(|what| what + " read at rest"))
             .collect()
     }
 }
@@ -362,6 +365,19 @@ struct SceneWalk<'a> {
 
 impl<'a> SceneWalk<'a> {
     fn walk(&mut self) -> Parsed<()> {
+        let placed = self.placed()?;
+        let mut worlds = vec![None; self.root.nodes.len()];
+        for &(index, world) in &placed {
+            worlds[index] = Some(world);
+        }
+        let nodes = &self.root.nodes;
+        let mut placed = placed.into_iter();
+        placed.try_for_each(|(index, world)| self.node(index, &nodes[index], world, &worlds))
+    }
+
+    /// The nodes of the scene, parents first, and the transform of each.
+    fn placed(&self) -> Parsed<Vec<(usize, DAffine3)>> {
+        let mut placed = Vec::new();
         let mut met = vec![false; self.root.nodes.len()];
         let roots = self.root_nodes()?.into_iter().rev();
         let mut pending: Vec<_> = roots.map(|node| (node, DAffine3::IDENTITY)).collect();
@@ -375,10 +391,10 @@ impl<'a> SceneWalk<'a> {
                 return Err(self.fault(format!("node {index}"), problem.into()));
             }
             let world = parent * self.local_transform(index, node)?;
-            self.node(index, node, world)?;
+            placed.push((index, world));
             pending.extend(node.children.iter().rev().map(|&child| (child, world)));
         }
-        Ok(())
+        Ok(placed)
     }
 
     fn root_nodes(&self) -> Parsed<Vec<usize>> {
@@ -408,7 +424,13 @@ impl<'a> SceneWalk<'a> {
         Ok(roots)
     }
 
-    fn node(&mut self, index: usize, node: &Node, world: DAffine3) -> Parsed<()> {
+    fn node(
+        &mut self,
+        index: usize,
+        node: &Node,
+        world: DAffine3,
+        worlds: &[Option<DAffine3>],
+    ) -> Parsed<()> {
         let Some(mesh_index) = node.mesh else {
             return Ok(());
         };
@@ -418,12 +440,17 @@ impl<'a> SceneWalk<'a> {
                 format!("there is no mesh {mesh_index}"),
             ));
         };
-        self.collector.passed_over.skinned += usize::from(node.skin.is_some());
-        let transforms = match &node.extensions.instancing {
-            None => vec![world],
-            Some(instancing) => self.instances(index, instancing, world)?,
+        let placing = Placing {
+            pose: self.pose(index, node, worlds)?,
+            transforms: match &node.extensions.instancing {
+                None => vec![world],
+                Some(instancing) => self.instances(index, instancing, world)?,
+            },
         };
-        if transforms.is_empty() {
+        let tally = &mut self.collector.passed_over;
+        tally.posed += usize::from(placing.pose.is_some());
+        tally.skinned += usize::from(node.skin.is_some() && placing.pose.is_none());
+        if placing.transforms.is_empty() {
             return Ok(());
         }
         let mut shared = SharedPositions::default();
@@ -431,9 +458,21 @@ impl<'a> SceneWalk<'a> {
             let place = format!("node {index}, mesh {mesh_index}, primitive {number}");
             self.collector.material = self.looks.and_then(|l| l.material_of(mesh_index, number));
             self.collector
-                .primitive(primitive, &place, &transforms, &mut shared)?;
+                .primitive(primitive, &place, &placing, &mut shared)?;
         }
         Ok(())
+    }
+
+    /// The pose of a node's skin, if it has one whose joints are all in the scene.
+    fn pose(&self, index: usize, node: &Node, worlds: &[Option<DAffine3>]) -> Parsed<Option<Pose>> {
+        let (Some(number), None) = (node.skin, &node.extensions.instancing) else {
+            return Ok(None);
+        };
+        let Some(skin) = self.root.skins.get(number) else {
+            return Ok(None);
+        };
+        let place = format!("node {index}, skin {number}");
+        Pose::new(skin, worlds, &self.collector.accessors, &place)
     }
 
     /// The world transforms of a node's `EXT_mesh_gpu_instancing` copies.
@@ -519,7 +558,7 @@ impl<'a> SceneWalk<'a> {
 
 /// A column-major matrix, if it keeps parallels parallel, but for the round-off of programs that multiply
 /// matrices.
-fn affine(matrix: &[f64; 16]) -> Option<DAffine3> {
+pub(super) fn affine(matrix: &[f64; 16]) -> Option<DAffine3> {
     const ROUND_OFF: f64 = 1e-6;
     let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z, w] = *matrix;
     let off = [d, h, l, w - 1.0].map(f64::abs);

@@ -101,7 +101,7 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// Appends the vectors of accessor `index`, dequantized to real numbers.
+    /// Appends the vectors of accessor `index`, or its matrices of 16 numbers, dequantized to real numbers.
     pub(super) fn append_vectors<const N: usize>(
         &self,
         index: usize,
@@ -109,7 +109,10 @@ impl<'a> Accessors<'a> {
         out: &mut Vec<[f64; N]>,
     ) -> Parsed<()> {
         let accessor = self.get(index, place)?;
-        let expected = format!("VEC{N}");
+        let expected = match N {
+            16 => "MAT4".to_owned(),
+            _ => format!("VEC{N}"),
+        };
         if accessor.lanes != expected {
             let problem = format!("its type is {}, not {expected}", accessor.lanes);
             return Err(self.fault(place, index, problem));

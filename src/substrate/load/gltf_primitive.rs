@@ -11,6 +11,7 @@ use super::exclusive_index;
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::EXPORT_AGAIN;
 use super::gltf_schema::Primitive;
+use super::gltf_skin::{Pose, accessors_of};
 use super::text::used_are_finite;
 
 /// Vertices and triangles that a document may have beyond what its bytes could hold: instances
@@ -46,6 +47,8 @@ pub(super) struct Tally {
     pub(super) without_positions: usize,
     pub(super) leftover_indices: usize,
     pub(super) morphed: usize,
+    /// Skinned meshes, in the pose of their joints and without it.
+    pub(super) posed: usize,
     pub(super) skinned: usize,
 }
 
@@ -56,9 +59,28 @@ struct Placed {
     count: usize,
 }
 
-/// The position accessors that the primitives of one node's mesh share.
+/// The position accessors that the primitives of one node's mesh share, with those of the joints and weights
+/// that move them.
 #[derive(Default)]
-pub(super) struct SharedPositions(HashMap<usize, Placed>);
+pub(super) struct SharedPositions(HashMap<(usize, Option<[usize; 2]>), Placed>);
+
+/// Where a node's mesh goes.
+pub(super) struct Placing {
+    /// Once for each of these.
+    pub(super) transforms: Vec<DAffine3>,
+    /// Or where joints take it.
+    pub(super) pose: Option<Pose>,
+}
+
+impl Placing {
+    /// The transforms of a primitive's triangles, and the joints that have moved them before.
+    fn of(&self, primitive: &Primitive) -> (&[DAffine3], Option<&Pose>) {
+        match self.pose.as_ref().filter(|_| Pose::moves(primitive)) {
+            Some(pose) => (&[DAffine3::IDENTITY], Some(pose)),
+            None => (&self.transforms, None),
+        }
+    }
+}
 
 /// The order in which a primitive's corners are visited.
 enum Corners {
@@ -95,14 +117,15 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// Adds the primitive's triangles once for each transform.
+    /// Adds the primitive's triangles, once for each transform.
     pub(super) fn primitive(
         &mut self,
         primitive: &Primitive,
         place: &str,
-        transforms: &[DAffine3],
+        placing: &Placing,
         shared: &mut SharedPositions,
     ) -> Parsed<()> {
+        let (transforms, pose) = placing.of(primitive);
         if !self.has_triangles(primitive, place)? {
             return Ok(());
         }
@@ -112,16 +135,20 @@ impl<'a> Collector<'a> {
         };
         self.refuse_draco(primitive, position, place)?;
         self.passed_over.morphed += usize::from(!primitive.targets.is_empty());
-        let placed = match shared.0.get(&position) {
+        let moved_by = pose.and_then(|_| accessors_of(primitive, 0));
+        let placed = match shared.0.get(&(position, moved_by)) {
             Some(placed) => *placed,
-            None => self.place_vertices(position, place, transforms)?,
+            None => self.place_vertices(primitive, position, place, placing)?,
         };
-        shared.0.insert(position, placed);
+        shared.0.insert((position, moved_by), placed);
         let corners = self.corners(primitive, placed, place)?;
         self.charge(corners.len().saturating_mul(transforms.len()), place)?;
-        for (copy, transform) in transforms.iter().enumerate() {
+        let mirrored: Vec<bool> = match pose {
+            Some(pose) => vec![pose.mirrors()],
+            None => transforms.iter().map(mirrors).collect(),
+        };
+        for (copy, &mirrored) in mirrored.iter().enumerate() {
             let base = (placed.start + copy * placed.count) as u32;
-            let mirrored = transform.matrix3.determinant() < 0.0;
             assemble(
                 primitive.mode,
                 &corners,
@@ -132,7 +159,7 @@ impl<'a> Collector<'a> {
                 },
             );
         }
-        self.texture(primitive, &corners, placed.count, place, transforms)?;
+        self.texture(primitive, &corners, placed.count, place, &mirrored)?;
         self.passed_over.leftover_indices += match primitive.mode {
             4 => corners.len() % 3,
             _ => 0,
@@ -140,21 +167,20 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// Adds the texture coordinates of the triangles that were added.
+    /// Adds the texture coordinates of the triangles that were added, in the same order: mirrored or not.
     fn texture(
         &mut self,
         primitive: &Primitive,
         corners: &Corners,
         vertices: usize,
         place: &str,
-        transforms: &[DAffine3],
+        copies: &[bool],
     ) -> Parsed<()> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
         };
         let uvs = self.texcoords(primitive, vertices, place)?;
-        for transform in transforms {
-            let mirrored = transform.matrix3.determinant() < 0.0;
+        for &mirrored in copies {
             let mut triangles = Vec::new();
             assemble(primitive.mode, corners, &mut triangles, |[a, b, c]| {
                 if mirrored { [a, c, b] } else { [a, b, c] }
@@ -223,10 +249,12 @@ impl<'a> Collector<'a> {
     /// Appends the vertices, as often as there are transforms.
     fn place_vertices(
         &mut self,
+        primitive: &Primitive,
         accessor: usize,
         place: &str,
-        transforms: &[DAffine3],
+        placing: &Placing,
     ) -> Parsed<Placed> {
+        let (transforms, pose) = placing.of(primitive);
         let count = self.accessors.get(accessor, place)?.count;
         let start = self.soup.positions.len();
         self.accessors
@@ -237,6 +265,9 @@ impl<'a> Collector<'a> {
         let total = count.saturating_mul(transforms.len()).saturating_add(start);
         exclusive_index(total, self.accessors.format)?;
         positions.reserve(total - positions.len());
+        if let Some(pose) = pose {
+            pose.apply(primitive, &self.accessors, place, &mut positions[start..])?;
+        }
         for transform in &transforms[1..] {
             for vertex in start..start + count {
                 let moved = moved(transform, positions[vertex]);
@@ -309,6 +340,10 @@ impl<'a> Collector<'a> {
     fn fault(&self, place: &str, problem: String) -> LoadFault {
         LoadFault::malformed(self.accessors.format, place, problem, EXPORT_AGAIN)
     }
+}
+
+fn mirrors(transform: &DAffine3) -> bool {
+    transform.matrix3.determinant() < 0.0
 }
 
 fn moved(transform: &DAffine3, position: [f64; 3]) -> [f64; 3] {

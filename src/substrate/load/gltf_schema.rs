@@ -30,6 +30,8 @@ pub(super) struct Root<'a> {
     pub(super) nodes: Vec<Node<'a>>,
     #[serde(default)]
     pub(super) scenes: Vec<Scene>,
+    #[serde(default)]
+    pub(super) skins: Vec<Skin>,
     pub(super) scene: Option<usize>,
     #[serde(default)]
     pub(super) extensions_required: Vec<String>,
@@ -193,6 +195,14 @@ pub(super) struct NodeExtensions<'a> {
 pub(super) struct Instancing<'a> {
     #[serde(borrow)]
     pub(super) attributes: BTreeMap<Cow<'a, str>, usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub(super) inverse_bind_matrices: Option<usize>,
+    #[serde(default)]
+    pub(super) joints: Vec<usize>,
 }
 
 #[derive(Deserialize)]

@@ -12,6 +12,7 @@ mod gltf_buffers;
 mod gltf_material;
 mod gltf_primitive;
 mod gltf_schema;
+mod gltf_skin;
 mod meshopt;
 mod obj;
 mod ply;

@@ -196,10 +196,13 @@ impl Parser {
             [] | [b"ply"] | [b"comment" | b"obj_info", ..] => Ok(()),
             [b"format", encoding, ..] => self.format(encoding),
             [b"element", name, count] => self.element(name, count),
-            [b"property", b"list", count, item, name] => self.list(count, item, name),
-            [b"property", scalar, name] => {
+            // Blender writes names with spaces in them as they are.
+            [b"property", b"list", count, item, _, ..] => {
+                self.list(count, item, &name(&words[4..]))
+            }
+            [b"property", scalar, _, ..] => {
                 let kind = Kind::One(scalar_named(scalar)?);
-                self.property(name, kind)
+                self.property(&name(&words[2..]), kind)
             }
             _ => Err(format!("{} is not a header line", quoted(line))),
         }
@@ -250,6 +253,11 @@ impl Parser {
         });
         Ok(())
     }
+}
+
+/// A name of several words.
+fn name(words: &[&[u8]]) -> Vec<u8> {
+    words.join(&b' ')
 }
 
 fn scalar_named(name: &[u8]) -> Result<Scalar, String> {

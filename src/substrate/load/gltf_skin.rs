@@ -1,0 +1,146 @@
+//! Skinned glTF meshes, in the pose that the joints of the file have (glTF 2.0, section 3.7.3.3).
+//!
+//! A vertex is where its joints take it from the pose that the mesh was bound in. The transform of the node that
+//! shows the mesh does not count: exporters put that node anywhere, often below the joints.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::error::{LoadFault, Parsed};
+use super::gltf::affine;
+use super::gltf_accessor::Accessors;
+use super::gltf_buffers::EXPORT_AGAIN;
+use super::gltf_schema::{Primitive, Skin};
+
+/// What each joint of a skin does to a vertex.
+pub(super) struct Pose {
+    joints: Vec<DAffine3>,
+}
+
+/// Up to four joints of each vertex, by their numbers in the skin, and their weights.
+type Influences = (Vec<[f64; 4]>, Vec<[f64; 4]>);
+
+impl Pose {
+    /// By the transforms of all nodes; none where a joint is no node of the scene, or there are no joints.
+    pub(super) fn new(
+        skin: &Skin,
+        worlds: &[Option<DAffine3>],
+        accessors: &Accessors,
+        place: &str,
+    ) -> Parsed<Option<Self>> {
+        let world = |&joint: &usize| worlds.get(joint).copied().flatten();
+        let worlds: Option<Vec<DAffine3>> = skin.joints.iter().map(world).collect();
+        let Some(mut joints) = worlds.filter(|all| !all.is_empty()) else {
+            return Ok(None);
+        };
+        if let Some(accessor) = skin.inverse_bind_matrices {
+            let mut matrices = Vec::new();
+            accessors.append_vectors::<16>(accessor, place, &mut matrices)?;
+            if matrices.len() < joints.len() {
+                let problem = format!("{} matrices for {} joints", matrices.len(), joints.len());
+                return Err(fault(accessors, place, problem));
+            }
+            for (number, (joint, matrix)) in joints.iter_mut().zip(&matrices).enumerate() {
+                let bound = affine(matrix).filter(DAffine3::is_finite).ok_or_else(|| {
+                    let problem = format!("the bind matrix of joint {number} is not affine");
+                    fault(accessors, place, problem)
+                })?;
+                *joint = *joint * bound;
+            }
+        }
+        Ok(Some(Self { joints }))
+    }
+
+    /// Whether the joints move a primitive's vertices.
+    pub(super) fn moves(primitive: &Primitive) -> bool {
+        accessors_of(primitive, 0).is_some()
+    }
+
+    /// Whether it turns things inside out, as far as one joint tells.
+    pub(super) fn mirrors(&self) -> bool {
+        self.joints[0].matrix3.determinant() < 0.0
+    }
+
+    /// Moves the vertices of a primitive.
+    pub(super) fn apply(
+        &self,
+        primitive: &Primitive,
+        accessors: &Accessors,
+        place: &str,
+        positions: &mut [[f64; 3]],
+    ) -> Parsed<()> {
+        let sets = (0..).map_while(|set| accessors_of(primitive, set));
+        let sets = sets.map(|set| influences(accessors, set, place, positions.len()));
+        let sets = sets.collect::<Parsed<Vec<Influences>>>()?;
+        for (vertex, position) in positions.iter_mut().enumerate() {
+            let all = sets
+                .iter()
+                .flat_map(|(joints, weights)| joints[vertex].into_iter().zip(weights[vertex]));
+            let transform = self.blend(all).map_err(|joint| {
+                let problem = format!(
+                    "vertex {vertex} hangs on joint {joint}, the skin has {}",
+                    self.joints.len()
+                );
+                fault(accessors, place, problem)
+            })?;
+            let moved = transform.transform_point3(DVec3::from_array(*position));
+            *position = moved.to_array();
+        }
+        Ok(())
+    }
+
+    /// The mean of the joints' transforms by their weights; that of the first where all weights are zero. An
+    /// error is a joint that is not there.
+    fn blend(&self, influences: impl Iterator<Item = (f64, f64)>) -> Result<DAffine3, f64> {
+        let mut sum = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        let mut first = None;
+        for (joint, weight) in influences {
+            let transform = self.joints.get(joint as usize);
+            first = first.or(transform.copied());
+            if weight == 0.0 {
+                continue;
+            }
+            let transform = transform.ok_or(joint)?;
+            sum.0 += transform.matrix3 * weight;
+            sum.1 += transform.translation * weight;
+            sum.2 += weight;
+        }
+        match sum.2 == 0.0 {
+            true => Ok(first.unwrap_or(self.joints[0])),
+            false => Ok(DAffine3 {
+                matrix3: sum.0 * (1.0 / sum.2),
+                translation: sum.1 / sum.2,
+            }),
+        }
+    }
+}
+
+/// The accessors of a primitive's joints and weights: there may be several sets of four.
+pub(super) fn accessors_of(primitive: &Primitive, set: usize) -> Option<[usize; 2]> {
+    let accessor = |name: &str| primitive.attributes.get(format!("{name}_{set}").as_str());
+    Some([*accessor("JOINTS")?, *accessor("WEIGHTS")?])
+}
+
+fn influences(
+    accessors: &Accessors,
+    set: [usize; 2],
+    place: &str,
+    vertices: usize,
+) -> Parsed<Influences> {
+    let [joints, weights] = set.map(|accessor| {
+        let mut values = Vec::new();
+        accessors.append_vectors::<4>(accessor, place, &mut values)?;
+        if values.len() < vertices {
+            let problem = format!(
+                "joints or weights of {} vertices, of {vertices}",
+                values.len()
+            );
+            return Err(fault(accessors, place, problem));
+        }
+        Ok(values)
+    });
+    Ok((joints?, weights?))
+}
+
+fn fault(accessors: &Accessors, place: &str, problem: String) -> LoadFault {
+    LoadFault::malformed(accessors.format, place, problem, EXPORT_AGAIN)
+}
