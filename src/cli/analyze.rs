@@ -76,6 +76,7 @@ fn ground(
         }
     };
     let substrate = load(&mesh)?;
+    grown.tell_of_change(args.mesh.as_deref(), &mesh, &substrate);
     let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
     let places = smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
     Ok(Some((substrate, places)))

@@ -129,7 +129,7 @@ struct Shots<'a> {
 impl<'a> Shots<'a> {
     fn new(args: &AnimateArgs, lichen: &'a Growth) -> Result<Self, Failure> {
         let [width, height] = sides(args);
-        let stone = stone(&lichen.substrate);
+        let stone = stone(&lichen.substrate)?;
         let discs = by_age(&lichen.substrate, &lichen.cluster);
         let grown = LazyCell::new(|| {
             World::new(&Scene {

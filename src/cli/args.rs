@@ -162,8 +162,8 @@ pub(crate) struct GrowArgs {
     pub(crate) stand: StandArgs,
     #[command(flatten)]
     pub(crate) walk: WalkArgs,
-    /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly. Flags
-    /// override it; it overrides the preset
+    /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly; the run's folder
+    /// stands for that. Flags override it; it overrides the preset
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
     /// Go on with the run of a folder, killed, interrupted or finished, as if it had never stopped:

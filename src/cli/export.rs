@@ -58,7 +58,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
 fn smooth(grown: &mut Grown, mesh: &MeshArgs, voice: Voice) -> Result<Option<UpAxis>, Failure> {
     let up = grown.up(mesh);
     let placed = match grown.file_of(mesh) {
-        Ok(file) => place(&mut grown.elements, &file, up),
+        Ok(file) => place(grown, mesh, &file, up),
         Err(unknown) => Err(Failure::Failed(unknown.into())),
     };
     match placed {
@@ -73,10 +73,16 @@ fn smooth(grown: &mut Grown, mesh: &MeshArgs, voice: Voice) -> Result<Option<UpA
     }
 }
 
-fn place(elements: &mut Elements, mesh: &Path, up: Option<UpAxis>) -> Result<UpAxis, Failure> {
-    let substrate = load(mesh)?.with_up(up);
-    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
-    smooth_on(elements, &substrate).map_err(not_here)?;
+fn place(
+    grown: &mut Grown,
+    mesh: &MeshArgs,
+    file: &Path,
+    up: Option<UpAxis>,
+) -> Result<UpAxis, Failure> {
+    let substrate = load(file)?.with_up(up);
+    grown.tell_of_change(mesh.file.as_deref(), file, &substrate);
+    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", file.display()));
+    smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
     Ok(substrate.up_axis())
 }
 

@@ -67,7 +67,9 @@ fn one_line(text: &str) -> String {
         let rest = line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ');
         rest.starts_with('|')
     };
-    let advice = |line: &str| line.starts_with("Usage:") || line.starts_with("For more info");
+    // What is advised for a flag that there is not is to give it as a file's name.
+    const ADVICE: [&str; 3] = ["Usage:", "For more info", "tip: to pass '"];
+    let advice = |line: &str| ADVICE.iter().any(|begin| line.starts_with(begin));
     let lines = text.lines().filter(|line| !drawn(line)).map(str::trim);
     let mut joined = String::new();
     for line in lines.filter(|line| !line.is_empty() && !advice(line)) {

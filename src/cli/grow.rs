@@ -199,7 +199,16 @@ fn idle_preset(settings: &Settings) -> Option<&str> {
 /// MESH, or the mesh that the recipe names: seen from here, else from the recipe's folder.
 fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
     if let Some(mesh) = &args.mesh {
-        return Ok(mesh.clone());
+        return match mesh
+            .extension()
+            .is_some_and(|extension| extension == "toml")
+        {
+            false => Ok(mesh.clone()),
+            true => Err(Failure::usage(format!(
+                "{} is a recipe by its name: give it as --recipe {0}",
+                shell_path(mesh)
+            ))),
+        };
     }
     let Some(recipe) = &args.recipe_file() else {
         return Err(Failure::usage(

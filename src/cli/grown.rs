@@ -153,8 +153,24 @@ impl Grown {
     pub(crate) fn on_mesh(&self, mesh: &MeshArgs) -> Result<(Substrate, Cluster), Failure> {
         let file = self.file_of(mesh)?;
         let substrate = load(&file)?.with_up(self.up(mesh));
+        self.tell_of_change(mesh.file.as_deref(), &file, &substrate);
         let cluster = self.cluster(&substrate, &file)?;
         Ok((substrate, cluster))
+    }
+
+    /// Says so where the mesh that the recipe names is not the one that this grew on any more. One that is given
+    /// by name is taken as it is.
+    pub(crate) fn tell_of_change(&self, given: Option<&Path>, file: &Path, substrate: &Substrate) {
+        let grown_on = self.recipe.as_ref().and_then(|r| r.mesh_hash.as_deref());
+        let found = substrate.mesh_hash();
+        if let (None, Some(expected)) = (given, grown_on.filter(|expected| *expected != found)) {
+            terminal::warn(&format!(
+                "{} is not as it was when this grew: its hash is {found}, and {} says {expected}; name another with \
+                 --mesh, or this one if it is meant",
+                file.display(),
+                self.recipe_file.display()
+            ));
+        }
     }
 
     /// The elements on a mesh, which came from this file.
@@ -171,6 +187,7 @@ impl Grown {
         mesh: &MeshArgs,
         file: &Path,
     ) -> Result<(Substrate, Cluster), Failure> {
+        self.tell_of_change(mesh.file.as_deref(), file, &substrate);
         let (cluster, up) = match self.cluster(&substrate, file) {
             Ok(cluster) => (cluster, self.up(mesh)),
             Err(problem) => {

@@ -22,6 +22,11 @@ const BYTES: f64 = 450.0;
 /// The same where no picture is made: 279 and 197 were measured.
 const BARE_BYTES: f64 = 340.0;
 
+/// Bytes that a triangle of a fine mesh takes besides while coarser copies of it are made, and one of any mesh
+/// for its pictures: docs/performance.md has the measurements.
+const COPIED_BYTES: f64 = 110.0;
+const PICTURED_BYTES: f64 = 190.0;
+
 /// Bytes that a triangle of a skin takes at the peak, which is while it is made, or while a picture of it is
 /// taken: docs/skin.md has the measurements.
 const SKIN_BYTES: f64 = 250.0;
@@ -60,8 +65,15 @@ const WALK: f64 = 12e-6;
 /// Seconds a contact.
 const CONTACT: f64 = 0.8e-6;
 
-/// Triangles from which on walkers take twice as long.
+/// Triangles from which on walkers take twice as long, and go over coarser copies.
 const FINE: usize = 20_000;
+
+/// Seconds a triangle for these, on one thread.
+const COPY: f64 = 1e-6;
+
+/// Edges that an element's walkers cross at least, and those a triangle after which the copies are made.
+const CROSSED: f64 = 300.0;
+const CROSSED_BEFORE: f64 = 4.0;
 
 /// How many times elements cover a surface at most: packed discs cover 0.91 of a plane, those that only touch
 /// stopped at 0.6.
@@ -92,9 +104,10 @@ pub(super) fn check(
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
     };
-    let needed = each * elements;
+    let needed = each * elements + besides(substrate, recipe, after);
     let number = count(elements as u64);
-    let what = format!("about {number} elements");
+    let triangles = count(substrate.triangles().len() as u64);
+    let what = format!("about {number} elements on {triangles} triangles");
     check_free(needed, &what, cure)?;
     let seconds = seconds(substrate, recipe);
     if elements >= LONG || seconds >= LONG_SECONDS {
@@ -107,6 +120,29 @@ pub(super) fn check(
     }
     Ok(())
 }
+
+/// Bytes that a run takes for the mesh, which is ready to walk on.
+fn besides(substrate: &Substrate, recipe: &Recipe, after: After) -> f64 {
+    let each = match after {
+        After::Preview | After::Sweep => PICTURED_BYTES,
+        After::Nothing if copies(substrate, recipe) => COPIED_BYTES,
+        After::Nothing => 0.0,
+    };
+    each * substrate.triangles().len() as f64
+}
+
+/// Refuses pictures of a mesh that do not fit.
+pub(super) fn check_pictured(substrate: &Substrate) -> Result<(), Failure> {
+    check_pictured_within(available(), substrate.triangles().len())
+}
+
+fn check_pictured_within(free: Option<f64>, triangles: usize) -> Result<(), Failure> {
+    let what = format!("pictures of {} triangles", count(triangles as u64));
+    check_within(free, PICTURED_BYTES * triangles as f64, &what, THINNER)
+}
+
+/// What to do about a mesh that is too large.
+const THINNER: &str = "thin the mesh out (in Blender: Decimate), or make room";
 
 /// Bytes of memory that a triangle takes while a mesh is read and made ready to walk on: see docs/performance.md.
 const TRIANGLE_BYTES: f64 = 290.0;
@@ -127,8 +163,7 @@ impl Room {
             return Ok(());
         }
         let what = format!("{}: {} triangles", mesh.display(), count(triangles as u64));
-        let cure = "thin the mesh out (in Blender: Decimate), or make room";
-        check_within(self.0, needed, &what, cure)
+        check_within(self.0, needed, &what, THINNER)
     }
 }
 
@@ -214,6 +249,11 @@ fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(),
     check_within(free, needed, &what, "make --size smaller")
 }
 
+/// Bytes that pictures of a mesh take.
+pub(super) fn pictured(substrate: &Substrate) -> f64 {
+    PICTURED_BYTES * substrate.triangles().len() as f64
+}
+
 /// Bytes that a run with a picture is expected to take at its peak, the mesh aside.
 pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
@@ -221,14 +261,27 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
 
 /// About how long a run takes on one thread.
 pub(super) fn seconds(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    expected_elements(substrate, recipe) * seconds_each(substrate, recipe)
+    let copying = match copies(substrate, recipe) {
+        true => COPY * substrate.triangles().len() as f64,
+        false => 0.0,
+    };
+    copying + expected_elements(substrate, recipe) * seconds_each(substrate, recipe)
 }
 
 /// About how long an element takes.
 fn seconds_each(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let fine = substrate.triangles().len() >= FINE;
-    let walk = if fine { 2.0 * WALK } else { WALK };
+    let walk = if is_fine(substrate) { 2.0 * WALK } else { WALK };
     walk + CONTACT * contacts(recipe)
+}
+
+fn is_fine(substrate: &Substrate) -> bool {
+    substrate.triangles().len() >= FINE
+}
+
+/// Whether a run is so long that coarser copies of the mesh are made.
+fn copies(substrate: &Substrate, recipe: &Recipe) -> bool {
+    let crossed = CROSSED * expected_elements(substrate, recipe);
+    is_fine(substrate) && crossed > CROSSED_BEFORE * substrate.triangles().len() as f64
 }
 
 /// About how many contacts it takes until one sticks. With the curvature rule, 9 were measured at
@@ -346,6 +399,45 @@ mod tests {
         let said = refused.to_string();
         let parts = ["rock.obj", "4,608 triangles", "2 MB are free", "Decimate"];
         assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+
+    #[test]
+    fn pictures_of_meshes_that_do_not_fit_are_refused_with_the_number() {
+        assert!(check_pictured_within(None, 10_000_000).is_ok());
+        assert!(check_pictured_within(Some(2e9), 10_000_000).is_ok());
+        let refused = check_pictured_within(Some(1e9), 10_000_000).unwrap_err();
+        assert_eq!(
+            refused.reason(),
+            "pictures of 10,000,000 triangles need 1.9 GB of memory, and 1 GB are free: thin the mesh out \
+             (in Blender: Decimate), or make room"
+        );
+    }
+
+    #[test]
+    fn a_fine_mesh_counts_where_copies_are_made_and_pictures_taken() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/boulder.glb");
+        let boulder = Substrate::load(&file).unwrap();
+        let recipe = |elements| {
+            let settings = Settings {
+                stop: Some(StopSetting::Elements(elements)),
+                ..Settings::default()
+            };
+            settings.resolve(&boulder, "").unwrap()
+        };
+        let [short, long] = [100, 100_000].map(recipe);
+        let triangles = boulder.triangles().len() as f64;
+        assert_eq!(besides(&boulder, &short, After::Nothing), 0.0);
+        let copied = besides(&boulder, &long, After::Nothing);
+        assert_eq!(copied, COPIED_BYTES * triangles);
+        for recipe in [&short, &long] {
+            let pictured = besides(&boulder, recipe, After::Preview);
+            assert_eq!(pictured, PICTURED_BYTES * triangles);
+        }
+        let each = seconds_each(&boulder, &long);
+        assert!(
+            seconds(&boulder, &long) > 100_000.0 * each
+                && seconds(&boulder, &short) == 100.0 * each
+        );
     }
 
     #[test]

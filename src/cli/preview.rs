@@ -9,6 +9,9 @@ use thallus::picture::{
 };
 use thallus::substrate::{Substrate, SurfacePoint};
 
+use super::failure::Failure;
+use super::memory;
+
 /// Rays through a pixel, at most: a look at a run should take less time than the run.
 const SAMPLES: u32 = 4;
 
@@ -20,7 +23,7 @@ pub(crate) fn preview(
     width: u32,
     stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<u8>> {
-    let stone = stone(substrate);
+    let stone = stone_unchecked(substrate);
     let discs = by_age(substrate, cluster);
     let world = World::new(&Scene {
         discs: &discs,
@@ -37,8 +40,14 @@ pub(crate) fn preview(
     Some(render_unless(&world, &camera, &settings, stopped)?.to_png())
 }
 
-/// The substrate as pictures take it.
-pub(super) fn stone(substrate: &Substrate) -> Stone {
+/// The substrate as pictures take it, if there is memory for it.
+pub(super) fn stone(substrate: &Substrate) -> Result<Stone, Failure> {
+    memory::check_pictured(substrate)?;
+    Ok(stone_unchecked(substrate))
+}
+
+/// The same for whoever has asked for the memory before.
+pub(super) fn stone_unchecked(substrate: &Substrate) -> Stone {
     let vertices = substrate.vertices().iter();
     let vertices: Vec<_> = vertices.map(|v| v.as_vec3().to_array()).collect();
     Stone::new(&vertices, substrate.triangles())

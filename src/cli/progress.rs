@@ -105,6 +105,7 @@ impl Observer for Display {
             Form::Lines => Duration::from_secs(3),
         };
         let now = Instant::now();
+        self.pace.birth(now, progress.elements);
         if now - self.shown >= every {
             self.show(now, progress);
         }
@@ -177,8 +178,16 @@ fn share_done(goal: &Goal, progress: &Progress) -> f64 {
         .clamp(0.0, 1.0)
 }
 
+/// The least time between two births that can be a pause, and births that there would have been in it.
+const PAUSE: Duration = Duration::from_secs(1);
+const MISSED: f64 = 100.0;
+
 /// Recent speed.
 struct Pace {
+    /// When it began, with so many elements.
+    begun: (Instant, u64),
+    last_birth: Instant,
+    has_paused: bool,
     at: Instant,
     elements: u64,
     share: f64,
@@ -191,12 +200,30 @@ struct Pace {
 impl Pace {
     fn new(now: Instant, elements: u64, share: f64) -> Self {
         Self {
+            begun: (now, elements),
+            last_birth: now,
+            has_paused: false,
             at: now,
             elements,
             share,
             elements_per_second: 0.0,
             share_per_second: 0.0,
             memory: 0.0,
+        }
+    }
+
+    /// Leaves out, once, the time in which coarser copies of a fine mesh are made: they take as long as
+    /// thousands of births, and the time left was told to be minutes after it.
+    fn birth(&mut self, now: Instant, elements: u64) {
+        let gap = now - std::mem::replace(&mut self.last_birth, now);
+        if self.has_paused || gap < PAUSE {
+            return;
+        }
+        let before = (now - self.begun.0).saturating_sub(gap).as_secs_f64();
+        let births = elements.saturating_sub(self.begun.1) as f64;
+        if births * gap.as_secs_f64() > MISSED * before {
+            self.has_paused = true;
+            self.at += gap;
         }
     }
 
@@ -265,6 +292,27 @@ mod tests {
         }
         assert!((pace.elements_per_second - 10.0).abs() < 10.0);
         assert_eq!(pace.seconds_left(0.0), None);
+    }
+
+    #[test]
+    fn one_pause_does_not_count_but_births_that_have_become_slow_do() {
+        let start = Instant::now();
+        let at = |seconds: f64| start + Duration::from_secs_f64(seconds);
+        let pace_after = |pauses: u64| {
+            let (mut pace, mut now) = (Pace::new(start, 1, 0.0), 0.0);
+            for birth in 1..=2000u64 {
+                let pauses_now = (1000..1000 + pauses).contains(&birth);
+                now += if pauses_now { 20.0 } else { 0.001 };
+                pace.birth(at(now), 1 + birth);
+                pace.update(at(now), 1 + birth, birth as f64 / 4000.0);
+            }
+            pace
+        };
+        for pauses in [0, 1] {
+            let left = pace_after(pauses).seconds_left(0.5).unwrap();
+            assert!((left - 2.0).abs() < 0.01, "{pauses}: {left}");
+        }
+        assert!(pace_after(2).seconds_left(0.5).unwrap() > 4.0);
     }
 
     #[test]

@@ -49,7 +49,19 @@ pub(crate) fn in_words(refusal: &str) -> String {
             return format!("{said}{words}");
         }
     }
-    within_bounds(refusal).unwrap_or_else(|| refusal.to_owned())
+    by_symbol(refusal)
+        .or_else(|| within_bounds(refusal))
+        .unwrap_or_else(|| refusal.to_owned())
+}
+
+/// A flag that is called by its letter in the thesis, as `sweep` has it.
+fn by_symbol(refusal: &str) -> Option<String> {
+    const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
+    let meant = |(symbol, _): &&(&str, &str)| {
+        refusal.starts_with(&format!("unexpected argument '--{symbol}' found"))
+    };
+    let (symbol, flag) = SYMBOLS.iter().find(meant)?;
+    Some(format!("{}; {symbol} is --{flag}", refusal.trim_end()))
 }
 
 /// `…: 0 is not in 1..=9`.

@@ -369,7 +369,7 @@ impl Shot<'_> {
     fn take(&self, dressed: impl FnOnce()) -> Result<Taken, Failure> {
         let (view, voice) = (&self.args.view, self.args.run.voice());
         let (substrate, discs) = (&self.lichens.substrate, &self.colored.discs);
-        let stone = spin(voice, "dressing the stone", || stone(substrate));
+        let stone = spin(voice, "dressing the stone", || stone(substrate))?;
         let bare = staged(substrate, &stone, view.shot.ground, discs);
         let granular = LazyCell::new(|| World::new(&Scene { discs, ..bare }));
         let aspect = view.size.aspect();

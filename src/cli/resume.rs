@@ -21,8 +21,13 @@ use super::terminal::Voice;
 impl GrowArgs {
     /// The recipe to read: given, or that of the run to go on with.
     pub(crate) fn recipe_file(&self) -> Option<PathBuf> {
-        let resumed = self.resume.as_ref().map(|folder| folder.join(RECIPE));
-        resumed.or_else(|| self.recipe.clone())
+        let in_folder = |folder: &PathBuf| folder.join(RECIPE);
+        let given = |file: &PathBuf| match file.is_dir() {
+            true => in_folder(file),
+            false => file.clone(),
+        };
+        let resumed = self.resume.as_ref().map(in_folder);
+        resumed.or_else(|| self.recipe.as_ref().map(given))
     }
 
     /// How to name the mesh for the same again.

@@ -314,7 +314,8 @@ impl Sweep<'_> {
             .map(|r| memory::needed(self.substrate, r));
         let mut needed: Vec<f64> = needed.collect();
         needed.sort_by(|a, b| b.total_cmp(a));
-        let together: f64 = needed.iter().take(threads).sum();
+        let lichens: f64 = needed.iter().take(threads).sum();
+        let together = lichens + memory::pictured(self.substrate);
         if let Some(free) = memory::available().filter(|free| together > *free) {
             self.voice.warn(&format!(
                 "{} runs at a time may need {} of memory, and {} are free: give a smaller --threads",

@@ -18,7 +18,7 @@ use thallus::sweep::{Axis, CellPicture, Results, captions, title};
 use super::failure::Failure;
 use super::number::plural;
 use super::output::ELEMENTS;
-use super::preview::{bare, granules, packed, stone};
+use super::preview::{bare, granules, packed, stone_unchecked};
 use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
@@ -46,7 +46,7 @@ impl Pictures {
     /// Takes them. Those that are there as they would be taken now stay.
     pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
         let results = page.results();
-        let stone = LazyCell::new(|| stone(page.substrate));
+        let stone = LazyCell::new(|| stone_unchecked(page.substrate));
         let sight = Sight::of(page, style, &results, &stone)?;
         let mut pictures = Self {
             cells: Vec::new(),

@@ -3,6 +3,8 @@
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
+use super::trace::corners;
+
 /// Cosines of the angles between faces to which an edge is smooth and from which it is sharp: 35°
 /// and 65°. Faces in between count in part, or coarse triangles would show along a blunt edge.
 const SMOOTH: f32 = 0.819;
@@ -11,27 +13,24 @@ const SHARP: f32 = 0.423;
 /// Faces looked at around a vertex, at most: bounds the work at the hub of a huge fan.
 const AROUND: usize = 64;
 
-/// For each sound triangle, given by its number and its shape, the normals at its corners: the mean, by area,
-/// of the faces that meet there at a blunt angle. Vertices at the same place count as one, and faces wound
-/// the other way are turned.
-pub(super) fn corner_normals(
-    vertices: &[[f32; 3]],
-    triangles: &[[u32; 3]],
-    sound: &[(u32, [Vec3A; 3])],
-) -> Vec<[Vec3; 3]> {
-    let faces: Vec<Vec3A> = sound
-        .par_iter()
-        .map(|(_, [a, b, c])| (*b - *a).cross(*c - *a))
-        .collect();
+/// For each triangle, the normals at its corners: the mean, by area, of the faces that meet there at a blunt
+/// angle. Vertices at the same place count as one, and faces wound the other way are turned. All triangles
+/// are sound.
+pub(super) fn corner_normals(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Vec3; 3]> {
+    let face = |t: &[u32; 3]| {
+        let [a, b, c] = corners(vertices, *t);
+        (b - a).cross(c - a)
+    };
+    let faces: Vec<Vec3A> = triangles.par_iter().map(face).collect();
     let (welded, places) = weld(vertices);
-    let corners = |(t, _): &(u32, _)| triangles[*t as usize].map(|v| welded[v as usize]);
-    let corners: Vec<[u32; 3]> = sound.par_iter().map(corners).collect();
-    let (starts, meeting) = fans(corners.as_flattened(), places);
+    let at_places = |t: &[u32; 3]| t.map(|v| welded[v as usize]);
+    let triangles: Vec<[u32; 3]> = triangles.par_iter().map(at_places).collect();
+    let (starts, meeting) = fans(triangles.as_flattened(), places);
     let at = |face: usize, place: u32| {
         let fan = starts[place as usize] as usize..starts[place as usize + 1] as usize;
         corner(&faces, face, &meeting[fan])
     };
-    let all = corners.par_iter().enumerate();
+    let all = triangles.par_iter().enumerate();
     all.map(|(t, places)| places.map(|place| at(t, place)))
         .collect()
 }

@@ -15,7 +15,7 @@ use rustc_hash::FxHasher;
 use super::render::{Frame, finish};
 use super::shade::{Rays, Seen, Studio};
 use super::shape::{Dome, triangle_box};
-use super::trace::sound_triangles;
+use super::trace::{corners, sound_triangles};
 use super::wide::{Boxes, Ray};
 use super::{Camera, Disc, Image, Painted, Scene, Settings, World};
 
@@ -242,15 +242,17 @@ fn shapes(discs: &[Disc], skins: &[Painted]) -> Vec<Shape> {
             let surface = [skin.grain, is_structured, 0.0];
             key([skin.positions[i], skin.normals[i], color, surface])
         };
-        let triangle = |(number, shape): (u32, [Vec3A; 3])| {
+        let triangle = |number: u32| {
+            let triangle = skin.triangles[number as usize];
             let mut hasher = FxHasher::default();
-            for i in skin.triangles[number as usize] {
+            for i in triangle {
                 hasher.write(&corner(i).to_le_bytes());
             }
+            let shape = corners(skin.positions, triangle);
             Shape::new(hasher.finish(), &triangle_box(&shape))
         };
         let sound = sound_triangles(skin.positions, skin.triangles).into_par_iter();
-        let known = sound.filter(|(i, _)| skin.is_known(*i));
+        let known = sound.filter(|&i| skin.is_known(i));
         all.par_extend(known.map(triangle));
     }
     all.par_sort_unstable_by_key(|shape| shape.key);

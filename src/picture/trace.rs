@@ -95,10 +95,11 @@ impl Stone {
     /// drawn (not finite, no area, no such vertex) are left out.
     pub fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let sound = sound_triangles(vertices, triangles);
-        let normals = corner_normals(vertices, triangles, &sound);
-        let numbered = sound.into_iter().enumerate();
-        let numbered = numbered.map(|(i, (_, shape))| (i as u32, shape));
-        let mesh = Mesh::new(&numbered.collect::<Vec<_>>());
+        let corners = |i: u32| corners(vertices, triangles[sound[i as usize] as usize]);
+        let numbers: Vec<u32> = (0..sound.len() as u32).collect();
+        let mesh = Mesh::new(&numbers, corners);
+        let sound = sound.iter().map(|&t| triangles[t as usize]);
+        let normals = corner_normals(vertices, &sound.collect::<Vec<_>>());
         Self { mesh, normals }
     }
 
@@ -137,9 +138,10 @@ impl<'a> World<'a> {
     pub fn new(scene: &Scene<'a>) -> Self {
         let stone = scene.stone;
         let skin = |skin: &'a Painted<'a>| {
-            let sound = sound_triangles(skin.positions, skin.triangles);
-            let known = sound.into_iter().filter(|(i, _)| skin.is_known(*i));
-            (Mesh::new(&known.collect::<Vec<_>>()), skin)
+            let mut sound = sound_triangles(skin.positions, skin.triangles);
+            sound.retain(|&i| skin.is_known(i));
+            let corners = |i: u32| corners(skin.positions, skin.triangles[i as usize]);
+            (Mesh::new(&sound, corners), skin)
         };
         let skins: Vec<_> = scene.skins.iter().map(skin).collect();
         let granules = Granules::new(scene.discs);
@@ -352,16 +354,21 @@ struct Met {
 }
 
 impl Mesh {
-    fn new(shapes: &[(u32, [Vec3A; 3])]) -> Self {
-        let boxes: Vec<Aabb> = shapes.par_iter().map(|(_, s)| triangle_box(s)).collect();
+    /// Of the triangles with these numbers. Their corners are asked for time and again, for to keep them would
+    /// take more memory than all that is made of them.
+    fn new(numbers: &[u32], corners: impl Fn(u32) -> [Vec3A; 3] + Sync) -> Self {
+        let of = |&number: &u32| triangle_box(&corners(number));
+        let boxes: Vec<Aabb> = numbers.par_iter().map(of).collect();
+        let boxed = extent(&boxes);
         let (tree, groups) = Tree::new(&boxes);
+        drop(boxes);
         let of = |group: &Group| {
-            let four = group.map(|i| shapes[i as usize]);
-            Triangles::new(four.map(|(number, _)| number), four.map(|(_, shape)| shape))
+            let four = group.map(|i| numbers[i as usize]);
+            Triangles::new(four, four.map(&corners))
         };
         Self {
             groups: groups.par_iter().map(of).collect(),
-            boxed: extent(&boxes),
+            boxed,
             tree,
         }
     }
@@ -493,18 +500,21 @@ fn towards(direction: Vec3A, met: &Met) -> Vec3A {
     }
 }
 
-/// Triangles that have an area, with their numbers.
-pub(super) fn sound_triangles(
-    places: &[[f32; 3]],
-    triangles: &[[u32; 3]],
-) -> Vec<(u32, [Vec3A; 3])> {
-    let corner = |i: u32| places.get(i as usize).copied().map(Vec3A::from_array);
-    let shape = |(i, t): (usize, &[u32; 3])| {
-        let shape = [corner(t[0])?, corner(t[1])?, corner(t[2])?];
-        let area = (shape[1] - shape[0]).cross(shape[2] - shape[0]).length();
-        (area.is_finite() && area > 0.0).then_some((i as u32, shape))
+/// The numbers of the triangles that have an area.
+pub(super) fn sound_triangles(places: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let exist = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < places.len());
+    let has_area = |t: [u32; 3]| {
+        let [a, b, c] = corners(places, t);
+        let area = (b - a).cross(c - a).length();
+        area.is_finite() && area > 0.0
     };
-    triangles.par_iter().enumerate().filter_map(shape).collect()
+    let sound = |(i, t): (usize, &[u32; 3])| (exist(t) && has_area(*t)).then_some(i as u32);
+    triangles.par_iter().enumerate().filter_map(sound).collect()
+}
+
+/// The corners of a triangle.
+pub(super) fn corners(places: &[[f32; 3]], triangle: [u32; 3]) -> [Vec3A; 3] {
+    triangle.map(|i| Vec3A::from_array(places[i as usize]))
 }
 
 /// The box about boxes, turned inside out where there are none.

@@ -275,7 +275,12 @@ impl Complete {
         check_radius(self.radius, radius, diagonal)?;
         let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
         if !within_rounding(&info::CURVATURE_RADIUS, curvature_radius / radius) {
-            return Err(out_of_range(&info::CURVATURE_RADIUS, self.curvature_radius));
+            let here = format!(
+                "{:?}r",
+                super::settings_error::four_digits(curvature_radius / radius)
+            );
+            let given = format!("{}, which is {here} here,", self.curvature_radius);
+            return Err(out_of_range(&info::CURVATURE_RADIUS, given));
         }
         Ok(Recipe {
             version: env!("CARGO_PKG_VERSION").to_owned(),

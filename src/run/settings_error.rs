@@ -117,7 +117,7 @@ pub enum SettingsError {
 }
 
 /// A measured number with the digits that a reader needs.
-fn four_digits(x: f64) -> f64 {
+pub(super) fn four_digits(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
 

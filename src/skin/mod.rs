@@ -87,7 +87,22 @@ impl Default for Shape {
 pub enum SkinError {
     /// A number that is out of its range.
     #[error("{name} is {}: it may be {low} to {high}", (value * 1e4).round() / 1e4)]
-    Range {
+    Share {
+        /// What it is called.
+        name: &'static str,
+        /// What was asked for.
+        value: f64,
+        /// The least that it may be.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
+    /// A length that is out of its range, in element radii.
+    #[error(
+        "{name} is {}r here: it may be {low}r to {high}r; a length without r is in mesh units",
+        (value * 1e4).round() / 1e4
+    )]
+    Length {
         /// What it is called.
         name: &'static str,
         /// What was asked for.
@@ -139,18 +154,26 @@ impl Shape {
     /// Checks that every number is in its range.
     ///
     /// # Errors
-    /// [`SkinError::Range`] for the first that is not.
+    /// [`SkinError::Share`] or [`SkinError::Length`] for the first that is not.
     pub fn check(&self) -> Result<(), SkinError> {
-        let ranges = [
-            ("thickness (in element radii)", self.thickness, 0.05, 20.0),
-            ("taper", self.taper, 0.0, 0.9),
-            ("falloff (in element radii)", self.falloff, 0.8, 8.0),
-            ("resolution (in element radii)", self.resolution, 0.1, 10.0),
+        let lengths = [
+            ("thickness", self.thickness, 0.05, 20.0),
+            ("falloff", self.falloff, 0.8, 8.0),
+            ("resolution", self.resolution, 0.1, 10.0),
         ];
         let outside = |(_, value, low, high): &(_, f64, f64, f64)| !(*low..=*high).contains(value);
-        let wrong = ranges.into_iter().find(outside);
+        if let Some((name, value, low, high)) = lengths.into_iter().find(outside) {
+            return Err(SkinError::Length {
+                name,
+                value,
+                low,
+                high,
+            });
+        }
+        let taper = ("taper", self.taper, 0.0, 0.9);
+        let wrong = Some(taper).filter(outside);
         wrong.map_or(Ok(()), |(name, value, low, high)| {
-            Err(SkinError::Range {
+            Err(SkinError::Share {
                 name,
                 value,
                 low,
