@@ -54,9 +54,11 @@ const LICHEN_BYTES: f64 = 80.0;
 /// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
 const FELT_BEYOND: f64 = 2.0;
 
-/// Runs of so many elements are told what they take, and such as are expected to take a minute.
+/// Runs of so many elements are told what they take, and such as are expected to take a minute, or so many
+/// bytes.
 const LONG: f64 = 1e6;
 const LONG_SECONDS: f64 = 60.0;
+const LARGE: f64 = 1e9;
 
 /// Seconds an element on one thread, besides those for its contacts; docs/performance.md has the
 /// measurements, which this meets within a factor of two where runs are long.
@@ -110,7 +112,7 @@ pub(super) fn check(
     let what = format!("about {number} elements on {triangles} triangles");
     check_free(needed, &what, cure)?;
     let seconds = seconds(substrate, recipe);
-    if elements >= LONG || seconds >= LONG_SECONDS {
+    if elements >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
         let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
         voice.note(&format!(
             "about {number} elements: up to {} of memory{free}, and roughly {} on one thread",

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::shape::{Dome, Domes, HEIGHT, Triangles, triangle_box};
 use super::smooth::corner_normals;
 use super::stage::{measured, upward};
-use super::wide::{Group, Ray, Tree};
+use super::wide::{Group, Ray, Tree, WIDTH, WORTH_OPTIMIZING};
 use super::{Disc, Ground, Painted, Scene, Stage, color, longest_axis};
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
@@ -97,7 +97,10 @@ impl Stone {
         let sound = sound_triangles(vertices, triangles);
         let corners = |i: u32| corners(vertices, triangles[sound[i as usize] as usize]);
         let numbers: Vec<u32> = (0..sound.len() as u32).collect();
-        let mesh = Mesh::new(&numbers, corners);
+        let mesh = match numbers.len() > WORTH_OPTIMIZING {
+            true => Mesh::by_fours(&numbers, corners),
+            false => Mesh::new(&numbers, corners),
+        };
         let sound = sound.iter().map(|&t| triangles[t as usize]);
         let normals = corner_normals(vertices, &sound.collect::<Vec<_>>());
         Self { mesh, normals }
@@ -373,6 +376,31 @@ impl Mesh {
         }
     }
 
+    /// The same, of so many that a tree over each four of them has to do: they lie together where they come one
+    /// after the other. It takes a quarter of the memory and of the time.
+    fn by_fours(numbers: &[u32], corners: impl Fn(u32) -> [Vec3A; 3] + Sync) -> Self {
+        let box_of = |four: &[u32]| {
+            let boxes = four.iter().map(|&number| triangle_box(&corners(number)));
+            boxes.reduce(|a, b| a.union(&b)).unwrap_or_default()
+        };
+        let fours = numbers.par_chunks(WIDTH);
+        let boxes: Vec<Aabb> = fours.map(box_of).collect();
+        let boxed = extent(&boxes);
+        let (tree, groups) = Tree::grouped(&boxes, 1);
+        drop(boxes);
+        let of = |group: &Group| {
+            let first = WIDTH * group[0] as usize;
+            let last = numbers.len() - 1;
+            let four = std::array::from_fn(|lane| numbers[(first + lane).min(last)]);
+            Triangles::new(four, four.map(&corners))
+        };
+        Self {
+            groups: groups.par_iter().map(of).collect(),
+            boxed,
+            tree,
+        }
+    }
+
     /// Where a ray meets it first, and to where it is cut.
     fn first(&self, ray: &mut Ray) -> Option<Spot> {
         let mut first = None;
@@ -525,4 +553,44 @@ fn extent(boxes: &[Aabb]) -> [Vec3A; 2] {
 pub(super) fn union(boxes: impl Iterator<Item = [Vec3A; 2]>) -> [Vec3A; 2] {
     let nothing = [Vec3A::INFINITY, Vec3A::NEG_INFINITY];
     boxes.fold(nothing, |[a, b], [c, d]| [a.min(c), b.max(d)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample::{hash, unit};
+    use super::*;
+
+    /// Numbers from -1 to 1, in order.
+    fn place(at: u32) -> Vec3A {
+        let number = |axis| 2.0 * unit(hash(3 * at + axis)) - 1.0;
+        Vec3A::new(number(0), number(1), number(2))
+    }
+
+    #[test]
+    fn fours_of_triangles_stop_the_same_rays_at_the_same_places() {
+        let triangle = |i: u32| {
+            let middle = place(4 * i);
+            [1, 2, 3].map(|k| middle + 0.2 * place(4 * i + k))
+        };
+        let mut met = 0;
+        for count in [1, 2, 3, 4, 5, 7, 40, 2001] {
+            let numbers: Vec<u32> = (0..count).map(|i| 2 * i + 1).collect();
+            let alone = Mesh::new(&numbers, triangle);
+            let by_fours = Mesh::by_fours(&numbers, triangle);
+            assert_eq!(alone.boxed, by_fours.boxed);
+            for i in 0..500 {
+                let origin = 2.0 * place(9000 + 2 * i);
+                let direction = (place(9001 + 2 * i) - origin).normalize();
+                let ray = Ray::new(origin, direction);
+                assert_eq!(alone.blocks(&ray), by_fours.blocks(&ray));
+                let [one, other] = [&alone, &by_fours].map(|mesh| {
+                    let mut ray = ray.clone();
+                    mesh.first(&mut ray).map(|spot| (spot.number, ray.end))
+                });
+                assert_eq!(one, other, "{count}");
+                met += usize::from(one.is_some());
+            }
+        }
+        assert!(met > 500, "{met}");
+    }
 }

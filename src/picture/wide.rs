@@ -151,15 +151,20 @@ pub(super) struct Tree {
 pub(super) type Group = [u32; WIDTH];
 
 /// Trees up to this size are made better at the price of time, which their rays repay.
-const WORTH_OPTIMIZING: usize = 400_000;
+pub(super) const WORTH_OPTIMIZING: usize = 400_000;
 
 impl Tree {
     /// Of the shapes in these boxes, and the groups that they fall into.
     pub(super) fn new(boxes: &[Aabb]) -> (Self, Vec<Group>) {
+        Self::grouped(boxes, WIDTH)
+    }
+
+    /// The same, where so many shapes at most make a group.
+    pub(super) fn grouped(boxes: &[Aabb], most: usize) -> (Self, Vec<Group>) {
         if boxes.is_empty() {
             return Default::default();
         }
-        let binary = binary(boxes);
+        let binary = binary(boxes, most);
         let mut tree = Self {
             nodes: Vec::with_capacity(binary.nodes.len() / 3),
             most_waiting: 1,
@@ -301,7 +306,7 @@ impl Boxes {
     }
 }
 
-fn binary(boxes: &[Aabb]) -> Bvh2 {
+fn binary(boxes: &[Aabb], most: usize) -> Bvh2 {
     let indices = (0..boxes.len() as u32).collect();
     let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Low,
@@ -313,7 +318,7 @@ fn binary(boxes: &[Aabb]) -> Bvh2 {
     if boxes.len() <= WORTH_OPTIMIZING {
         ReinsertionOptimizer::default().run(&mut tree, 0.1, None);
     }
-    collapse(&mut tree, WIDTH as u32, 1.0);
+    collapse(&mut tree, most as u32, 1.0);
     tree
 }
 

@@ -276,7 +276,7 @@ impl Complete {
         let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
         if !within_rounding(&info::CURVATURE_RADIUS, curvature_radius / radius) {
             let here = format!(
-                "{:?}r",
+                "{}r",
                 super::settings_error::four_digits(curvature_radius / radius)
             );
             let given = format!("{}, which is {here} here,", self.curvature_radius);
