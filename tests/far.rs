@@ -153,15 +153,10 @@ fn for_small_elements() {
     compare("small elements", &rock, rock.auto_radius(), 1000);
 }
 
-#[test]
-fn on_a_rough_field() {
-    let field = rough_field();
-    compare("rough field", &field, 3.0 * field.auto_radius(), 500);
-}
-
 /// As scans are: bumps of all sizes down to a triangle's, noise from corner to corner, and so large that copies
 /// are simplified in parts.
-fn rough_field() -> Substrate {
+#[test]
+fn on_a_rough_field() {
     let noise = |i: usize, j: usize| {
         let bits = (i as u64 * 7919 + j as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (bits >> 40) as f64 / f64::from(1u32 << 24) - 0.5
@@ -174,21 +169,8 @@ fn rough_field() -> Substrate {
         DVec3::new(x, y, bumps + 0.6 * noise(i, j))
     };
     let (positions, triangles) = shapes::patch(280, 280, at, None);
-    common::substrate(positions, triangles)
-}
-
-/// Of elements wider than an edge the finest copy strays by little more than their radius, and walkers are on it
-/// until they are about as near to the lichen.
-#[test]
-fn for_elements_of_several_edges() {
-    let rock = common::rock(90);
-    compare("large elements", &rock, 30.0 * rock.auto_radius(), 300);
-}
-
-#[test]
-fn for_elements_of_several_edges_on_a_rough_field() {
-    let field = rough_field();
-    compare("large on rough", &field, 10.0 * field.auto_radius(), 300);
+    let field = common::substrate(positions, triangles);
+    compare("rough field", &field, 3.0 * field.auto_radius(), 500);
 }
 
 /// When the copy is made depends on what was crossed up to the last birth, and on nothing else.
