@@ -122,6 +122,24 @@ fn values_out_of_range_are_2_and_explained() {
         &["--curvature-radius", "2r to 1000r"],
     );
     desk.fails(
+        "grow plane.obj --curvature-radius 100",
+        2,
+        &["--curvature-radius 100", "r here", "2r to 1000r"],
+    );
+    for (symbol, flag) in [
+        ("L", "--curvature-radius"),
+        ("B", "--bias"),
+        ("A", "--gain"),
+    ] {
+        let words = format!("grow plane.obj --{symbol} 5");
+        desk.fails(&words, 2, &[&format!("{symbol} is {flag}")]);
+    }
+    desk.fails(
+        "grow out/recipe.toml",
+        2,
+        &["is a recipe by its name", "--recipe out/recipe.toml"],
+    );
+    desk.fails(
         "grow plane.obj --at-triangle 2",
         2,
         &["--at-triangle 2", "from 0 to 1"],

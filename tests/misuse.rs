@@ -47,6 +47,40 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
+/// One that is named with `--mesh` is taken as it is.
+#[test]
+fn a_mesh_that_has_changed_since_is_told_of() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out"));
+    let tells = |words: &str| {
+        let output = desk.call(words, "").output().unwrap();
+        assert!(output.status.success(), "{words}: {}", said(&output));
+        said(&output).contains("rock.obj is not as it was when this grew")
+    };
+    let commands = [
+        "analyze out",
+        "export out -o a.csv --force",
+        "skin out -o a.ply --force",
+        "render out -o a.png --size 32x24 --force",
+        "animate out -o film --frames 1 --force",
+    ];
+    assert!(!commands.into_iter().any(tells));
+    let edited = [desk.read("rock.obj"), b"# edited\n".to_vec()].concat();
+    fs::write(desk.path("rock.obj"), edited).unwrap();
+    for words in commands {
+        assert!(tells(words), "{words}");
+        assert!(!tells(&format!("{words} --mesh rock.obj")), "{words}");
+    }
+}
+
+#[test]
+fn the_folder_of_a_run_stands_for_its_recipe() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out"));
+    desk.done("--recipe out -o again");
+    desk.assert_same("again", "out");
+}
+
 /// A finished run of 3000 elements in `out`, the same in `whole`, and a log of its first 2000.
 struct Finished {
     desk: Desk,

@@ -330,7 +330,7 @@ fn what_is_wrong_is_said_in_one_line() {
         &desk,
         "out -o a.ply --thickness 0",
         2,
-        &["thickness", "0.05 to 20"],
+        &["thickness", "0.05r to 20r", "without r is in mesh units"],
     );
     refused(&desk, "out -o a.ply --taper 2", 2, &["taper"]);
     refused(&desk, "out -o a.ply --resolution 0.01r", 2, &["resolution"]);

@@ -44,7 +44,7 @@ impl Pose {
                     let problem = format!("the bind matrix of joint {number} is not affine");
                     fault(accessors, place, problem)
                 })?;
-                *joint = *joint * bound;
+                *joint *= bound;
             }
         }
         Ok(Some(Self { joints }))
