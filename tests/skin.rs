@@ -527,10 +527,7 @@ fn what_cannot_be_is_refused() {
         },
     ] {
         assert!(
-            matches!(
-                with(shape),
-                Err(SkinError::Length { .. } | SkinError::Share { .. })
-            ),
+            matches!(with(shape), Err(SkinError::Range { .. })),
             "{shape:?}"
         );
     }

@@ -125,12 +125,12 @@ pub(super) fn check(
 
 /// Bytes that a run takes for the mesh, which is ready to walk on.
 fn besides(substrate: &Substrate, recipe: &Recipe, after: After) -> f64 {
-    let each = match after {
-        After::Preview | After::Sweep => PICTURED_BYTES,
-        After::Nothing if copies(substrate, recipe) => COPIED_BYTES,
+    let triangles = substrate.triangles().len();
+    match after {
+        After::Preview | After::Sweep => pictured_bytes(triangles),
+        After::Nothing if copies(substrate, recipe) => COPIED_BYTES * triangles as f64,
         After::Nothing => 0.0,
-    };
-    each * substrate.triangles().len() as f64
+    }
 }
 
 /// Refuses pictures of a mesh that do not fit.
@@ -140,7 +140,7 @@ pub(super) fn check_pictured(substrate: &Substrate) -> Result<(), Failure> {
 
 fn check_pictured_within(free: Option<f64>, triangles: usize) -> Result<(), Failure> {
     let what = format!("pictures of {} triangles", count(triangles as u64));
-    check_within(free, PICTURED_BYTES * triangles as f64, &what, THINNER)
+    check_within(free, pictured_bytes(triangles), &what, THINNER)
 }
 
 /// What to do about a mesh that is too large.
@@ -253,7 +253,11 @@ fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(),
 
 /// Bytes that pictures of a mesh take.
 pub(super) fn pictured(substrate: &Substrate) -> f64 {
-    PICTURED_BYTES * substrate.triangles().len() as f64
+    pictured_bytes(substrate.triangles().len())
+}
+
+fn pictured_bytes(triangles: usize) -> f64 {
+    PICTURED_BYTES * triangles as f64
 }
 
 /// Bytes that a run with a picture is expected to take at its peak, the mesh aside.

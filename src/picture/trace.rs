@@ -97,10 +97,12 @@ impl Stone {
         let sound = sound_triangles(vertices, triangles);
         let corners = |i: u32| corners(vertices, triangles[sound[i as usize] as usize]);
         let numbers: Vec<u32> = (0..sound.len() as u32).collect();
-        let mesh = match numbers.len() > WORTH_OPTIMIZING {
-            true => Mesh::by_fours(&numbers, corners),
-            false => Mesh::new(&numbers, corners),
+        let together = if numbers.len() > WORTH_OPTIMIZING {
+            WIDTH
+        } else {
+            1
         };
+        let mesh = Mesh::new(&numbers, together, corners);
         let sound = sound.iter().map(|&t| triangles[t as usize]);
         let normals = corner_normals(vertices, &sound.collect::<Vec<_>>());
         Self { mesh, normals }
@@ -144,7 +146,7 @@ impl<'a> World<'a> {
             let mut sound = sound_triangles(skin.positions, skin.triangles);
             sound.retain(|&i| skin.is_known(i));
             let corners = |i: u32| corners(skin.positions, skin.triangles[i as usize]);
-            (Mesh::new(&sound, corners), skin)
+            (Mesh::new(&sound, 1, corners), skin)
         };
         let skins: Vec<_> = scene.skins.iter().map(skin).collect();
         let granules = Granules::new(scene.discs);
@@ -359,39 +361,22 @@ struct Met {
 impl Mesh {
     /// Of the triangles with these numbers. Their corners are asked for time and again, for to keep them would
     /// take more memory than all that is made of them.
-    fn new(numbers: &[u32], corners: impl Fn(u32) -> [Vec3A; 3] + Sync) -> Self {
-        let of = |&number: &u32| triangle_box(&corners(number));
-        let boxes: Vec<Aabb> = numbers.par_iter().map(of).collect();
-        let boxed = extent(&boxes);
-        let (tree, groups) = Tree::new(&boxes);
-        drop(boxes);
-        let of = |group: &Group| {
-            let four = group.map(|i| numbers[i as usize]);
-            Triangles::new(four, four.map(&corners))
-        };
-        Self {
-            groups: groups.par_iter().map(of).collect(),
-            boxed,
-            tree,
-        }
-    }
-
-    /// The same, of so many that a tree over each four of them has to do: they lie together where they come one
-    /// after the other. It takes a quarter of the memory and of the time.
-    fn by_fours(numbers: &[u32], corners: impl Fn(u32) -> [Vec3A; 3] + Sync) -> Self {
-        let box_of = |four: &[u32]| {
-            let boxes = four.iter().map(|&number| triangle_box(&corners(number)));
+    ///
+    /// The tree is over each so many, 1 or [`WIDTH`], which lie together where they come one after the other:
+    /// over fours it takes a quarter of the memory and of the time.
+    fn new(numbers: &[u32], together: usize, corners: impl Fn(u32) -> [Vec3A; 3] + Sync) -> Self {
+        let box_of = |some: &[u32]| {
+            let boxes = some.iter().map(|&number| triangle_box(&corners(number)));
             boxes.reduce(|a, b| a.union(&b)).unwrap_or_default()
         };
-        let fours = numbers.par_chunks(WIDTH);
-        let boxes: Vec<Aabb> = fours.map(box_of).collect();
+        let boxes: Vec<Aabb> = numbers.par_chunks(together).map(box_of).collect();
         let boxed = extent(&boxes);
-        let (tree, groups) = Tree::grouped(&boxes, 1);
+        let (tree, groups) = Tree::grouped(&boxes, WIDTH / together);
         drop(boxes);
         let of = |group: &Group| {
-            let first = WIDTH * group[0] as usize;
-            let last = numbers.len() - 1;
-            let four = std::array::from_fn(|lane| numbers[(first + lane).min(last)]);
+            let place = |lane: usize| together * group[lane / together] as usize + lane % together;
+            let number = |lane| numbers[place(lane).min(numbers.len() - 1)];
+            let four = std::array::from_fn(number);
             Triangles::new(four, four.map(&corners))
         };
         Self {
@@ -575,8 +560,7 @@ mod tests {
         let mut met = 0;
         for count in [1, 2, 3, 4, 5, 7, 40, 2001] {
             let numbers: Vec<u32> = (0..count).map(|i| 2 * i + 1).collect();
-            let alone = Mesh::new(&numbers, triangle);
-            let by_fours = Mesh::by_fours(&numbers, triangle);
+            let [alone, by_fours] = [1, WIDTH].map(|n| Mesh::new(&numbers, n, triangle));
             assert_eq!(alone.boxed, by_fours.boxed);
             for i in 0..500 {
                 let origin = 2.0 * place(9000 + 2 * i);

@@ -86,23 +86,12 @@ impl Default for Shape {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SkinError {
     /// A number that is out of its range.
-    #[error("{name} is {}: it may be {low} to {high}", (value * 1e4).round() / 1e4)]
-    Share {
-        /// What it is called.
-        name: &'static str,
-        /// What was asked for.
-        value: f64,
-        /// The least that it may be.
-        low: f64,
-        /// The most.
-        high: f64,
-    },
-    /// A length that is out of its range, in element radii.
     #[error(
-        "{name} is {}r here: it may be {low}r to {high}r; a length without r is in mesh units",
-        (value * 1e4).round() / 1e4
+        "{name} is {}{unit}: it may be {low}{unit} to {high}{unit}{}",
+        (value * 1e4).round() / 1e4,
+        if unit.is_empty() { "" } else { "; a length without r is in mesh units" }
     )]
-    Length {
+    Range {
         /// What it is called.
         name: &'static str,
         /// What was asked for.
@@ -111,6 +100,8 @@ pub enum SkinError {
         low: f64,
         /// The most.
         high: f64,
+        /// What these are in: `r`, element radii, or nothing.
+        unit: &'static str,
     },
     /// More triangles than can be counted.
     #[error(
@@ -154,30 +145,23 @@ impl Shape {
     /// Checks that every number is in its range.
     ///
     /// # Errors
-    /// [`SkinError::Share`] or [`SkinError::Length`] for the first that is not.
+    /// [`SkinError::Range`] for the first that is not.
     pub fn check(&self) -> Result<(), SkinError> {
-        let lengths = [
-            ("thickness", self.thickness, 0.05, 20.0),
-            ("falloff", self.falloff, 0.8, 8.0),
-            ("resolution", self.resolution, 0.1, 10.0),
+        let ranges = [
+            ("thickness", self.thickness, 0.05, 20.0, "r"),
+            ("taper", self.taper, 0.0, 0.9, ""),
+            ("falloff", self.falloff, 0.8, 8.0, "r"),
+            ("resolution", self.resolution, 0.1, 10.0, "r"),
         ];
-        let outside = |(_, value, low, high): &(_, f64, f64, f64)| !(*low..=*high).contains(value);
-        if let Some((name, value, low, high)) = lengths.into_iter().find(outside) {
-            return Err(SkinError::Length {
+        let mut ranges = ranges.into_iter();
+        let wrong = ranges.find(|(_, value, low, high, _)| !(*low..=*high).contains(value));
+        wrong.map_or(Ok(()), |(name, value, low, high, unit)| {
+            Err(SkinError::Range {
                 name,
                 value,
                 low,
                 high,
-            });
-        }
-        let taper = ("taper", self.taper, 0.0, 0.9);
-        let wrong = Some(taper).filter(outside);
-        wrong.map_or(Ok(()), |(name, value, low, high)| {
-            Err(SkinError::Share {
-                name,
-                value,
-                low,
-                high,
+                unit,
             })
         })
     }
