@@ -7,6 +7,8 @@ use thallus::growth::{Boundary, Counts, Join, Law, SeedPlace};
 use thallus::run::{Execution, Recipe, Stopped, grow};
 use thallus::substrate::Substrate;
 
+/// By as many threads of the operating system: where these are more than the machine has cores, it is as loaded
+/// as can be, and any of them may be left waiting at any moment.
 fn grown(
     substrate: &Substrate,
     recipe: &Recipe,
@@ -17,7 +19,11 @@ fn grown(
         uses_all_threads,
         ..Execution::default()
     };
-    let growth = grow(substrate, recipe, &execution, &mut ()).expect("grows");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let growth = pool
+        .expect("threads")
+        .install(|| grow(substrate, recipe, &execution, &mut ()))
+        .expect("grows");
     if uses_all_threads && threads > 1 {
         assert_eq!(growth.parallel.walks, growth.counts.walkers);
         assert_eq!(growth.parallel.threads, threads);
@@ -61,6 +67,10 @@ fn packed_lichen_is_the_same_on_any_number_of_threads() {
     let recipe = common::recipe(rock.auto_radius(), 6000);
     let conflicts = check("rock", &rock, &recipe);
     assert!(conflicts > 100, "{conflicts} conflicts prove nothing");
+    let plane = common::plane(2.0);
+    let recipe = common::recipe(plane.auto_radius(), 4000);
+    assert_eq!(recipe.join, Join::Pack);
+    check("plane, with open edges", &plane, &recipe);
 }
 
 #[test]
@@ -72,6 +82,10 @@ fn touching_lichen_is_the_same_on_any_number_of_threads() {
     recipe.boundary = Boundary::Absorb;
     recipe.kill = 3.0;
     check("plane that absorbs", &plane, &recipe);
+    let rock = common::rock(24);
+    let mut recipe = common::recipe(rock.auto_radius(), 4000);
+    recipe.join = Join::Touch;
+    check("rock, which is closed", &rock, &recipe);
 }
 
 /// On a fine mesh, which soon has a coarser copy, with elements as large as triangles, until the lichen is

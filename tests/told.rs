@@ -30,8 +30,8 @@ fn first_line(mut child: Child) -> String {
 }
 
 /// All that a run says until some of its elements are durable.
-fn said_while_growing(desk: &Desk, mut child: Child) -> String {
-    let log = desk.path("out/run.log");
+fn said_while_growing(desk: &Desk, folder: &str, mut child: Child) -> String {
+    let log = desk.path(folder).join("run.log");
     while !count_elements(&log).is_ok_and(|elements| elements > 1) {
         assert!(child.try_wait().unwrap().is_none(), "it ended");
         std::thread::sleep(Duration::from_millis(5));
@@ -57,11 +57,27 @@ fn a_long_run_is_told_its_memory_and_time_before_it_starts() {
         for part in [" of memory (", " are free), and roughly ", " on one thread"] {
             assert!(told.contains(part), "{told}");
         }
-        let quiet = start(&format!("{run} --quiet -o out --force"));
-        assert_eq!(said_while_growing(&desk, quiet), "");
+        let folder = format!("out-{i}");
+        let quiet = start(&format!("{run} --quiet -o {folder}"));
+        assert_eq!(said_while_growing(&desk, &folder, quiet), "");
     }
+    let resumed = told_of_the_rest(&desk, "out-1");
+    let (there, rest) = resumed.split_once(" of them there: up to ").unwrap();
+    assert!(there.starts_with("100,000 elements, "), "{resumed}");
+    assert!(rest.contains(" on one thread"), "{resumed}");
     let short = desk.done(&format!("{RUN} -o short"));
     assert!(!short.contains("memory"), "{short}");
+}
+
+/// What a run that goes on says of what is left.
+fn told_of_the_rest(desk: &Desk, folder: &str) -> String {
+    let mut command = desk.command(&format!("--resume {folder}"));
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let told = lines.find_map(|line| Some(line.unwrap().split_once("about ")?.1.to_owned()));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    told.unwrap()
 }
 
 /// Peak of memory in bytes that a child takes until it ends, looked at all the while.

@@ -48,8 +48,9 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         0 => After::Nothing,
         _ => After::Preview,
     };
-    memory::check(&substrate, &recipe, after, voice)?;
     let earlier = resume::earlier(&args, &recipe, voice)?;
+    let grown = earlier.as_ref().map_or(0, |log| log.begun.elements.len());
+    memory::check(&substrate, &recipe, grown, after, voice)?;
     if execution.is_cancelled() {
         terminal::warn("interrupted before anything grew: nothing is written");
         return Err(Failure::Interrupted);

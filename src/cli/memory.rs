@@ -64,6 +64,10 @@ const LARGE: f64 = 1e9;
 /// measurements, which this meets within a factor of two where runs are long.
 const WALK: f64 = 12e-6;
 
+/// Bytes of an element that an earlier run left, until all of these are in place again, and seconds for that.
+const READ_BYTES: f64 = 64.0;
+const REPLAY: f64 = 3e-6;
+
 /// Seconds a contact.
 const CONTACT: f64 = 0.8e-6;
 
@@ -90,14 +94,15 @@ pub(super) enum After {
     Sweep,
 }
 
-/// Tells what a long run takes, and refuses what does not fit.
+/// Tells what a long run takes that goes on with so many elements, and refuses what does not fit.
 pub(super) fn check(
     substrate: &Substrate,
     recipe: &Recipe,
+    grown: usize,
     after: After,
     voice: Voice,
 ) -> Result<(), Failure> {
-    let elements = expected_elements(substrate, recipe);
+    let elements = expected_elements(substrate, recipe).max(grown as f64);
     let (each, cure) = match after {
         After::Preview => (
             BYTES,
@@ -106,16 +111,20 @@ pub(super) fn check(
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
     };
-    let needed = each * elements + besides(substrate, recipe, after);
+    let needed = each * elements + READ_BYTES * grown as f64 + besides(substrate, recipe, after);
     let number = count(elements as u64);
     let triangles = count(substrate.triangles().len() as u64);
     let what = format!("about {number} elements on {triangles} triangles");
     check_free(needed, &what, cure)?;
-    let seconds = seconds(substrate, recipe);
-    if elements >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
+    let seconds = seconds_from(substrate, recipe, grown as f64);
+    if elements - grown as f64 >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
         let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
+        let there = match grown {
+            0 => String::new(),
+            _ => format!(", {} of them there", count(grown as u64)),
+        };
         voice.note(&format!(
-            "about {number} elements: up to {} of memory{free}, and roughly {} on one thread",
+            "about {number} elements{there}: up to {} of memory{free}, and roughly {} on one thread",
             size(needed),
             duration(seconds)
         ));
@@ -267,11 +276,17 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
 
 /// About how long a run takes on one thread.
 pub(super) fn seconds(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    seconds_from(substrate, recipe, 0.0)
+}
+
+/// The same for one that goes on with so many elements.
+fn seconds_from(substrate: &Substrate, recipe: &Recipe, grown: f64) -> f64 {
     let copying = match copies(substrate, recipe) {
         true => COPY * substrate.triangles().len() as f64,
         false => 0.0,
     };
-    copying + expected_elements(substrate, recipe) * seconds_each(substrate, recipe)
+    let left = (expected_elements(substrate, recipe) - grown).max(0.0);
+    copying + REPLAY * grown + left * seconds_each(substrate, recipe)
 }
 
 /// About how long an element takes.

@@ -138,7 +138,13 @@ impl Sweep<'_> {
         }
         let recipe = self.plan.runs[run].recipe.as_ref();
         let recipe = recipe.map_err(Clone::clone)?;
-        memory::check(self.substrate, recipe, After::Sweep, Voice { quiet: true })?;
+        memory::check(
+            self.substrate,
+            recipe,
+            0,
+            After::Sweep,
+            Voice { quiet: true },
+        )?;
         let (begun, mut log) = self.begin(&mut output, run, recipe, anew)?;
         let started = Instant::now();
         let growth = begun.grow(execution, &mut log);

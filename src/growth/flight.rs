@@ -14,6 +14,9 @@ use crate::walk::Stand;
 /// to an element takes some ten, one in small steps may take millions.
 const MOST_MILESTONES: usize = 4096;
 
+/// Those of all that walk at the same time: 60 MB.
+const ALL_MILESTONES: usize = 100_000;
+
 /// A walk that may be under way.
 pub(super) struct Flight<I: ElementIndex> {
     /// The walker's number.
@@ -59,6 +62,8 @@ pub(super) struct Track<I: ElementIndex> {
     pub(super) asked: Vec<Asked>,
     /// Places to which it can be taken back.
     milestones: Vec<Milestone>,
+    /// How many of them there may be.
+    room: usize,
 }
 
 /// A ball whose elements decided something.
@@ -85,6 +90,7 @@ impl<I: ElementIndex> Default for Track<I> {
             notes: I::Notes::default(),
             asked: Vec::new(),
             milestones: Vec::new(),
+            room: MOST_MILESTONES,
         }
     }
 }
@@ -108,9 +114,14 @@ impl<I: ElementIndex> Track<I> {
         index.forget(&mut self.notes);
     }
 
+    /// Takes as much room as one of so many walkers may.
+    pub(super) fn share_room(&mut self, walkers: usize) {
+        self.room = MOST_MILESTONES.min(ALL_MILESTONES / walkers);
+    }
+
     /// Whether it is so long that the walker had better wait until it need not leave any.
     pub(super) fn is_full(&self) -> bool {
-        self.milestones.len() >= MOST_MILESTONES
+        self.milestones.len() >= self.room
     }
 
     /// Notes a place to which the walker can be taken back.

@@ -63,7 +63,7 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     /// Flights that have landed, for what they hold in memory.
     landed: Vec<Box<Flight<I>>>,
     sharing: Sharing,
-    /// One a thread.
+    /// One for each that walk at the same time.
     scratch: Vec<Mutex<Connectivity>>,
     parallel: Parallel,
     /// Flights of the fleet so far.
@@ -163,7 +163,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                     cancelled,
                     paused: &|| false,
                 };
-                self.advance(&mut fleet[0], cluster, false, interrupts);
+                self.advance(&mut fleet[0], cluster, (0, false), interrupts);
             }
             threads => self.fly_together(&mut fleet, threads, cluster, cancelled),
         }
@@ -192,16 +192,20 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let this = &*self;
         self.flown.fetch_add(1, Ordering::Relaxed);
         let all = fleet.len();
+        fleet.iter_mut().for_each(|f| f.track.share_room(all));
         let waiting = Mutex::new(fleet.iter_mut().enumerate());
-        (0..threads).into_par_iter().with_max_len(1).for_each(|_| {
-            while let Some((i, flight)) = next_of(&waiting) {
-                let again = this.advance(flight, cluster, i > 0, interrupts);
-                conflicts.fetch_add(again.into(), Ordering::Relaxed);
-                stopped.fetch_add(1, Ordering::Relaxed);
-                first_ended.fetch_or(i == 0, Ordering::Relaxed);
-            }
-            wait_while(|| stopped.load(Ordering::Relaxed) < all);
-        });
+        (0..threads)
+            .into_par_iter()
+            .with_max_len(1)
+            .for_each(|job| {
+                while let Some((i, flight)) = next_of(&waiting) {
+                    let again = this.advance(flight, cluster, (job, i > 0), interrupts);
+                    conflicts.fetch_add(again.into(), Ordering::Relaxed);
+                    stopped.fetch_add(1, Ordering::Relaxed);
+                    first_ended.fetch_or(i == 0, Ordering::Relaxed);
+                }
+                wait_while(|| stopped.load(Ordering::Relaxed) < all);
+            });
         self.parallel.seconds += started.elapsed().as_secs_f64();
         self.parallel.conflicts += conflicts.into_inner();
         self.keep_awake(threads);
@@ -218,20 +222,20 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     /// Takes a walker back to where it was disturbed, and lets it walk on. Whether it was taken
-    /// back. `others_walk` says whether others may land before it.
+    /// back. `others_walk` says whether others may land before it, and the number which of those who
+    /// walk now this is.
     fn advance(
         &self,
         flight: &mut Flight<I>,
         cluster: &Cluster,
-        others_walk: bool,
+        (job, others_walk): (usize, bool),
         interrupts: Interrupts<'_>,
     ) -> bool {
         let again = self.catch_up(flight, cluster);
         if !others_walk {
             flight.track.forget(&self.index);
         }
-        let thread = rayon::current_thread_index().unwrap_or(0) % self.scratch.len();
-        let mut scratch = match self.scratch[thread].lock() {
+        let mut scratch = match self.scratch[job].lock() {
             Ok(scratch) => scratch,
             // Scratch is good in any state.
             Err(poisoned) => poisoned.into_inner(),
