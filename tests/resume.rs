@@ -36,36 +36,52 @@ fn slow_run() -> String {
     RUN.replace("3000", "6000")
 }
 
-/// The real program, killed without warning at 50 moments of its life.
+/// The real program, killed without warning at 50 moments of its life, ten of them on a mesh so fine that
+/// coarser copies are made of it. It runs on one to three threads, and goes on on another number.
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let desk = Desk::new();
-    let run = slow_run();
-    let started = Instant::now();
-    desk.done(&format!("{run} -o whole --quiet"));
-    let life = started.elapsed();
-    let mut found = [0; 3];
-    for share in shares(50) {
-        let mut child = desk.start(&format!("{run} -o out"));
-        std::thread::sleep(life.mul_f64(share));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        found[resume_or_start(&desk, &run)] += 1;
-        desk.assert_same("out", "whole");
-        fs::remove_dir_all(desk.path("out")).unwrap();
+    let boulder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/boulder.glb");
+    fs::copy(boulder, desk.path("boulder.glb")).unwrap();
+    let fine = "boulder.glb --elements 6000";
+    for (run, kills, enough) in [(slow_run().as_str(), 40, 20), (fine, 10, 4)] {
+        desk.done(&format!("{run} -o whole --quiet --force"));
+        let lives = [1, 2, 3].map(|threads| life(&desk, threads, run));
+        let mut found = [0; 3];
+        for (i, share) in shares(kills).enumerate() {
+            let (before, after) = (i % 3, (i + 1 + i / 3 % 2) % 3);
+            let mut child = desk.start_on(before + 1, &format!("{run} -o out"));
+            std::thread::sleep(lives[before].mul_f64(share));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            found[resume_or_start(&desk, after + 1, run)] += 1;
+            desk.assert_same("out", "whole");
+            fs::remove_dir_all(desk.path("out")).unwrap();
+        }
+        eprintln!("killed before the log, with nothing logged, with elements logged: {found:?}");
+        assert!(
+            found[2] >= enough,
+            "kills that fell into the growth: {found:?}"
+        );
     }
-    eprintln!("killed before the log, with nothing logged, with elements logged: {found:?}");
-    assert!(found[2] >= 10, "kills that fell into the growth: {found:?}");
+}
+
+/// How long a run takes.
+fn life(desk: &Desk, threads: usize, run: &str) -> Duration {
+    let started = Instant::now();
+    desk.done_on(threads, &format!("{run} -o out --quiet"));
+    fs::remove_dir_all(desk.path("out")).unwrap();
+    started.elapsed()
 }
 
 /// Goes on with a killed run, or starts it where it had not begun; says how far it had come.
-fn resume_or_start(desk: &Desk, run: &str) -> usize {
+fn resume_or_start(desk: &Desk, threads: usize, run: &str) -> usize {
     if !desk.path("out/recipe.toml").exists() {
-        desk.done(&format!("{run} -o out --quiet"));
+        desk.done_on(threads, &format!("{run} -o out --quiet"));
         return 0;
     }
     let logged = desk.path("out/run.log").exists().then(|| desk.log("out"));
-    desk.done("--resume out --quiet");
+    desk.done_on(threads, "--resume out --quiet");
     logged.map_or(0, |log| 1 + usize::from(!log.begun.elements.is_empty()))
 }
 

@@ -10,8 +10,7 @@ use super::{INTERRUPTED, terminal};
 
 /// Makes Ctrl-C (and a polite kill) set `cancel`, and a second one quit.
 pub(crate) fn listen(cancel: Arc<AtomicBool>) {
-    let saying = "\nStopping: the current element is finished and what there is gets written. \
-                  Ctrl-C again quits at once.";
+    let saying = "\nStopping: what there is gets written. Ctrl-C again quits at once.";
     if let Err(e) = set(cancel, saying, || {}) {
         terminal::warn(&format!("Ctrl-C will lose what has grown: {e}"));
     }

@@ -17,8 +17,9 @@ use crate::run::{Begun, Observer, Progress, Recipe, Settings};
 /// An observer that appends every birth to a log and makes it durable.
 ///
 /// Blocks are written and flushed to the disk every two seconds (more often at the start of a run)
-/// or every [`LARGEST_BLOCK`] elements, but never so often that it takes more than a hundredth
-/// of the time: after a flush that took a second the next comes 100 seconds later at the soonest.
+/// or every [`LARGEST_BLOCK`] elements, but not so often that it takes more than a hundredth
+/// of the time: after a flush that took a second the next comes 100 seconds later at the soonest, unless what
+/// waits would fill memory.
 ///
 /// When the disk refuses, or a birth is not the next one of this log, it ends the run. Nothing says so but
 /// [`LogWriter::finish`]: call it when the run has ended. A writer that is dropped without writes what waits,

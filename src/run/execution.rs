@@ -12,7 +12,7 @@ pub struct Execution {
     /// Whether all of them walk all the time, for measurements. Else, where fewer are faster, fewer do:
     /// that is found by trial.
     pub uses_all_threads: bool,
-    /// Set it to stop after the current element. It stays set: a run that is given it again stops at once,
+    /// Set it to stop; the walker on its way is dropped. It stays set: a run that is given it again stops at once,
     /// so clear it or take another [`Execution`] to go on.
     pub cancel: Arc<AtomicBool>,
 }

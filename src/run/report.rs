@@ -26,7 +26,8 @@ pub struct RunReport {
     pub covered_area: f64,
     /// The same as a share of the piece that the lichen is on.
     pub covered_share: f64,
-    /// Why it ended: `elements`, `reach`, `cover`, `full`, `cancelled` or `observer`.
+    /// Why it ended: `elements`, `reach`, `cover`, `full`, `starved`, `cancelled` or
+    /// `observer`.
     pub stopped: &'static str,
     /// The same in words.
     pub stopped_because: String,
@@ -40,7 +41,7 @@ pub struct RunReport {
     pub walkers_per_element: f64,
     /// Seconds of each phase.
     pub seconds: Timings,
-    /// Threads that were used.
+    /// Threads that there were to walk.
     pub threads: usize,
     /// How the threads shared the work.
     pub parallel: Parallel,

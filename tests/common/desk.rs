@@ -33,9 +33,15 @@ impl Desk {
         fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// `thallus grow` with these words.
+    /// `thallus grow` with these words, on one thread.
     pub(crate) fn command(&self, words: &str) -> Command {
-        let mut command = self.call("grow --preview 32 --threads 1", words);
+        self.command_on(1, words)
+    }
+
+    /// The same on some threads.
+    pub(crate) fn command_on(&self, threads: usize, words: &str) -> Command {
+        let grow = format!("grow --preview 32 --threads {threads}");
+        let mut command = self.call(&grow, words);
         command.stdout(Stdio::null());
         command
     }
@@ -52,7 +58,12 @@ impl Desk {
 
     /// Grows what must succeed, and gives what it said.
     pub(crate) fn done(&self, words: &str) -> String {
-        let output = self.command(words).output().unwrap();
+        self.done_on(1, words)
+    }
+
+    /// The same on some threads.
+    pub(crate) fn done_on(&self, threads: usize, words: &str) -> String {
+        let output = self.command_on(threads, words).output().unwrap();
         assert!(output.status.success(), "{words}: {}", said(&output));
         said(&output)
     }
@@ -63,7 +74,11 @@ impl Desk {
     }
 
     pub(crate) fn start(&self, words: &str) -> Child {
-        let mut command = self.command(words);
+        self.start_on(1, words)
+    }
+
+    pub(crate) fn start_on(&self, threads: usize, words: &str) -> Child {
+        let mut command = self.command_on(threads, words);
         command.stderr(Stdio::null()).spawn().unwrap()
     }
 
@@ -75,7 +90,9 @@ impl Desk {
     pub(crate) fn report(&self, folder: &str) -> serde_json::Value {
         let text = self.read(&format!("{folder}/report.json"));
         let mut report: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        report["seconds"].take();
+        for how in ["seconds", "threads", "parallel", "serial_share"] {
+            report[how].take();
+        }
         report
     }
 
