@@ -1,13 +1,15 @@
-//! What growth costs: a table of workloads, in CPU time an element. What it takes to prepare the surface,
-//! once it is read, is told beside it.
+//! What growth costs: a table of workloads, in CPU time an element, of the program and of the system on its
+//! behalf. What it takes to prepare the surface, once it is read, is told beside it.
 //!
-//!     cargo bench --bench growth                    # all of them, 100,000 elements
+//!     cargo bench --bench growth                    # all of them, 100,000 elements, and the reference
 //!     cargo bench --bench growth -- rock 20000      # those with 'rock' in their name, 20,000
-//!     cargo bench --bench growth -- rock threads=2  # on two threads
+//!     cargo bench --bench growth -- rock threads=2  # on two threads: one has no conflicts
 //!     cargo bench --bench growth -- reference       # the thesis written out, against the engine
+//!     cargo bench --bench growth -- scale           # 100,000 and a million on the plane: power and memory
 //!
-//! A lookup is a question how far the lichen is: one where a walker starts and one after each step.
-//! Contacts ask for the elements near them besides.
+//! A lookup is a question to the index how far the lichen is: outside the sphere that holds the lichen, steps mostly
+//! need none. They are counted in a run of their own, which is not timed. Contacts ask for the elements near them
+//! besides.
 #![allow(clippy::print_stdout)] // a table is what it is for
 
 use std::collections::HashMap;
@@ -15,9 +17,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use thallus::growth::{Join, Law, SeedPlace};
-use thallus::run::{Execution, Length, Settings, StopSetting, grow};
+use thallus::run::{Execution, Growth, Length, Recipe, Settings, StopSetting, grow};
 use thallus::substrate::{Soup, Substrate, load_soup};
 
+mod counting;
 mod cpu;
 #[allow(unused, reason = "the tests use the rest")]
 #[path = "../tests/reference/mod.rs"]
@@ -134,9 +137,30 @@ fn main() {
             measure(workload, elements, threads);
         }
     }
-    if wanted.iter().any(|w| w.as_str() == "reference") {
+    let asked = |word: &str| wanted.iter().any(|w| w.as_str() == word);
+    if wanted.is_empty() || asked("reference") {
         compare_with_reference();
     }
+    if asked("scale") {
+        scale();
+    }
+}
+
+/// How time and memory grow with the lichen.
+fn scale() {
+    let plane = &WORKLOADS[0];
+    let (substrate, _) = surface(plane);
+    let [small, large] = [100_000, 1_000_000].map(|elements| {
+        let (spent, _, growth) = grown(plane, &substrate, elements, 1);
+        spent * 1e6 / growth.cluster.len() as f64
+    });
+    let bytes = cpu::peak_bytes() / 1e6;
+    let power = 1.0 + (large / small).log10();
+    println!(
+        "{}: {small:.2} µs an element for 100,000, {large:.2} for a million: the power {power:.3}; at the peak \
+         {bytes:.0} bytes an element of the million, the program with it",
+        plane.name
+    );
 }
 
 /// The rock at B = 0.5 by the literal program of the tests and by the engine, as far as the first
@@ -191,12 +215,16 @@ fn in_fours(soup: &Soup) -> Soup {
     }
 }
 
-fn measure(workload: &Workload, elements: u64, threads: usize) {
+/// The surface of a workload, and the CPU seconds that it took to prepare it.
+fn surface(workload: &Workload) -> (Substrate, f64) {
     let soup = load_soup(Path::new(workload.mesh)).expect("a mesh").soup;
     let soup = (0..workload.subdivided).fold(soup, |soup, _| in_fours(&soup));
     let before = cpu::seconds();
     let substrate = Substrate::from_soup(soup).expect("a surface");
-    let prepared = cpu::seconds() - before;
+    (substrate, cpu::seconds() - before)
+}
+
+fn recipe(workload: &Workload, substrate: &Substrate, elements: u64) -> Recipe {
     let settings = Settings {
         radius: workload.radius.map(Length::Units),
         at: Some(SeedPlace::Center),
@@ -207,29 +235,49 @@ fn measure(workload: &Workload, elements: u64, threads: usize) {
         stop: Some(StopSetting::Elements(elements)),
         ..Settings::default()
     };
-    let recipe = settings.resolve(&substrate, workload.mesh).expect("fits");
+    settings.resolve(substrate, workload.mesh).expect("fits")
+}
+
+/// CPU seconds, seconds gone by, and what grew.
+fn grown(
+    workload: &Workload,
+    substrate: &Substrate,
+    elements: u64,
+    threads: usize,
+) -> (f64, f64, Growth) {
+    let recipe = recipe(workload, substrate, elements);
     let execution = Execution {
         threads,
         uses_all_threads: true,
         ..Execution::default()
     };
     let (before, started) = (cpu::seconds(), Instant::now());
-    let growth = grow(&substrate, &recipe, &execution, &mut ()).expect("grows");
-    let (spent, time) = (cpu::seconds() - before, started.elapsed().as_secs_f64());
+    let growth = grow(substrate, &recipe, &execution, &mut ()).expect("grows");
+    let (spent, time) = (cpu::seconds() - before, started.elapsed());
+    (spent, time.as_secs_f64(), growth)
+}
+
+fn measure(workload: &Workload, elements: u64, threads: usize) {
+    let (substrate, prepared) = surface(workload);
+    let (spent, time, growth) = grown(workload, &substrate, elements, threads);
+    let recipe = recipe(workload, &substrate, elements);
+    let parameters = recipe.parameters(&substrate);
+    let lookups = counting::lookups(&substrate, parameters, &growth.cluster);
     let counts = &growth.counts;
     let each = |n: u64| n as f64 / growth.cluster.len() as f64;
+    let micros = |seconds: f64| seconds * 1e6 / growth.cluster.len() as f64;
     println!(
         "{:24} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.1} {:>9.1} {:>9.1} {:>9.2} {:>9.3} {:>9.2}",
         workload.name,
-        spent * 1e6 / growth.cluster.len() as f64,
-        prepared * 1e6 / growth.cluster.len() as f64,
-        time * 1e6 / growth.cluster.len() as f64,
+        micros(spent),
+        micros(prepared),
+        micros(time),
         each(counts.walkers),
         each(counts.steps),
         each(counts.crossings),
-        each(counts.walkers + counts.steps),
+        each(lookups),
         each(counts.contacts),
         each(growth.parallel.conflicts),
-        (time - growth.parallel.seconds) * 1e6 / growth.cluster.len() as f64,
+        micros(time - growth.parallel.seconds),
     );
 }

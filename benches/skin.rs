@@ -16,6 +16,8 @@ use thallus::run::{Execution, Length, Settings, StopSetting, grow};
 use thallus::skin::{Paint, Shape, decimate, skin};
 use thallus::substrate::Substrate;
 
+mod cpu;
+
 fn main() {
     let words = std::env::args().skip(1);
     let mut counts: Vec<u64> = words.filter_map(|w| w.parse().ok()).collect();
@@ -69,14 +71,6 @@ fn measure(substrate: &Substrate, cluster: &Cluster) {
         bytes.len() as f64 / 1e6,
         write,
         halve,
-        peak_megabytes(),
+        cpu::peak_bytes() / 1e6,
     );
-}
-
-/// The most memory that this process had, where Linux tells it; otherwise 0.
-fn peak_megabytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|l| l.trim().split(' ').next()?.parse::<f64>().ok());
-    kilobytes.unwrap_or(0.0) / 1e3
 }

@@ -34,25 +34,6 @@ const MOST_CROSSED: f64 = 0.6;
 /// Edges crossed, a triangle, after which copies are made.
 const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
-/// In local units.
-fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
-    let scale = substrate.units().length_to_local(1.0);
-    Parameters {
-        radius: recipe.radius * scale,
-        curvature_radius: recipe.curvature_radius * scale,
-        bias: recipe.bias,
-        gain: recipe.gain,
-        min_stick: recipe.min_stick,
-        launch: recipe.launch,
-        kill: recipe.kill,
-        join: recipe.join,
-        law: recipe.law,
-        steps: recipe.steps,
-        boundary: recipe.boundary,
-        seed: recipe.seed,
-    }
-}
-
 /// Hits of walkers on a cluster, by element; and the edges that a walker crosses.
 fn hits(
     substrate: &Substrate,
@@ -65,7 +46,7 @@ fn hits(
         gain: 0.0,
         steps,
         seed: 7 + steps as u64,
-        ..parameters(substrate, recipe)
+        ..recipe.parameters(substrate)
     };
     let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
     let mut so_far = Cluster::new(cluster.radius());
@@ -199,7 +180,7 @@ fn threads_and_interruptions_change_nothing() {
         let part = run(elements, 1);
         let made_after = CROSSINGS_PER_TRIANGLE * rock.triangles().len() as u64;
         assert_eq!(part.counts.crossings > made_after, is_after);
-        let mut model = WalkerModel::<SparseIndex>::new(&rock, parameters(&rock, &recipe));
+        let mut model = WalkerModel::<SparseIndex>::new(&rock, recipe.parameters(&rock));
         let mut cluster = Cluster::new(part.cluster.radius());
         for element in part.cluster.elements() {
             cluster.push(*element);

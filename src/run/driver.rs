@@ -2,7 +2,7 @@
 
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
 use crate::cluster::{Cluster, Element, LEAST_RADIUS};
-use crate::growth::{Counts, GrowthModel, Halt, Parallel, Parameters, PlaceError, WalkerModel};
+use crate::growth::{Counts, GrowthModel, Halt, Parallel, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
 
 /// What a run made.
@@ -169,7 +169,7 @@ impl<'a> Run<'a> {
         }
         let seed = seed(substrate, recipe)?;
         recipe.check(substrate, seed.at.triangle)?;
-        let parameters = parameters(substrate, recipe);
+        let parameters = recipe.parameters(substrate);
         let mut run = Self {
             substrate,
             rule: recipe.stop,
@@ -341,23 +341,4 @@ fn check_lengths(substrate: &Substrate, recipe: &Recipe) -> Result<(), GrowError
         });
     }
     Ok(())
-}
-
-/// A recipe's numbers in the substrate's local units.
-fn parameters(substrate: &Substrate, recipe: &Recipe) -> Parameters {
-    let units = substrate.units();
-    Parameters {
-        radius: units.length_to_local(recipe.radius),
-        curvature_radius: units.length_to_local(recipe.curvature_radius),
-        bias: recipe.bias,
-        gain: recipe.gain,
-        min_stick: recipe.min_stick,
-        launch: recipe.launch,
-        kill: recipe.kill,
-        join: recipe.join,
-        law: recipe.law,
-        steps: recipe.steps,
-        boundary: recipe.boundary,
-        seed: recipe.seed,
-    }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::check_room;
 use super::{Settings, SettingsError};
-use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use crate::growth::{Boundary, Join, Law, Parameters, SeedPlace, Steps};
 use crate::substrate::{Substrate, UpAxis};
 
 /// Which mesh a recipe was made for.
@@ -72,6 +72,25 @@ pub struct Recipe {
 }
 
 impl Recipe {
+    /// Its numbers as a growth model takes them, in the substrate's local units.
+    pub fn parameters(&self, substrate: &Substrate) -> Parameters {
+        let units = substrate.units();
+        Parameters {
+            radius: units.length_to_local(self.radius),
+            curvature_radius: units.length_to_local(self.curvature_radius),
+            bias: self.bias,
+            gain: self.gain,
+            min_stick: self.min_stick,
+            launch: self.launch,
+            kill: self.kill,
+            join: self.join,
+            law: self.law,
+            steps: self.steps,
+            boundary: self.boundary,
+            seed: self.seed,
+        }
+    }
+
     /// Checks it as settings are checked: NaN or a stop rule that cannot be met would have walkers walk for ever.
     /// The seed element is in `triangle`.
     pub(super) fn check(&self, substrate: &Substrate, triangle: u32) -> Result<(), SettingsError> {
