@@ -154,6 +154,21 @@ fn on_a_rough_field() {
     compare("rough field", &field, 3.0 * field.auto_radius(), 500);
 }
 
+/// Two that others made: a rover's view of rocks, and the porous shell of a CT scan.
+#[test]
+fn on_scans() {
+    let Some(folder) = common::shared_folder() else {
+        return;
+    };
+    for (file, radii) in [
+        ("large/dingo_gap/dingo_gap_leaf_tiles.ply", 1.0),
+        ("large/qim3d_ct/ct_shell.ply", 2.0),
+    ] {
+        let scan = Substrate::load(&folder.join(file)).expect("a mesh");
+        compare(file, &scan, radii * scan.auto_radius(), 500);
+    }
+}
+
 /// When the copy is made depends on what was crossed up to the last birth, and on nothing else.
 #[test]
 fn threads_and_interruptions_change_nothing() {
