@@ -2,6 +2,8 @@
 
 use super::*;
 
+use std::f64::consts::{PI, TAU};
+
 use thallus::substrate::Substrate;
 
 fn polygon(outline: &[[f64; 3]]) -> String {
@@ -99,6 +101,37 @@ fn concave_outlines_keep_their_area_either_way_round_and_in_any_plane() {
                     .map(|[x, y, _]| [*y, x + 2.0 * y, 5.0 - x])
                     .collect::<Vec<_>>(),
             );
+        }
+    }
+}
+
+/// The caps of a cylinder of many sides, with as many digits as OBJ files mostly have: corner by corner the outline
+/// bends inwards and outwards.
+#[test]
+fn outlines_of_many_corners_are_cut_where_they_cannot_cross_themselves() {
+    for n in [20_000, 100_000] {
+        let rounded = |x: f64| (1e6 * x).round() / 1e6;
+        let corner = |i: u32| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+            [rounded(cos), rounded(sin), 3.0]
+        };
+        let outline: Vec<[f64; 3]> = (0..n).map(corner).collect();
+        let soup = parsed(polygon(&outline), Format::Obj);
+        assert_eq!(soup.triangles.len(), outline.len() - 2);
+        assert!((total_area(&soup) - PI).abs() < 1e-5);
+        let back: Vec<[f64; 3]> = outline.iter().rev().copied().collect();
+        assert_eq!(
+            parsed(polygon(&back), Format::Obj).triangles.len(),
+            outline.len() - 2
+        );
+        // Twice round, and a comb, may be anything.
+        let twice: Vec<[f64; 3]> = (0..n).map(|i| corner(2 * i)).collect();
+        let comb: Vec<[f64; 3]> = (0..n)
+            .map(|i| [f64::from(i), f64::from(i % 2), 0.0])
+            .collect();
+        for outline in [twice, comb] {
+            let message = refused(polygon(&outline), Format::Obj);
+            assert_says(&message, &["corners, more than 16384", "triangulate"]);
         }
     }
 }

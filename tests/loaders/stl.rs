@@ -179,11 +179,6 @@ fn ascii_errors_name_the_line() {
     let loop_of = |corners: &str| format!("solid\nfacet\nouter loop\n{corners}endloop\nendfacet\n");
     let cases = [
         (
-            loop_of("vertex 0 0 0\nvertex 1 0 0\n"),
-            "line 6",
-            "2 vertices",
-        ),
-        (
             loop_of(&"vertex 0 0 0\n".repeat(4)),
             "line 7",
             "more than three",
@@ -212,6 +207,25 @@ fn ascii_errors_name_the_line() {
     for (text, place, problem) in cases {
         assert_says(&refused(text, Format::Stl), &[place, problem]);
     }
+}
+
+#[test]
+fn edges_and_points_written_as_facets_are_passed_over() {
+    let edge = "facet normal 0 0 0\nouter loop\nvertex 7 7 7\nvertex 8 8 8\nendloop\nendfacet\n";
+    let point = "facet normal 0 0 0\nouter loop\nvertex 9 9 9\nendloop\nendfacet\n";
+    let text = TWO_SOLIDS.replacen("facet", &format!("{edge}{point}facet"), 1);
+    let soup = parsed(&text, Format::Stl);
+    assert_eq!(soup.positions, parsed(TWO_SOLIDS, Format::Stl).positions);
+    let note = "2 facets of fewer than three vertices ignored";
+    assert!(soup.notes.iter().any(|n| n == note), "{:?}", soup.notes);
+    // Places count all facets.
+    let wrong = refused(text.replace("vertex 3 0 0", "vertex 3 x 0"), Format::Stl);
+    assert_says(&wrong, &["(facet 3)"]);
+    let only = format!("solid\n{edge}endsolid\n");
+    assert_says(
+        &refused(only, Format::Stl),
+        &["only 1 facet of fewer than three"],
+    );
 }
 
 #[test]

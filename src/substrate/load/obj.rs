@@ -270,7 +270,8 @@ impl<'a> FaceReader<'a> {
         for token in statement.tokens().skip(1) {
             corners.push(self.corner(statement, token)?);
         }
-        check_corners(corners.len(), Obj, || self.place(statement))?;
+        let place = || self.place(statement);
+        check_corners(&self.soup.positions, &corners, Obj, place)?;
         self.two_cornered += usize::from(corners.len() < 3);
         let before = self.soup.triangles.len();
         self.triangulator

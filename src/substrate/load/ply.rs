@@ -411,7 +411,7 @@ impl<'a, B: Body> Reader<'a, B> {
             corners.push(self.checked(index, row)?);
         }
         let body = &self.body;
-        check_corners(corners.len(), Ply, || {
+        check_corners(&self.soup.positions, corners, Ply, || {
             format!("face {row} ({})", body.place())
         })?;
         self.too_short += usize::from(corners.len() < 3);

@@ -7,27 +7,34 @@
 //! of n corners becomes n − 2 triangles whose outline is the polygon's own.
 
 use earcut::Earcut;
+use glam::DVec2;
 
 use super::error::{LoadFault, Parsed};
 use super::{Format, counted};
 
-/// Most corners of a polygon: cutting one that crosses itself takes a time that grows with their
+/// Most corners of a polygon that may cross itself: cutting one that does takes a time that grows with their
 /// square, a second for this many.
 const MOST_CORNERS: usize = 1 << 14;
 
 /// Share of a quad that a triangle of it must have.
 const FLAT: f64 = 1e-10;
 
-/// Refuses a polygon that would take too long to cut.
+/// Refuses a polygon that may take too long to cut.
+///
+/// # Panics
+/// When a corner is not an index into `positions`.
 pub(super) fn check_corners(
-    count: usize,
+    positions: &[[f64; 3]],
+    corners: &[u32],
     format: Format,
     place: impl FnOnce() -> String,
 ) -> Parsed<()> {
-    if count <= MOST_CORNERS {
+    let count = corners.len();
+    if count <= MOST_CORNERS || is_seen_from_its_middle(positions, corners) {
         return Ok(());
     }
-    let problem = format!("a face with {count} corners, more than {MOST_CORNERS}");
+    let problem =
+        format!("a face with {count} corners, more than {MOST_CORNERS}, that may cross itself");
     let cure = "triangulate it in the program that made the file";
     Err(LoadFault::malformed(format, place(), problem, cure))
 }
@@ -211,6 +218,29 @@ fn split_open_edges(pending: &mut Vec<Piece>, n: u32, out: &mut Vec<[u32; 3]>) {
             out.push([a, b, c]);
         }
     }
+}
+
+/// Whether a polygon's outline goes once round the mean of its corners, and never back: then it does not cross
+/// itself. The caps of cylinders are such, however coarsely their corners are rounded.
+fn is_seen_from_its_middle(positions: &[[f64; 3]], corners: &[u32]) -> bool {
+    let Some((u, v)) = facing_plane(positions, corners) else {
+        return false;
+    };
+    let flat = |corner: u32| {
+        let p = positions[corner as usize];
+        DVec2::new(p[u], p[v])
+    };
+    let middle = corners.iter().map(|c| flat(*c)).sum::<DVec2>() / corners.len() as f64;
+    let (mut forth, mut back, mut rounds) = (false, false, 0);
+    let mut before = flat(corners[corners.len() - 1]) - middle;
+    for corner in corners {
+        let here = flat(*corner) - middle;
+        let turn = before.perp_dot(here);
+        (forth, back) = (forth || turn >= 0.0, back || turn <= 0.0);
+        rounds += usize::from(before.y < 0.0 && here.y >= 0.0);
+        before = here;
+    }
+    forth != back && rounds == 1
 }
 
 /// The two axes that span the coordinate plane nearest to the polygon's own.

@@ -210,6 +210,9 @@ struct AsciiFacets<R> {
     begun: usize,
     ended: usize,
     skipped: usize,
+    /// Facets that have ended, and those of them that were no triangles.
+    facets: usize,
+    short: usize,
     /// Corners of the loop that is open.
     open: usize,
     /// Where the last corner was.
@@ -225,6 +228,8 @@ impl<R: BufRead> AsciiFacets<R> {
             begun: 0,
             ended: 0,
             skipped: 0,
+            facets: 0,
+            short: 0,
             open: 0,
             last: Place { line: 1, facet: 0 },
             positions: Vec::new(),
@@ -256,7 +261,10 @@ impl<R: BufRead> AsciiFacets<R> {
         self.rest = Rest::Ours;
         match keyword {
             Keyword::Vertex => return self.vertex(),
-            Keyword::Close => return self.close(),
+            Keyword::Close => {
+                self.close();
+                return Ok(());
+            }
             Keyword::Facet | Keyword::Normal | Keyword::Loop => return Ok(()),
             Keyword::Solid => self.begun += 1,
             Keyword::EndSolid => self.ended += 1,
@@ -290,22 +298,27 @@ impl<R: BufRead> AsciiFacets<R> {
         exclusive_index(self.positions.len(), Stl)
     }
 
-    fn close(&mut self) -> Parsed<()> {
-        let place = self.place();
-        match std::mem::take(&mut self.open) {
-            0 | 3 => Ok(()),
-            n => Err(fault(
-                place,
-                format!("a facet ends after {n} vertices, not three"),
-            )),
+    /// Some programs write edges and points of a mesh as facets of two vertices or one.
+    fn close(&mut self) {
+        let corners = std::mem::take(&mut self.open);
+        self.facets += usize::from(corners > 0);
+        if corners < 3 {
+            self.short += usize::from(corners > 0);
+            self.positions.truncate(self.positions.len() - corners);
         }
     }
 
     fn place(&self) -> Place {
         Place {
             line: self.words.line(),
-            facet: (self.positions.len() - self.open) / 3,
+            facet: self.facets,
         }
+    }
+
+    fn short_facets(&self) -> Option<String> {
+        let one = "facet of fewer than three vertices";
+        let many = "facets of fewer than three vertices";
+        (self.short > 0).then(|| counted(self.short, one, many))
     }
 
     fn finish(mut self) -> Parsed<Soup> {
@@ -313,8 +326,9 @@ impl<R: BufRead> AsciiFacets<R> {
             let problem = "the file ends within a facet".into();
             return Err(fault(self.last, problem));
         }
+        let short = self.short_facets();
         if self.positions.is_empty() {
-            return Err(no_triangles(0, &[]));
+            return Err(no_triangles(0, short.as_slice()));
         }
         if self.ended < self.begun {
             return Err(LoadFault::malformed(
@@ -330,6 +344,7 @@ impl<R: BufRead> AsciiFacets<R> {
         if solids > 1 {
             notes.push(format!("{solids} solids read as one mesh"));
         }
+        notes.extend(short.map(|facets| format!("{facets} ignored")));
         if self.skipped > 0 {
             let lines = "lines that are not STL";
             let lines = counted(self.skipped, "line that is not STL", lines);
