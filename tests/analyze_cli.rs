@@ -38,6 +38,58 @@ fn desk() -> Desk {
     desk
 }
 
+/// Names of all that a JSON says, but for what is in lists and in the scalars.
+fn fields(json: &Value, within: &str, found: &mut BTreeSet<String>) {
+    match json {
+        Value::Object(map) if within != "scalars" => {
+            for (name, value) in map {
+                let dot = if within.is_empty() { "" } else { "." };
+                fields(value, &format!("{within}{dot}{name}"), found);
+            }
+        }
+        _ => {
+            found.insert(within.to_owned());
+        }
+    }
+}
+
+/// What the page says of them, in full.
+fn documented() -> BTreeSet<String> {
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/analysis.md");
+    let page = fs::read_to_string(page).unwrap();
+    let section = page.split_once("### The JSON").unwrap().1;
+    let section = section.split("\n### ").next().unwrap();
+    let rows = section.lines().filter_map(|line| line.strip_prefix("| `"));
+    let names = rows.flat_map(|row| row.split(" | ").next().unwrap().split(", "));
+    let mut all = BTreeSet::new();
+    for name in names.map(|name| name.trim_matches('`')) {
+        let parts: &[&str] = match name {
+            "branch_width" | "lobe_width" | "branching.angle" => {
+                &[".count", ".mean", ".deviation", ".percentiles"]
+            }
+            "front.growth" => &[
+                ".points",
+                ".local_slopes",
+                ".range",
+                ".fit.slope",
+                ".fit.error",
+                ".fit.prefactor",
+                ".fit.points",
+            ],
+            _ => &[""],
+        };
+        all.extend(parts.iter().map(|part| format!("{name}{part}")));
+    }
+    all
+}
+
+#[test]
+fn every_field_of_the_json_is_documented_and_no_other() {
+    let mut found = BTreeSet::new();
+    fields(&json(&desk(), "out"), "", &mut found);
+    assert_eq!(found, documented());
+}
+
 #[test]
 fn json_has_every_scalar_and_what_it_was_read_from() {
     let desk = desk();
