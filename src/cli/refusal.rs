@@ -4,6 +4,7 @@ use std::env;
 use std::ffi::OsString;
 
 use clap::error::{ContextKind, ContextValue};
+use thallus::run::preset::PRESETS;
 
 /// Of the flags that exclude one that was given, those that were given too.
 pub(crate) fn of_given(mut refusal: clap::Error) -> clap::Error {
@@ -50,6 +51,8 @@ pub(crate) fn in_words(refusal: &str) -> String {
         }
     }
     by_symbol(refusal)
+        .or_else(|| other_command(refusal))
+        .or_else(|| no_output(refusal))
         .or_else(|| within_bounds(refusal))
         .unwrap_or_else(|| refusal.to_owned())
 }
@@ -62,6 +65,40 @@ fn by_symbol(refusal: &str) -> Option<String> {
     };
     let (symbol, flag) = SYMBOLS.iter().find(meant)?;
     Some(format!("{}; {symbol} is --{flag}", refusal.trim_end()))
+}
+
+/// A command by another name, or a preset's.
+fn other_command(refusal: &str) -> Option<String> {
+    const COMMANDS: [(&[&str], &str); 8] = [
+        (&["resume", "continue"], "grow --resume DIR"),
+        (&["info", "inspect", "validate"], "check MESH"),
+        (&["measure", "stats", "analyse"], "analyze DIR"),
+        (&["view", "show", "picture", "preview"], "render DIR"),
+        (&["mesh", "surface"], "skin DIR"),
+        (&["texture", "textures"], "bake DIR"),
+        (&["film", "video", "gif", "frames"], "animate DIR"),
+        (&["convert", "write"], "export DIR"),
+    ];
+    let rest = refusal.strip_prefix("unrecognized subcommand '")?;
+    let (word, _) = rest.split_once('\'')?;
+    let said = format!("unrecognized subcommand '{word}'");
+    if PRESETS.iter().any(|preset| preset.name == word) {
+        return Some(format!(
+            "{said}: thallus preset show {word} prints it, thallus grow MESH --preset {word} grows it"
+        ));
+    }
+    let (_, meant) = COMMANDS.iter().find(|(names, _)| names.contains(&word))?;
+    Some(format!("{said}; there is thallus {meant}"))
+}
+
+/// A file for the output of a command that prints.
+fn no_output(refusal: &str) -> Option<String> {
+    let rest = refusal.strip_prefix("unexpected argument '")?;
+    let flag = rest.split('\'').next()?;
+    let said = format!("unexpected argument '{flag}' found");
+    ["-o", "--output"]
+        .contains(&flag)
+        .then(|| format!("{said}: what this says goes to standard output; append > FILE"))
 }
 
 /// `…: 0 is not in 1..=9`.
@@ -100,6 +137,22 @@ mod tests {
                 "'0' for '--a': give a whole number from 1",
             ),
             ("unexpected argument '--a'", "unexpected argument '--a'"),
+            (
+                "unexpected argument '-o' found",
+                "unexpected argument '-o' found: what this says goes to standard output; append > FILE",
+            ),
+            (
+                "unrecognized subcommand 'resume'; tip: a similar subcommand exists: 'preset'",
+                "unrecognized subcommand 'resume'; there is thallus grow --resume DIR",
+            ),
+            (
+                "unrecognized subcommand 'foliose'",
+                "unrecognized subcommand 'foliose': thallus preset show foliose prints it, thallus grow MESH --preset foliose grows it",
+            ),
+            (
+                "unrecognized subcommand 'grwo'; tip: a similar subcommand exists: 'grow'",
+                "unrecognized subcommand 'grwo'; tip: a similar subcommand exists: 'grow'",
+            ),
         ];
         for (refusal, words) in cases {
             assert_eq!(in_words(refusal), words);

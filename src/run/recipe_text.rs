@@ -360,15 +360,16 @@ fn unknown_key(key: &str, line: usize) -> RecipeTextError {
     RecipeTextError::UnknownKey {
         key: key.to_owned(),
         line,
-        suggestion: unknown_name(key),
+        suggestion: unknown_name(key, &[]),
     }
 }
 
-/// The end of a message about a name that no setting has: which one may have been meant.
-pub(super) fn unknown_name(name: &str) -> String {
-    let near = nearest_name(&name.replace('_', "-"), KEYS.iter().copied());
+/// The end of a message about a name that no setting has: which one may have been meant, but for these.
+pub(super) fn unknown_name(name: &str, but: &[&str]) -> String {
+    let keys = || KEYS.iter().copied().filter(|key| !but.contains(key));
+    let near = nearest_name(&name.replace('_', "-"), keys());
     near.map_or_else(
-        || format!("; there are {}", KEYS.join(", ")),
+        || format!("; there are {}", keys().collect::<Vec<_>>().join(", ")),
         |near| format!("; did you mean '{near}'?"),
     )
 }

@@ -14,6 +14,16 @@ pub struct UnknownSetting {
     suggestion: String,
 }
 
+impl UnknownSetting {
+    /// The same where some settings cannot have been meant.
+    pub(crate) fn but(self, but: &[&str]) -> Self {
+        Self {
+            suggestion: unknown_name(&self.name, but),
+            name: self.name,
+        }
+    }
+}
+
 impl Settings {
     /// The key that a name stands for: `curvature_radius` is `curvature-radius`.
     ///
@@ -24,7 +34,7 @@ impl Settings {
         let known = KEYS.iter().find(|key| **key == dashed);
         known.copied().ok_or_else(|| UnknownSetting {
             name: name.to_owned(),
-            suggestion: unknown_name(name),
+            suggestion: unknown_name(name, &[]),
         })
     }
 

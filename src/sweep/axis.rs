@@ -204,7 +204,8 @@ impl Axis {
 fn key_of(name: &str) -> Result<&'static str, AxisError> {
     let name = name.trim();
     let symbol = SYMBOLS.iter().find(|(letter, _)| *letter == name);
-    let key = Settings::key(symbol.map_or(name, |(_, key)| key))?;
+    let key = Settings::key(symbol.map_or(name, |(_, key)| key))
+        .map_err(|unknown| unknown.but(&FIXED.map(|(fixed, _)| fixed)))?;
     match FIXED.iter().find(|(fixed, _)| *fixed == key) {
         Some((_, instead)) => Err(AxisError::Fixed { axis: key, instead }),
         None => Ok(key),
