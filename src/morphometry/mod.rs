@@ -27,7 +27,7 @@ pub use density::density;
 pub use neighbours::Neighbours;
 pub use normals::smooth_normals;
 pub use orientation::{growth_directions, orientations};
-pub(crate) use rim::{Way, is_rim_where};
+pub(crate) use rim::is_rim_where;
 pub use rim::{exposed_angles, is_rim, rim_distance, rim_until};
 pub use tree::Tree;
 

@@ -5,12 +5,13 @@
 //! D. G. Kirkpatrick and R. Seidel, *On the shape of a set of points in the plane*, 1983). Gaps
 //! between branches narrower than the disc count as lichen.
 
-use std::cell::Cell;
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Neighbours;
 
@@ -152,53 +153,101 @@ fn uncovered(arcs: &mut [[f64; 2]]) -> f64 {
 }
 
 /// For each element the length of the shortest way to an element of the rim over others, in hops
-/// through space from neighbour to neighbour (Dijkstra 1959); none where no rim can be reached, as on a
+/// through space from neighbour to neighbour; none where no rim can be reached, as on a
 /// closed surface that is grown over.
 ///
 /// # Panics
 /// When `rim` and `neighbours` are those of different numbers of elements.
 pub fn rim_distance(rim: &[bool], neighbours: &Neighbours) -> Vec<Option<f64>> {
     assert_eq!(rim.len(), neighbours.len(), "a neighbourhood for each");
-    let mut distance = vec![f64::INFINITY; rim.len()];
-    let mut queue = BinaryHeap::new();
-    for (i, _) in rim.iter().enumerate().filter(|(_, is_rim)| **is_rim) {
-        distance[neighbours.slot(i)] = 0.0;
-        queue.push(Reverse(Way(0.0, neighbours.slot(i) as u32)));
-    }
-    let distance = Cell::from_mut(distance.as_mut_slice()).as_slice_of_cells();
-    while let Some(Reverse(Way(length, at))) = queue.pop() {
-        if length > distance[at as usize].get() {
-            continue;
-        }
-        let is_farther = |next: usize| distance[next].get() > length;
-        neighbours.visit_slots(at as usize, is_farther, |next, _, hop| {
-            let way = length + hop;
-            if way < distance[next].get() {
-                distance[next].set(way);
-                queue.push(Reverse(Way(way, next as u32)));
-            }
-        });
-    }
-    let finite = |d: &Cell<f64>| d.get().is_finite().then_some(d.get());
-    let by_slot: Vec<_> = distance.iter().map(finite).collect();
+    let start = |is_rim: bool| if is_rim { 0.0 } else { f64::INFINITY };
+    let by_slot = neighbours.by_slot(rim).into_iter();
+    let distances: Vec<_> = by_slot.map(|r| AtomicF64::new(start(r))).collect();
+    let inwards = Inwards {
+        neighbours,
+        distances: &distances,
+        ring: RING * neighbours.within(),
+    };
+    // From inside the pool, as most rings are short.
+    rayon::scope(|_| inwards.find());
+    let finite = |d: &AtomicF64| Some(d.get()).filter(|d| d.is_finite());
+    let by_slot: Vec<_> = distances.iter().map(finite).collect();
     neighbours.by_point(&by_slot)
 }
 
-/// A length, never NaN, and where it leads.
-#[derive(PartialEq)]
-pub(crate) struct Way(pub(crate) f64, pub(crate) u32);
+/// How wide the rings are that are taken together, in the neighbours' distance: no wider than an element, so
+/// that the ways to all of a ring are known when it comes to its turn.
+const RING: f64 = 0.25;
 
-impl Eq for Way {}
+/// Elements of a ring that are worth a thread.
+const SOME: usize = 128;
 
-impl PartialOrd for Way {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
+/// Shortest ways from the rim, ring by ring, all of a ring at the same time (U. Meyer and P. Sanders,
+/// *Δ-stepping: a parallelizable shortest path algorithm*, 2003). A length is the least over all ways of the sum from the
+/// rim on, whatever comes first.
+struct Inwards<'a> {
+    neighbours: &'a Neighbours,
+    /// By slot.
+    distances: &'a [AtomicF64],
+    /// How wide a ring is.
+    ring: f64,
+}
+
+impl Inwards<'_> {
+    fn find(&self) {
+        let slots = 0..self.distances.len() as u32;
+        let rim = slots.filter(|slot| self.distances[*slot as usize].get() == 0.0);
+        let mut rings = BTreeMap::from([(0, rim.collect::<Vec<_>>())]);
+        while let Some((ring, slots)) = rings.pop_first() {
+            let slots = slots.par_iter().with_min_len(SOME);
+            let nearer = slots.fold(Vec::new, |mut nearer, slot| {
+                self.pass(ring, *slot as usize, &mut nearer);
+                nearer
+            });
+            for (ring, slot) in nearer.collect::<Vec<_>>().into_iter().flatten() {
+                rings.entry(ring).or_default().push(slot);
+            }
+        }
+    }
+
+    /// Goes on from an element of a ring to those that are nearer by way of it, and notes them with their rings.
+    fn pass(&self, ring: u64, at: usize, nearer: &mut Vec<(u64, u32)>) {
+        let length = self.distances[at].get();
+        // It may have been found to be of another ring, and then it was there.
+        if self.ring_of(length) != ring {
+            return;
+        }
+        let is_farther = |next: usize| self.distances[next].get() > length;
+        self.neighbours.visit_slots(at, is_farther, |next, _, hop| {
+            let way = length + hop;
+            let before = self.distances[next].lower(way);
+            let (new, old) = (self.ring_of(way), self.ring_of(before));
+            if way < before && (new != old || new == ring) {
+                nearer.push((new, next as u32));
+            }
+        });
+    }
+
+    fn ring_of(&self, length: f64) -> u64 {
+        (length / self.ring) as u64
     }
 }
 
-impl Ord for Way {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
+/// A number, 0 or more, that several threads may lower.
+struct AtomicF64(AtomicU64);
+
+impl AtomicF64 {
+    fn new(value: f64) -> Self {
+        Self(AtomicU64::new(value.to_bits()))
+    }
+
+    fn get(&self) -> f64 {
+        f64::from_bits(self.0.load(Relaxed))
+    }
+
+    /// What it was; it is no more than this now. Numbers that are not negative are in order as their bits are.
+    fn lower(&self, value: f64) -> f64 {
+        f64::from_bits(self.0.fetch_min(value.to_bits(), Relaxed))
     }
 }
 
@@ -283,32 +332,32 @@ mod tests {
         }
     }
 
-    /// Bellman and Ford's relaxation over all pairs.
+    /// Bellman and Ford's relaxation over all pairs, until nothing changes; of many elements on several threads.
     #[test]
     fn distances_are_those_of_the_shortest_ways() {
-        let lichen = blob(200, 2);
-        let (mut rim, neighbours) = rim_of(&lichen, 0.5);
-        rim.iter_mut()
-            .enumerate()
-            .for_each(|(i, r)| *r &= i % 7 == 0);
-        let mut expected: Vec<f64> = rim
-            .iter()
-            .map(|&r| if r { 0.0 } else { f64::INFINITY })
-            .collect();
-        for _ in 0..rim.len() {
-            for i in 0..rim.len() {
-                neighbours.visit(i, |j, _, hop| {
-                    expected[i] = expected[i].min(expected[j as usize] + hop);
-                });
+        for (elements, within, far) in [(200, 0.5, 0.5), (5000, 0.12, 0.2)] {
+            let lichen = blob(elements, 2);
+            let (mut rim, neighbours) = rim_of(&lichen, within);
+            let some = rim.iter_mut().enumerate();
+            some.for_each(|(i, r)| *r &= i % 7 == 0);
+            let start = |&is_rim: &bool| if is_rim { 0.0 } else { f64::INFINITY };
+            let mut expected: Vec<f64> = rim.iter().map(start).collect();
+            let mut before = Vec::new();
+            while before != expected {
+                before.clone_from(&expected);
+                for i in 0..rim.len() {
+                    neighbours.visit(i, |j, _, hop| {
+                        expected[i] = expected[i].min(expected[j as usize] + hop);
+                    });
+                }
             }
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build();
+            let found = pool.unwrap().install(|| rim_distance(&rim, &neighbours));
+            let found = found.into_iter().map(|d| d.unwrap_or(f64::INFINITY));
+            assert_eq!(found.collect::<Vec<_>>(), expected);
+            let inside = expected.iter().filter(|d| **d > far && d.is_finite());
+            assert!(rim.iter().any(|&r| r) && inside.count() > elements / 100);
         }
-        let found = rim_distance(&rim, &neighbours);
-        let found: Vec<f64> = found
-            .into_iter()
-            .map(|d| d.unwrap_or(f64::INFINITY))
-            .collect();
-        assert_eq!(found, expected);
-        assert!(rim.iter().any(|&r| r) && found.iter().any(|&d| d > 0.5));
     }
 
     /// A disc of hexagonally packed elements: the rim is its edge, and the distance the way to it.

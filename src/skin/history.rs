@@ -5,7 +5,7 @@
 //! by one, so the distance from it is interpolated between the lichens of some numbers of elements, a
 //! window or less apart: with no window it is that of the elements so far.
 
-use std::cmp::Reverse;
+use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::lichen::{BESIDE, HOLE, LOOK, Lichen};
 use crate::cluster::Presence;
-use crate::morphometry::{Way, rim_until};
+use crate::morphometry::rim_until;
 
 /// A window of this many times the square root of the number of elements takes the rim of a round lichen
 /// two radii on: n elements that cover 0.6 of their ground reach to r √(n / 0.6).
@@ -180,6 +180,24 @@ impl History {
                 queue.push(Reverse(Way(way, next)));
             }
         }
+    }
+}
+
+/// A length, never NaN, and where it leads.
+#[derive(PartialEq)]
+struct Way(f64, u32);
+
+impl Eq for Way {}
+
+impl PartialOrd for Way {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Way {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
     }
 }
 
