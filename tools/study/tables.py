@@ -51,6 +51,7 @@ def rows(place):
         tables = [place / "results.csv"]
     else:
         tables = sorted(place.glob("*/results.csv"), reverse=True)
+    tables = [table for table in tables if table.is_file()]
     found = []
     for table in tables:
         with open(table, newline="") as file:
@@ -60,8 +61,10 @@ def rows(place):
 
 def keep(folder, into):
     """Writes the rows of each sweep to a table, but for the seconds that they took."""
-    for name in ["grid", "copy", "steps", "steps-6000", "law", "presets"]:
+    for name in ["grid", "copy", "scan", "steps", "steps-6000", "law", "presets"]:
         data = rows(folder / name)
+        if not data:
+            continue
         fields = [field for field in data[0] if field != "seconds"]
         with open(into / f"{name}.csv", "w", newline="") as file:
             table = csv.DictWriter(file, fields, extrasaction="ignore", lineterminator="\n")
@@ -271,6 +274,7 @@ def main():
     grid(out / "grid")
     surfaces(out / "dimensions.csv")
     compare(out / "copy", "axis_steps", "Far steps on a coarser copy against exact ones, boulder")
+    compare(out / "scan", "axis_steps", "The same on a scan")
     compare(out / "steps", "axis_steps", "Large steps against small ones, rock")
     compare(out / "steps-6000", "axis_steps", "Large steps against small ones, 6,000 elements")
     compare(out / "law", "axis_law", "The two laws of motion, rock")
