@@ -46,6 +46,41 @@ fn check_answers_in_json() {
     assert!((answer["auto_radius"].as_f64().unwrap() - diagonal / 2000.0).abs() < 1e-12);
 }
 
+/// Its lichen would stand inside.
+#[test]
+fn a_stone_whose_faces_look_inwards_is_told() {
+    let desk = Desk::new();
+    let rock = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rock.obj");
+    let rock = std::fs::read_to_string(rock).unwrap();
+    let turned = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
+        ["f", a, b, c] => format!("f {a} {c} {b}\n"),
+        _ => format!("{line}\n"),
+    };
+    desk.put("turned.obj", rock.lines().map(turned).collect::<String>());
+    // One that is open has no inside.
+    desk.put(
+        "open.obj",
+        rock.lines()
+            .map(turned)
+            .collect::<String>()
+            .rsplit_once("f ")
+            .unwrap()
+            .0,
+    );
+    desk.put("rock.obj", rock);
+    let inwards = "its faces look inwards";
+    for (file, is_told) in [
+        ("rock.obj", false),
+        ("turned.obj", true),
+        ("open.obj", false),
+    ] {
+        let said = desk.done(&format!("check {file}")).out;
+        assert_eq!(said.contains(inwards), is_told, "{file}: {said}");
+    }
+    let grown = desk.done("grow turned.obj --elements 20 -o out");
+    assert!(grown.err.contains(inwards), "{}", grown.err);
+}
+
 const KEYS: [&str; 17] = [
     "triangles_read",
     "triangles",

@@ -15,6 +15,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         cramped(substrate, radius),
         stray(substrate, radius),
         loose(report),
+        inside_out(substrate),
         pieces(report),
         open_edges(report),
         non_manifold_edges(report),
@@ -113,6 +114,33 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
             short(diagonal),
             short(proposed)
         )
+    })
+}
+
+/// A closed piece holds less than this share of what a ball of its area does only where it is as good as flat.
+const FLAT: f64 = 1e-6;
+
+/// Of closed pieces the largest alone: smaller ones may be hollows, which are wound inwards rightly.
+fn inside_out(substrate: &Substrate) -> Option<String> {
+    let largest = substrate.components().first()?;
+    let is_closed = |h: u32| {
+        let twin = substrate.twin(h);
+        twin.half_edge() != h && !twin.is_flipped()
+    };
+    let triangles = || largest.triangles.clone();
+    let middle = substrate.corners(largest.triangles.start)[0];
+    let volume: f64 = triangles()
+        .map(|t| {
+            let [a, b, c] = substrate.corners(t).map(|p| p - middle);
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum();
+    let ball = largest.area.powf(1.5) / (6.0 * PI.sqrt());
+    let is_inwards = volume < -FLAT * ball;
+    (is_inwards && triangles().all(|t| (3 * t..3 * t + 3).all(is_closed))).then(|| {
+        "its faces look inwards, so lichen would stand inside it, where no picture shows it; turn them (in Blender: \
+         Edit Mode, Mesh, Normals, Recalculate Outside) and export it again"
+            .to_owned()
     })
 }
 

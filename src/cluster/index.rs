@@ -9,7 +9,9 @@ use super::Element;
 /// The elements themselves stay with the cluster and are handed in with every question: all that
 /// have been inserted, in that order.
 ///
-/// Growth depends on nothing else, so an index can be replaced without touching it. Looking never
+/// Growth depends on nothing else, so an index can be replaced without touching it. The law stays the same, not
+/// the elements: bounds may be any, and walkers step by them; only by [`Steps::Small`](crate::growth::Steps::Small)
+/// are the elements the same too. What touches, and who is within a distance, has to be exact. Looking never
 /// changes an index: what it would like to keep for the next time goes into `Notes`, which each
 /// walker has of its own and hands in at its end. Answers depend on the elements and on where the walker
 /// has been, never on what others asked or handed in.
@@ -44,7 +46,7 @@ pub trait ElementIndex: Sync {
     /// Forgets what a walker saw after a mark, up to which all holds.
     fn rewind(&self, notes: &mut Self::Notes, mark: Mark);
 
-    /// A new walker starts: forgets where the last one was. What it sees is remembered for
+    /// A new walker starts, which has to be told before its first [`look`](Self::look): forgets where the last one was. What it sees is remembered for
     /// [`held`](Self::held) only where `others_walk`, so that one thread does not pay for many.
     fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
 

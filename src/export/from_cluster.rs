@@ -7,7 +7,9 @@ use crate::substrate::Substrate;
 impl Elements {
     /// The table of a cluster's elements, in the mesh file's units and axes.
     ///
-    /// The cluster must have grown on this substrate. Of another it may give numbers without meaning.
+    /// The cluster must have grown on this substrate. Of another it may give numbers without meaning. Normals are
+    /// those of the triangles; `thallus export` puts [`smooth_normals`](crate::morphometry::smooth_normals) in
+    /// their place.
     ///
     /// # Panics
     /// When an element is in a triangle that the substrate does not have.

@@ -21,6 +21,7 @@ mod surroundings;
 mod walker;
 mod walker_model;
 
+pub use join::Joined;
 pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};
 pub use parameters::{Boundary, Join, Law, Parameters, Steps};

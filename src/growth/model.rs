@@ -6,8 +6,9 @@ use crate::cluster::{Cluster, Element};
 
 /// A law that chooses where the next element is born.
 ///
-/// The run owns the cluster. It tells the model of every birth, the seed's too, so that whatever
-/// the model keeps (an index, charges, potentials) can be rebuilt by telling it of them again.
+/// Whoever asks for elements owns the cluster: a [`Run`](crate::run::Run), whose model is a
+/// [`WalkerModel`](super::WalkerModel), or a loop of one's own. It tells the model of every birth, the seed's too, so
+/// that whatever the model keeps (an index, charges, potentials) can be rebuilt by telling it of them again.
 pub trait GrowthModel {
     /// So many elements are to be expected in all: to make room for them. Not a promise.
     fn expect(&mut self, elements: usize);

@@ -242,7 +242,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Grows until a rule says stop. The observer sees the births from here on.
+    /// Grows until a rule says stop. The observer sees the births from here on: one that counts begins with
+    /// [`Run::progress`], and one that has stopped a run before its rule did is asked again after the next birth only.
     pub fn grow(mut self, execution: &Execution, observer: &mut dyn Observer) -> Growth {
         self.model = match execution.uses_all_threads {
             true => self.model.on_threads(execution.threads),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How to run, apart from what to grow.
 #[derive(Clone, Debug)]
 pub struct Execution {
-    /// Threads that walk, at most; the result is the same for any number. One by default: two are 1.5 times
+    /// Threads that walk, at most, 0 being taken for 1; the result is the same for any number. One by default: two are 1.5 times
     /// as fast, and many lichens are grown faster side by side (`docs/performance.md`).
     pub threads: usize,
     /// Whether all of them walk all the time, for measurements. Else, where fewer are faster, fewer do:

@@ -135,7 +135,10 @@ impl<'a> Results<'a> {
             Err(_) => FAILED.to_owned(),
         }));
         for (measure, name) in self.measures().into_iter().enumerate() {
-            columns.push(self.numbers(name, |run| self.value(run, measure)));
+            // A measure may be a parameter too, as the radius is.
+            if columns.iter().all(|column| column.name != name) {
+                columns.push(self.numbers(name, |run| self.value(run, measure)));
+            }
         }
         columns.push(self.numbers("seconds_grow", |run| {
             let outcome = self.outcomes[run].as_ref();

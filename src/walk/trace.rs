@@ -88,7 +88,7 @@ impl Visitor for Absorbing {
 /// nothing, and with it perhaps a long way to [`MOST_CROSSINGS`].
 ///
 /// # Panics
-/// When the substrate does not have the point's triangle.
+/// When the substrate does not have the point's triangle; perhaps when the step is not finite.
 pub fn trace(substrate: &Substrate, from: &SurfacePoint, step: DVec2, absorb: bool) -> Trace {
     if absorb {
         trace_visiting(substrate, from, step, &mut Absorbing)
