@@ -264,7 +264,13 @@ fn the_table_has_a_row_a_run() {
         outcome(12.0, 2.5),
         failed,
         outcome(7.0, 0.1),
-    ];
+    ]
+    .map(|of_run| {
+        // A parameter too, which makes no second column.
+        let mut outcome = of_run?;
+        outcome.measures.push(("radius".to_owned(), 0.002));
+        Ok(outcome)
+    });
     let results = Results {
         grid: &grid,
         plan: &plan,
@@ -272,6 +278,8 @@ fn the_table_has_a_row_a_run() {
     };
     let table = results.table();
     assert_eq!(table.rows(), 4);
+    let names: BTreeSet<&String> = table.columns.iter().map(|c| &c.name).collect();
+    assert_eq!(names.len(), table.columns.len(), "each name once");
     let column = |name: &str| {
         let found = table.columns.iter().find(|c| c.name == name);
         found
