@@ -1,5 +1,4 @@
 //! What work costs on a machine that does other work too.
-#![allow(dead_code, reason = "each bench uses its own part of this")]
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -19,12 +18,4 @@ pub(crate) fn seconds() -> f64 {
         0.0 => start.elapsed().as_secs_f64(),
         n => n * 1e-9,
     }
-}
-
-/// The most memory that this process had, in bytes, where Linux tells it; otherwise 0.
-pub(crate) fn peak_bytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|l| l.trim().split(' ').next()?.parse::<f64>().ok());
-    1024.0 * kilobytes.unwrap_or(0.0)
 }

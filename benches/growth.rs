@@ -22,6 +22,7 @@ use thallus::substrate::{Soup, Substrate, load_soup};
 
 mod counting;
 mod cpu;
+mod memory;
 #[allow(unused, reason = "the tests use the rest")]
 #[path = "../tests/reference/mod.rs"]
 mod reference;
@@ -154,7 +155,7 @@ fn scale() {
         let (spent, _, growth) = grown(plane, &substrate, elements, 1);
         spent * 1e6 / growth.cluster.len() as f64
     });
-    let bytes = cpu::peak_bytes() / 1e6;
+    let bytes = memory::peak_bytes() / 1e6;
     let power = 1.0 + (large / small).log10();
     println!(
         "{}: {small:.2} µs an element for 100,000, {large:.2} for a million: the power {power:.3}; at the peak \

@@ -16,7 +16,7 @@ use thallus::run::{Execution, Length, Settings, StopSetting, grow};
 use thallus::skin::{Paint, Shape, decimate, skin};
 use thallus::substrate::Substrate;
 
-mod cpu;
+mod memory;
 
 fn main() {
     let words = std::env::args().skip(1);
@@ -71,6 +71,6 @@ fn measure(substrate: &Substrate, cluster: &Cluster) {
         bytes.len() as f64 / 1e6,
         write,
         halve,
-        cpu::peak_bytes() / 1e6,
+        memory::peak_bytes() / 1e6,
     );
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::process::Output;
 
-use desk::{Desk, assert_refused_in_a_line, names, said};
+use desk::{Desk, assert_refused_in_a_line, fields, names, said};
 use serde_json::Value;
 use thallus::analysis::{SCALARS, plot_names};
 
@@ -36,21 +36,6 @@ fn desk() -> Desk {
     let desk = Desk::new();
     desk.done(GROWN);
     desk
-}
-
-/// Names of all that a JSON says, but for what is in lists and in the scalars.
-fn fields(json: &Value, within: &str, found: &mut BTreeSet<String>) {
-    match json {
-        Value::Object(map) if within != "scalars" => {
-            for (name, value) in map {
-                let dot = if within.is_empty() { "" } else { "." };
-                fields(value, &format!("{within}{dot}{name}"), found);
-            }
-        }
-        _ => {
-            found.insert(within.to_owned());
-        }
-    }
 }
 
 /// What the page says of them, in full.
@@ -86,7 +71,10 @@ fn documented() -> BTreeSet<String> {
 #[test]
 fn every_field_of_the_json_is_documented_and_no_other() {
     let mut found = BTreeSet::new();
-    fields(&json(&desk(), "out"), "", &mut found);
+    let mut said = json(&desk(), "out");
+    // These are in a table of their own.
+    said["scalars"].take();
+    fields(&said, "", &mut found);
     assert_eq!(found, documented());
 }
 

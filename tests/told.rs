@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use desk::{Desk, RUN, said};
+use desk::{Desk, RUN, fields, said};
 use serde_json::Value;
 use thallus::log::count_elements;
 
@@ -175,18 +175,6 @@ fn on_one_thread_nothing_is_shared() {
     let nothing = serde_json::json!({"walks": 0, "conflicts": 0, "seconds": 0.0, "threads": 1});
     assert_eq!(report["parallel"], nothing);
     assert_eq!(report["serial_share"], 1.0);
-}
-
-/// Names of all that a JSON says, those within others as `outer.inner`.
-fn fields(json: &Value, within: &str, found: &mut BTreeSet<String>) {
-    let Value::Object(map) = json else {
-        found.insert(within.to_owned());
-        return;
-    };
-    for (name, value) in map {
-        let dot = if within.is_empty() { "" } else { "." };
-        fields(value, &format!("{within}{dot}{name}"), found);
-    }
 }
 
 /// Names in the table of the page.

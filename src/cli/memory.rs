@@ -22,6 +22,9 @@ const BYTES: f64 = 450.0;
 /// The same where no picture is made: 279 and 197 were measured.
 const BARE_BYTES: f64 = 340.0;
 
+/// Bytes of an element that an earlier run left, from when it is read until all of these are in place again.
+const READ_BYTES: f64 = 64.0;
+
 /// Bytes that a triangle of a fine mesh takes besides while coarser copies of it are made, and one of any mesh
 /// for its pictures: docs/performance.md has the measurements.
 const COPIED_BYTES: f64 = 110.0;
@@ -64,12 +67,11 @@ const LARGE: f64 = 1e9;
 /// measurements, which this meets within a factor of two where runs are long.
 const WALK: f64 = 12e-6;
 
-/// Bytes of an element that an earlier run left, until all of these are in place again, and seconds for that.
-const READ_BYTES: f64 = 64.0;
-const REPLAY: f64 = 3e-6;
-
 /// Seconds a contact.
 const CONTACT: f64 = 0.8e-6;
+
+/// Seconds for an element of an earlier run, to be put in its place again.
+const REPLAY: f64 = 3e-6;
 
 /// Triangles from which on walkers take twice as long, and go over coarser copies.
 const FINE: usize = 20_000;
@@ -94,7 +96,8 @@ pub(super) enum After {
     Sweep,
 }
 
-/// Tells what a long run takes that goes on with so many elements, and refuses what does not fit.
+/// Tells what a long run takes that goes on with so many elements, which have been read, and refuses what does not
+/// fit.
 pub(super) fn check(
     substrate: &Substrate,
     recipe: &Recipe,
@@ -111,11 +114,12 @@ pub(super) fn check(
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
     };
-    let needed = each * elements + READ_BYTES * grown as f64 + besides(substrate, recipe, after);
+    let more = each * elements + besides(substrate, recipe, after);
+    let needed = more + READ_BYTES * grown as f64;
     let number = count(elements as u64);
     let triangles = count(substrate.triangles().len() as u64);
     let what = format!("about {number} elements on {triangles} triangles");
-    check_free(needed, &what, cure)?;
+    check_free(more, &what, cure)?;
     let seconds = seconds_from(substrate, recipe, grown as f64);
     if elements - grown as f64 >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
         let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));

@@ -46,8 +46,9 @@ pub trait ElementIndex: Sync {
     /// Forgets what a walker saw after a mark, up to which all holds.
     fn rewind(&self, notes: &mut Self::Notes, mark: Mark);
 
-    /// A new walker starts, which has to be told before its first [`look`](Self::look): forgets where the last one was. What it sees is remembered for
-    /// [`held`](Self::held) only where `others_walk`, so that one thread does not pay for many.
+    /// A new walker starts, which has to be told before its first [`look`](Self::look): forgets where the last
+    /// one was. What it sees is remembered for [`held`](Self::held) only where `others_walk`, so that one thread
+    /// does not pay for many.
     fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
 
     /// Forgets what a walker saw, where all of it holds and no other comes before it any more.

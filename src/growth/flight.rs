@@ -217,3 +217,21 @@ impl<I: ElementIndex> Default for Flight<I> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::SparseIndex;
+
+    #[test]
+    fn milestones_of_all_that_walk_are_bounded() {
+        let mut track = Track::<SparseIndex>::default();
+        for walkers in [1, 6, 48, 384, 5000] {
+            track.share_room(walkers);
+            assert!((1..=MOST_MILESTONES).contains(&track.room), "{walkers}");
+            assert!(walkers * track.room <= ALL_MILESTONES);
+        }
+        track.share_room(6);
+        assert_eq!(track.room, MOST_MILESTONES);
+    }
+}

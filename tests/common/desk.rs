@@ -1,10 +1,12 @@
 //! A folder in which the real program grows.
 #![allow(dead_code, reason = "each test crate uses its own part of this")]
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use serde_json::Value;
 use tempfile::TempDir;
 use thallus::log::Log;
 
@@ -87,9 +89,9 @@ impl Desk {
     }
 
     /// The report without what is not promised.
-    pub(crate) fn report(&self, folder: &str) -> serde_json::Value {
+    pub(crate) fn report(&self, folder: &str) -> Value {
         let text = self.read(&format!("{folder}/report.json"));
-        let mut report: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let mut report: Value = serde_json::from_slice(&text).unwrap();
         for how in ["seconds", "threads", "parallel", "serial_share"] {
             report[how].take();
         }
@@ -143,4 +145,16 @@ pub(crate) fn assert_refused(output: &Output, code: i32, parts: &[&str]) {
 pub(crate) fn assert_refused_in_a_line(output: &Output, code: i32, parts: &[&str]) {
     assert_refused(output, code, parts);
     assert_eq!(said(output).lines().count(), 1, "{}", said(output));
+}
+
+/// Names of all that a JSON says, those within others as `outer.inner`.
+pub(crate) fn fields(json: &Value, within: &str, found: &mut BTreeSet<String>) {
+    let Value::Object(map) = json else {
+        found.insert(within.to_owned());
+        return;
+    };
+    for (name, value) in map {
+        let dot = if within.is_empty() { "" } else { "." };
+        fields(value, &format!("{within}{dot}{name}"), found);
+    }
 }
