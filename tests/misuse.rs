@@ -506,6 +506,62 @@ fn a_log_that_something_else_writes_ends_the_run() {
     }
 }
 
+/// Nothing is left to go on with, and that is said.
+#[test]
+fn a_log_that_is_emptied_while_it_grows_is_not_promised_to_go_on() {
+    let desk = Desk::new();
+    let mut command = desk.command(&format!("{ENDLESS} --quiet -o emptied"));
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let log = desk.path("emptied").join("run.log");
+    wait_for_more(&log, 100);
+    fs::File::options()
+        .write(true)
+        .open(&log)
+        .unwrap()
+        .set_len(0)
+        .unwrap();
+    let output = ended(child);
+    assert_refused_in_a_line(&output, 1, &["what was durable is lost", "run.log"]);
+    assert!(!said(&output).contains("safe"), "{}", said(&output));
+}
+
+/// Whoever should read what it says does not: the second Ctrl-C ends it all the same.
+#[cfg(unix)]
+#[test]
+fn a_run_that_nobody_listens_to_can_be_ended() {
+    use std::io::Write;
+    use std::os::fd::OwnedFd;
+    use std::os::unix::net::UnixStream;
+
+    let desk = Desk::new();
+    for quiet in ["--quiet", ""] {
+        let folder = format!("deaf{quiet}");
+        let (mut full, _unread) = UnixStream::pair().unwrap();
+        full.set_nonblocking(true).unwrap();
+        for bytes in [512, 1] {
+            while full.write(&vec![b' '; bytes]).is_ok() {}
+        }
+        full.set_nonblocking(false).unwrap();
+        let mut command = desk.command(&format!("{ENDLESS} {quiet} -o {folder}"));
+        let mut child = command.stderr(OwnedFd::from(full)).spawn().unwrap();
+        match quiet {
+            "" => std::thread::sleep(Duration::from_secs(1)),
+            _ => wait_for_more(&desk.path(&folder).join("run.log"), 100),
+        }
+        let id = child.id().to_string();
+        let patience = Instant::now() + Duration::from_secs(30);
+        let status = loop {
+            assert!(Instant::now() < patience, "it goes on");
+            let _ = Command::new("kill").args(["-INT", &id]).status();
+            std::thread::sleep(Duration::from_millis(500));
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+        };
+        assert_eq!(status.code(), Some(130), "{quiet}");
+    }
+}
+
 /// Root may write everywhere, so there the run is another user's.
 #[cfg(unix)]
 #[test]

@@ -2,7 +2,9 @@
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::thread;
+use std::time::Duration;
 
 use thallus::export::discard_unfinished_files;
 
@@ -26,9 +28,24 @@ fn set(
         if cancel.swap(true, Ordering::Relaxed) {
             quit();
         }
-        terminal::plain(saying);
+        say(saying);
         first();
     })
+}
+
+/// How long it may take to say something, before what is to be done is done all the same.
+const PATIENCE: Duration = Duration::from_millis(200);
+
+/// Says something without waiting for ever for whoever should read it: the second Ctrl-C would never come.
+fn say(line: &'static str) {
+    let (said, heard) = mpsc::channel();
+    let saying = thread::Builder::new().spawn(move || {
+        terminal::plain(line);
+        said.send(())
+    });
+    if saying.is_ok() {
+        let _ = heard.recv_timeout(PATIENCE);
+    }
 }
 
 /// Makes Ctrl-C (and a polite kill) quit at once, but without the file that is being written.

@@ -181,14 +181,14 @@ pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> F
     let shown = folder.display();
     let durable = log.durable_elements();
     Failure::Failed(match log.is_in_place() {
-        Ok(true) => {
-            let sound = count_elements(&folder.join(LOG)).unwrap_or(durable);
-            let safe = safe(sound.min(durable));
-            anyhow::anyhow!(
-                "{error}; {safe} safe: go on with thallus grow --resume {}",
+        Ok(true) => match count_elements(&folder.join(LOG)) {
+            Ok(sound) => anyhow::anyhow!(
+                "{error}; {} safe: go on with thallus grow --resume {}",
+                safe(sound.min(durable)),
                 shell_path(folder)
-            )
-        }
+            ),
+            Err(lost) => anyhow::anyhow!("{error}; what was durable is lost: {lost}"),
+        },
         Err(_) => anyhow::anyhow!(
             "{error}; {} in {}: when that can be read again, go on with thallus grow --resume {}",
             safe(durable),
