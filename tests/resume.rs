@@ -15,7 +15,7 @@ use thallus::cluster::Element;
 use thallus::growth::Counts;
 use thallus::log::{LOG, Log};
 use thallus::run::{Begun, Execution, Recipe, Run, Settings, StopRule, StopSetting};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Numbers that look random: a fixed sequence in [0, 1).
 fn shares(n: usize) -> impl Iterator<Item = f64> {
@@ -633,15 +633,32 @@ fn elements_that_cannot_be_of_the_run_are_refused() {
     let elements = grown.unwrap().cluster.elements().to_vec();
     assert!(run(&elements).is_ok());
     assert!(run(&elements[1..]).is_err(), "no seed");
+    let right = elements[4];
+    let placed = |at: SurfacePoint| Element {
+        at,
+        position: substrate.position(&at),
+        ..right
+    };
+    let far = |u: f64| placed(SurfacePoint { u, ..right.at });
+    let nowhere = SurfacePoint::centroid(1 << 30);
     for wrong in [
+        Element { parent: 4, ..right },
         Element {
-            parent: 4,
-            ..elements[4]
+            at: nowhere,
+            ..right
         },
         Element {
-            at: thallus::substrate::SurfacePoint::centroid(1 << 30),
-            ..elements[4]
+            position: right.position + 1e-9,
+            ..right
         },
+        Element { colony: 1, ..right },
+        Element {
+            probability: f64::NAN,
+            ..right
+        },
+        far(1e9),
+        far(f64::INFINITY),
+        far(f64::NAN),
     ] {
         let elements = [&elements[..4], &[wrong]].concat();
         let error = run(&elements).unwrap_err().to_string();

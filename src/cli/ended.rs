@@ -7,13 +7,15 @@
 use std::io::BufReader;
 use std::path::Path;
 
+use thallus::cluster::Element;
+use thallus::export::{Elements, read_elements};
 use thallus::input;
 use thallus::log::{LOG, Log};
 use thallus::run::{Growth, StopRule, Stopped, shell_path};
 
 use super::failure::Failure;
 use super::number::{count, plural};
-use super::output::REPORT;
+use super::output::{ELEMENTS, PREVIEW, REPORT};
 use super::terminal;
 
 /// Elements that the run in this folder had when it ended, whether it was done or stopped; 0 where none has.
@@ -27,6 +29,35 @@ pub(super) fn elements(folder: &Path) -> u64 {
 /// Elements that the log has lost since the run ended.
 pub(super) fn lost(folder: &Path, log: &Log) -> u64 {
     elements(folder).saturating_sub(log.begun.elements.len() as u64)
+}
+
+/// Refuses to replace files that the run has not written. A run that has not ended has none of them, unless it was
+/// killed while they were put in their places: `elements.ply` comes first then, and `report.json` last.
+pub(super) fn spare_foreign(folder: &Path, log: &Log) -> Result<(), Failure> {
+    let is_there = |name: &str| folder.join(name).symlink_metadata().is_ok();
+    if is_there(REPORT) {
+        return Ok(());
+    }
+    let foreign = match is_there(ELEMENTS) {
+        true if begins_as(&folder.join(ELEMENTS), &log.begun.elements) => return Ok(()),
+        true => ELEMENTS,
+        false if is_there(PREVIEW) => PREVIEW,
+        false => return Ok(()),
+    };
+    Err(Failure::Failed(anyhow::anyhow!(
+        "{}: the run in this folder has not ended, and did not write this; it would be replaced: move it away",
+        folder.join(foreign).display()
+    )))
+}
+
+/// Whether a table and the log are of one lichen, as far as both go: its tree tells.
+fn begins_as(table: &Path, log: &[Element]) -> bool {
+    let parent = |element: &Element| element.parent as i32;
+    let is_same = |table: Elements| {
+        let mut both = table.parent.iter().zip(log);
+        both.all(|(&found, element)| found == parent(element))
+    };
+    !log.is_empty() && read_elements(table).is_ok_and(is_same)
 }
 
 /// Refuses a size below that of the run that ended, where that is known before growing.

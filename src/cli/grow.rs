@@ -13,6 +13,7 @@ use thallus::substrate::{Substrate, UpAxis, load_soup};
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::{After, Room};
+use super::named_mesh::named_mesh;
 use super::number::{duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
@@ -223,30 +224,13 @@ fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
             args.with_mesh()
         )));
     };
-    named_mesh(recipe, named).ok_or_else(|| {
+    named_mesh(recipe, named, settings.mesh_hash.as_deref()).ok_or_else(|| {
         Failure::Failed(anyhow::anyhow!(
             "{named}: the mesh that {} names is not here, nor beside the recipe or above; name it: {}",
             recipe.display(),
             args.with_mesh()
         ))
     })
-}
-
-/// The mesh that a recipe names: seen from here, else from the recipe's folder, else from those that
-/// hold that one: one of them mostly is where it was grown from.
-pub(super) fn named_mesh(recipe: &Path, named: &str) -> Option<PathBuf> {
-    let here = PathBuf::from(named);
-    let folder = recipe.parent().unwrap_or(Path::new(""));
-    let beside = folder.join(named);
-    // A recipe that is still to be written has a folder.
-    let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
-    let place = recipe.canonicalize().ok().or_else(to_be);
-    let place = place.unwrap_or_default();
-    let above = place.ancestors().skip(2).map(|folder| folder.join(named));
-    [here, beside]
-        .into_iter()
-        .chain(above)
-        .find(|path| path.exists())
 }
 
 /// Folders of one mesh that are tried before giving up.
@@ -316,7 +300,7 @@ pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timing
 fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -> String {
     let place = |file: &Path| file.canonicalize().ok();
     let is_found = |named: &&String| {
-        let found = named_mesh(&folder.join(RECIPE), named);
+        let found = named_mesh(&folder.join(RECIPE), named, settings.mesh_hash.as_deref());
         args.resume.is_some() || found.and_then(|found| place(&found)) == place(mesh)
     };
     let named = settings.mesh.as_ref().filter(|_| args.mesh.is_none());

@@ -10,9 +10,9 @@ use thallus::run::{Length, Settings, shell_path};
 use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis, load_soup};
 
 use super::failure::Failure;
-use super::grow::named_mesh;
 use super::memory::Room;
 use super::mesh_args::MeshArgs;
+use super::named_mesh::named_mesh;
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
@@ -223,9 +223,11 @@ impl Grown {
             .mesh
             .as_ref()
             .ok_or_else(|| NoMesh::Unnamed(file()))?;
-        named_mesh(&self.recipe_file, named).ok_or_else(|| NoMesh::Gone {
-            named: named.clone(),
-            recipe: file(),
+        named_mesh(&self.recipe_file, named, recipe.mesh_hash.as_deref()).ok_or_else(|| {
+            NoMesh::Gone {
+                named: named.clone(),
+                recipe: file(),
+            }
         })
     }
 

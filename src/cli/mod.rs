@@ -22,6 +22,7 @@ mod grown;
 mod interrupt;
 mod memory;
 mod mesh_args;
+mod named_mesh;
 mod number;
 mod output;
 mod preset;

@@ -1,11 +1,10 @@
 //! The log of a run: begun anew, or gone on with.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
 use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
@@ -40,23 +39,20 @@ impl GrowArgs {
     }
 }
 
-/// Refuses a folder that holds no run, or whose recipe is no file.
+/// Refuses a folder that holds no run, or whose recipe is no file: the run would put one in its place.
 pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
     let recipe = folder.join(RECIPE);
-    match recipe.exists() {
-        true => check_recipe(&recipe),
-        false => Err(Failure::Failed(anyhow::anyhow!(
+    let Err(problem) = input::regular(&recipe) else {
+        return Ok(());
+    };
+    Err(Failure::Failed(match problem.kind() {
+        ErrorKind::NotFound => anyhow::anyhow!(
             "{} holds no run to go on with: there is no {RECIPE} in it",
             folder.display()
-        ))),
-    }
-}
-
-/// Refuses a recipe that is no file: the run would put one in its place.
-fn check_recipe(recipe: &Path) -> Result<(), Failure> {
-    input::regular(recipe)
-        .with_context(|| format!("{}: reading the recipe failed", recipe.display()))?;
-    Ok(())
+        ),
+        _ => anyhow::Error::new(problem)
+            .context(format!("{}: reading the recipe failed", recipe.display())),
+    }))
 }
 
 /// What the run has come to, and whose log is sound; nothing for a run from the start.
@@ -83,6 +79,7 @@ pub(crate) fn earlier(
         false => Log::read(&path)?,
     };
     log.check(recipe)?;
+    ended::spare_foreign(folder, &log)?;
     ended::refuse_fewer(folder, &log, recipe.stop)?;
     tell(&log, ended::lost(folder, &log), voice);
     Ok(Some(log))

@@ -8,7 +8,7 @@ use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
-use super::grow::named_mesh;
+use super::named_mesh::named_mesh;
 use super::number::{count, duration, plural};
 use super::output::check_names_folder;
 use super::skin::start_threads;
@@ -125,7 +125,7 @@ fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Fail
             "{} names no mesh: add mesh = \"FILE\" to it, or give --mesh FILE",
             from.display()
         ))),
-        (None, true, Some(named)) => named_mesh(from, named).ok_or_else(|| {
+        (None, true, Some(named)) => named_mesh(from, named, grid.base.mesh_hash.as_deref()).ok_or_else(|| {
             Failure::Failed(anyhow::anyhow!(
                 "{named}: the mesh that {} names is not here, nor beside it or above; name it with --mesh",
                 from.display()

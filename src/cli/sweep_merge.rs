@@ -11,7 +11,8 @@ use thallus::run::shell_path;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
-use super::grow::{self, named_mesh};
+use super::grow;
+use super::named_mesh::named_mesh;
 use super::number::plural;
 use super::output::{ELEMENTS, FILES};
 use super::skin::start_threads;
@@ -141,7 +142,8 @@ fn mesh_file(args: &MergeArgs, grid: &Grid) -> Result<PathBuf, Failure> {
         return Ok(mesh.clone());
     }
     let named = grid.base.mesh.as_deref().unwrap_or_default();
-    named_mesh(&args.parts[0].join(GRID), named).ok_or_else(|| {
+    let hash = grid.base.mesh_hash.as_deref();
+    named_mesh(&args.parts[0].join(GRID), named, hash).ok_or_else(|| {
         Failure::Failed(anyhow::anyhow!(
             "{named}: the mesh of the sweep is not here, nor beside {} or above; name it with --mesh",
             args.parts[0].join(GRID).display()

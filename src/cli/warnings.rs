@@ -18,7 +18,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         inside_out(substrate),
         pieces(report),
         open_edges(report),
-        non_manifold_edges(report),
+        non_manifold_edges(substrate),
         dense(report, radius),
         lost(report),
         far(substrate.units().offset(), diagonal, radius),
@@ -167,14 +167,32 @@ fn open_edges(report: &SubstrateReport) -> Option<String> {
     })
 }
 
-fn non_manifold_edges(report: &SubstrateReport) -> Option<String> {
+/// How many surfaces there are for walkers, where they are more than the pieces.
+fn divided(substrate: &Substrate) -> String {
+    let surfaces = substrate.components();
+    let pieces = substrate.report().components.len();
+    let area: f64 = surfaces.iter().map(|surface| surface.area).sum();
+    match surfaces.len() > pieces {
+        false => String::new(),
+        true => format!(
+            ": for them it is {} in {}, the largest with {} of the area, and a lichen covers one of these",
+            plural(surfaces.len(), "surface", "surfaces"),
+            plural(pieces, "piece", "pieces"),
+            percent(surfaces[0].area / area)
+        ),
+    }
+}
+
+fn non_manifold_edges(substrate: &Substrate) -> Option<String> {
+    let report = substrate.report();
     let n = report.non_manifold_edges;
     let edges = plural(n, "edge", "edges");
     let places = places(&report.non_manifold_places);
     (n > 0).then(|| {
         format!(
             "{edges} with more than two triangles ({places}): walkers cross there in a fixed way, \
-             if at all; separate the surfaces if it shows"
+             if at all{}; separate the surfaces if it shows",
+            divided(substrate)
         )
     })
 }

@@ -1,7 +1,8 @@
 //! A file that appears complete or not at all: written beside its place under another name,
 //! flushed to the disk, then renamed.
 
-use std::fs::{self, File, OpenOptions};
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::mem;
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +10,7 @@ use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::OutputError;
+use super::{OutputError, output_dir};
 
 /// Writes one file through `fill`, so that it appears complete or not at all.
 ///
@@ -21,6 +22,8 @@ use super::OutputError;
 /// [`OutputError::FileExists`] without `force` when something is at `path`, before `fill` is
 /// called or when it appeared meanwhile; [`OutputError::NotAFile`] when that is a folder; the
 /// errors of `fill` and the system in [`OutputError::Io`].
+///
+/// What a killed program has left of a file in the same folder is removed.
 pub fn write_file_atomically(
     path: &Path,
     force: bool,
@@ -37,20 +40,24 @@ pub fn write_file_atomically(
     Ok(())
 }
 
-/// Removes what [`write_file_atomically`] has not finished, with the folders that it made for it, and lets it
-/// finish nothing more: for a program that is about to end in the middle of its work, as on Ctrl-C.
+/// Removes what [`write_file_atomically`] and [`OutputDir`](super::OutputDir) have not finished, with the folders
+/// that they made for it, and lets them finish nothing more: for a program that is about to end in the middle of its
+/// work, as on Ctrl-C.
 ///
 /// From then on whoever writes, or calls this again, waits for the end of the program.
 pub fn discard_unfinished_files() {
     let unfinished = unfinished();
     for path in unfinished.iter().rev() {
-        let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
+        let _ = match output_dir::is_stage_of_this_process(path) {
+            true => fs::remove_dir_all(path),
+            false => fs::remove_file(path).or_else(|_| fs::remove_dir(path)),
+        };
     }
     mem::forget(unfinished);
 }
 
 /// Files and folders that are gone if what they are for is not finished, each after the folder that it is in.
-fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+pub(super) fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -160,6 +167,35 @@ fn fill_file(file: &File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     file.sync_all()
 }
 
+const PREFIX: &str = ".thallus-";
+const SUFFIX: &str = ".part";
+
+/// Locks a file that is being written, and tells whether it is still there.
+fn is_kept(path: &Path, file: &File) -> bool {
+    !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+        && output_dir::is_still_at(path, file).unwrap_or(true)
+}
+
+/// Removes what killed processes have left in a folder: what nobody has locked. It is looked through once.
+fn clear_abandoned(folder: &Path) {
+    static LOOKED_THROUGH: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let mut looked = LOOKED_THROUGH
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    if !looked.insert(folder.to_owned()) {
+        return;
+    }
+    let names = fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_part = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+    for entry in names.filter(|entry| entry.file_name().to_str().is_some_and(is_part)) {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        let opened = is_file.then(|| File::open(entry.path()).ok()).flatten();
+        if opened.is_some_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A temporary file that is removed when dropped.
 struct Partial {
     file: File,
@@ -167,14 +203,18 @@ struct Partial {
 }
 
 impl Partial {
-    /// Opened by hand and not by `tempfile`, which makes files that only their owner can read.
+    /// Opened by hand and not by `tempfile`, which makes files that only their owner can read. It stays locked
+    /// until it is whole, or the process ends.
     fn create(folder: &Path, shown: &Path) -> Result<Self, OutputError> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         let mut unfinished = unfinished();
+        clear_abandoned(folder);
         loop {
             let count = COUNTER.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(format!(".thallus-{}-{count}.part", process::id()));
+            let path = folder.join(format!("{PREFIX}{}-{count}{SUFFIX}", process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
+                // Somebody took it for abandoned before it was locked.
+                Ok(file) if !is_kept(&path, &file) => {}
                 Ok(file) => {
                     unfinished.push(path.clone());
                     return Ok(Self { file, path });

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use super::OutputError;
-use super::atomic::{NewFolders, make_folder, sync_folder, write_new};
+use super::atomic::{NewFolders, make_folder, sync_folder, unfinished, write_new};
 
 const STAGE: &str = ".thallus-run";
 const LOCK: &str = "lock";
@@ -225,13 +225,20 @@ impl OutputDir {
         if !self.force && self.written.iter().any(taken) {
             return Err(OutputError::FolderExists(self.folder.clone()));
         }
-        for name in &self.written {
-            let place = self.folder.join(name);
-            fs::rename(self.staged(name), &place).map_err(OutputError::io(&place, "writing"))?;
-        }
+        self.put_in_place()?;
         sync_folder(&self.folder);
         if let Some(made) = self.made.take() {
             made.keep();
+        }
+        Ok(())
+    }
+
+    /// All of it, or nothing where the program is told to end meanwhile.
+    fn put_in_place(&self) -> Result<(), OutputError> {
+        let _whole = unfinished();
+        for name in &self.written {
+            let place = self.folder.join(name);
+            fs::rename(self.staged(name), &place).map_err(OutputError::io(&place, "writing"))?;
         }
         Ok(())
     }
@@ -264,6 +271,7 @@ impl OutputDir {
     fn stage(&mut self) -> Result<(), OutputError> {
         let stage = self.folder.join(STAGE);
         self.lock = Some(lock_in(&stage, &self.folder)?);
+        unfinished().push(stage.clone());
         let files = stage.join(FILES);
         let doing = "making the folder";
         match fs::remove_dir_all(&files) {
@@ -275,15 +283,25 @@ impl OutputDir {
 
 impl Drop for OutputDir {
     fn drop(&mut self) {
+        let stage = self.folder.join(STAGE);
+        let is_told = self.lock.is_some();
         // Without the lock the hidden folder is another run's.
         if self.is_ours().unwrap_or(false) {
-            let stage = self.folder.join(STAGE);
             let _ = fs::remove_dir_all(stage.join(FILES));
             let _ = fs::remove_file(stage.join(LOCK));
             self.lock = None;
         }
-        let _ = fs::remove_dir(self.folder.join(STAGE));
+        let _ = fs::remove_dir(&stage);
+        if is_told {
+            unfinished().retain(|path| *path != stage);
+        }
     }
+}
+
+/// Whether a path is that of a hidden folder that this process has locked.
+pub(super) fn is_stage_of_this_process(path: &Path) -> bool {
+    let holder = || fs::read_to_string(path.join(LOCK)).ok();
+    path.ends_with(STAGE) && holder().is_some_and(|text| text == process::id().to_string())
 }
 
 fn check_vacant(folder: &Path, force: bool) -> Result<(), OutputError> {
@@ -324,7 +342,10 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
         .truncate(false)
         .open(path);
     let mut file = match opened {
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        // A link that leads nowhere stays.
+        Err(e) if e.kind() == ErrorKind::NotFound && path.symlink_metadata().is_err() => {
+            return Ok(None);
+        }
         result => result.map_err(OutputError::io(folder, doing))?,
     };
     match file.try_lock() {
@@ -340,7 +361,10 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
     let write = file
         .set_len(0)
         .and_then(|()| write!(file, "{}", process::id()));
-    write.map_err(OutputError::io(folder, doing))?;
+    if let Err(e) = write {
+        let _ = fs::remove_file(path);
+        return Err(OutputError::io(folder, doing)(e));
+    }
     Ok(Some(file))
 }
 

@@ -19,8 +19,8 @@ pub enum OutputError {
          folder", .0.display()
     )]
     FolderExists(PathBuf),
-    /// A file stands where a folder is needed.
-    #[error("{} is a file, and a folder is needed there: choose another name", .0.display())]
+    /// A file, or a link that leads to no folder, stands where a folder is needed.
+    #[error("{} is {}, and a folder is needed there: choose another name", .0.display(), kind(.0))]
     NotAFolder(PathBuf),
     /// A folder stands where a file is needed.
     #[error("{} is a folder, and a file is needed there: choose another name", .0.display())]
@@ -63,8 +63,17 @@ impl OutputError {
 
     /// Names the file among `path` and its parents that stands where a folder is needed.
     pub(super) fn not_a_folder(path: &Path) -> Self {
-        let file = path.ancestors().find(|p| p.exists() && !p.is_dir());
+        let file = path
+            .ancestors()
+            .find(|p| p.symlink_metadata().is_ok() && !p.is_dir());
         Self::NotAFolder(file.unwrap_or(path).to_owned())
+    }
+}
+
+fn kind(path: &Path) -> &'static str {
+    match path.exists() {
+        true => "a file",
+        false => "a link that leads nowhere",
     }
 }
 

@@ -1,5 +1,7 @@
 //! The loop that grows: births, one after the other, until a rule says stop.
 
+use glam::DVec3;
+
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
 use crate::cluster::{Cluster, Element, LEAST_RADIUS};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, PlaceError, WalkerModel};
@@ -202,8 +204,9 @@ impl<'a> Run<'a> {
 
     fn replay(&mut self, begun: Begun) -> Result<(), GrowError> {
         let total = begun.elements.len();
+        let bounds = self.substrate.bounds();
         for (age, element) in begun.elements.into_iter().enumerate() {
-            if !self.may_follow(&element) {
+            if !self.may_follow(&element, bounds) {
                 return Err(GrowError::Foreign { age });
             }
             self.add(element);
@@ -219,15 +222,24 @@ impl<'a> Run<'a> {
     }
 
     /// Whether an element can be the next one: the seed, or one on the mesh with an older parent.
-    fn may_follow(&self, element: &Element) -> bool {
-        let triangles = self.substrate.triangles().len();
-        match self.cluster.is_empty() {
-            true => *element == self.seed,
-            false => {
-                (element.at.triangle as usize) < triangles
-                    && (element.parent as usize) < self.cluster.len()
-            }
+    fn may_follow(&self, element: &Element, bounds: [DVec3; 2]) -> bool {
+        if self.cluster.is_empty() {
+            return *element == self.seed;
         }
+        let parent = self.cluster.elements().get(element.parent as usize);
+        parent.is_some_and(|parent| parent.colony == element.colony)
+            && (0.0..=1.0).contains(&element.probability)
+            && self.is_on_mesh(element, bounds)
+    }
+
+    /// Whether an element is where it says, and the mesh is there.
+    fn is_on_mesh(&self, element: &Element, [low, high]: [DVec3; 2]) -> bool {
+        let (at, place) = (&element.at, element.position);
+        let room = DVec3::splat(self.cluster.radius());
+        (at.triangle as usize) < self.substrate.triangles().len()
+            && place == self.substrate.position(at)
+            && place.cmpge(low - room).all()
+            && place.cmple(high + room).all()
     }
 
     /// How far it has come.
@@ -286,12 +298,15 @@ impl<'a> Run<'a> {
             return Ok(self.seed);
         }
         let cancelled = || execution.is_cancelled();
-        match self.model.next(&self.cluster, &cancelled) {
-            Ok(element) if !execution.is_cancelled() => Ok(element),
-            Err(Halt::NoFreeSurface) => Err(Stopped::Full),
-            Err(Halt::Starved) => Err(Stopped::Starved),
-            Ok(_) | Err(Halt::Cancelled) => Err(Stopped::Cancelled),
+        if cancelled() {
+            return Err(Stopped::Cancelled);
         }
+        let next = self.model.next(&self.cluster, &cancelled);
+        next.map_err(|halt| match halt {
+            Halt::NoFreeSurface => Stopped::Full,
+            Halt::Starved => Stopped::Starved,
+            Halt::Cancelled => Stopped::Cancelled,
+        })
     }
 
     fn add(&mut self, element: Element) {

@@ -1,0 +1,53 @@
+//! The mesh that a recipe names.
+
+use std::path::{Path, PathBuf};
+
+use thallus::substrate::load_soup;
+
+use super::output::RECIPE;
+
+/// The mesh that a recipe names, seen from here, else from the recipe's folder, else from those that hold that one:
+/// one of them mostly is where it was grown from. Of several it is the one that has the hash, or else the first.
+pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Option<PathBuf> {
+    let places = places(recipe, named);
+    let files: Vec<&PathBuf> = places.iter().filter(|path| path.is_file()).collect();
+    let is_meant = |path: &Path| {
+        let Some(hash) = hash else { return true };
+        load_soup(path).is_ok_and(|mesh| mesh.hash == hash)
+    };
+    let meant = match files[..] {
+        [] | [_] => None,
+        _ => files.iter().find(|path| is_meant(path)),
+    };
+    let first = files.first().copied();
+    meant
+        .copied()
+        .or(first)
+        .or_else(|| places.iter().find(|path| path.exists()))
+        .cloned()
+}
+
+/// Where it may be: each file once, under the first of its names.
+fn places(recipe: &Path, named: &str) -> Vec<PathBuf> {
+    let here = PathBuf::from(named);
+    let folder = recipe.parent().unwrap_or(Path::new(""));
+    let beside = folder.join(named);
+    // A recipe that is still to be written has a folder.
+    let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
+    let place = recipe.canonicalize().ok().or_else(to_be);
+    let place = place.unwrap_or_default();
+    let above = place.ancestors().skip(2).map(|folder| folder.join(named));
+    let mut seen = Vec::new();
+    [here, beside]
+        .into_iter()
+        .chain(above)
+        .filter(|path| {
+            let Ok(place) = path.canonicalize() else {
+                return false;
+            };
+            let is_new = !seen.contains(&place);
+            seen.push(place);
+            is_new
+        })
+        .collect()
+}
