@@ -112,6 +112,18 @@ fn finished(desk: &Desk, folder: &str) -> usize {
     runs(desk, folder).iter().filter(|run| is_done(run)).count()
 }
 
+/// A record as another program would have made it.
+fn sealed(record: &str) -> String {
+    let record: serde_json::Value = serde_json::from_str(record).unwrap();
+    let [recipe, elements, stopped, measures] =
+        ["recipe_hash", "elements_hash", "stopped", "measures"].map(|key| record[key].to_string());
+    let hash = blake3::hash(format!("[{recipe},{elements},{stopped},{measures}]").as_bytes());
+    format!(
+        "{{\"recipe_hash\":{recipe},\"elements_hash\":{elements},\"stopped\":{stopped},\
+         \"measures\":{measures},\"hash\":\"{hash}\"}}"
+    )
+}
+
 #[test]
 fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
     let desk = desk();
@@ -186,17 +198,21 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
         &["part 3/3 is missing; part 1/3 in half lacks 3 runs"],
     );
     let measures = runs(&desk, "part2")[0].join("measures.json");
-    let text = fs::read_to_string(&measures)
-        .unwrap()
-        .replace("\"reach\"", "\"full\"");
-    fs::write(&measures, text).unwrap();
-    let words = "merge whole part2 -o wrong --quiet";
-    refused(
-        &desk,
-        words,
-        1,
-        &["differs between whole and part2", "measures.json"],
-    );
+    let text = fs::read_to_string(&measures).unwrap();
+    let changed = text.replace("\"reach\"", "\"full\"");
+    for (text, parts) in [
+        (
+            changed.clone(),
+            ["measures.json", "changed after it was measured"],
+        ),
+        (
+            sealed(&changed),
+            ["measures.json", "differs between whole and part2"],
+        ),
+    ] {
+        fs::write(&measures, text).unwrap();
+        refused(&desk, "merge whole part2 -o wrong --quiet", 1, &parts);
+    }
 
     // Parts that share a folder: the last to end makes the page.
     for part in [2, 3, 1] {

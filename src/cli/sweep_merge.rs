@@ -201,6 +201,12 @@ fn holders<'a>(parts: &'a [PathBuf], plan: &Plan, run: usize) -> Result<Vec<&'a 
             return Err(Failure::Failed(anyhow::anyhow!(
                 "{problem}; move it out of the sweep, or leave that part out; nothing was written"
             )));
+        } else if record::is_changed(&folder, &plan.runs[run]) {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{}: it was changed after it was measured; grow it again with --only, or leave that part out; \
+                 nothing was written",
+                folder.join(MEASURES).display()
+            )));
         }
     }
     Ok(holders)

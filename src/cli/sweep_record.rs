@@ -87,6 +87,9 @@ pub(super) struct Record {
     elements_hash: Option<String>,
     stopped: String,
     measures: Vec<Measure>,
+    /// Of all this, so that numbers that were changed later are not taken for measured ones. Records of earlier
+    /// programs have none.
+    hash: Option<String>,
 }
 
 #[derive(Debug, Deserialize, Serialize)]
@@ -120,12 +123,32 @@ impl Record {
             value: value.is_finite().then_some(value),
         };
         let measures = measures(substrate, growth, report)?;
-        Ok(Self {
+        let record = Self {
             recipe_hash: run.hash().context("a run without a recipe")?,
             elements_hash: Some(hash_to_be(substrate, &growth.cluster)?),
             stopped: report.stopped.to_owned(),
             measures: measures.into_iter().map(measure).collect(),
+            hash: None,
+        };
+        Ok(Self {
+            hash: record.hash_of_all(),
+            ..record
         })
+    }
+
+    fn is_as_written(&self) -> bool {
+        self.hash.is_some() && self.hash == self.hash_of_all()
+    }
+
+    fn hash_of_all(&self) -> Option<String> {
+        let all = (
+            &self.recipe_hash,
+            &self.elements_hash,
+            &self.stopped,
+            &self.measures,
+        );
+        let json = serde_json::to_vec(&all).ok()?;
+        Some(blake3::hash(&json).to_string())
     }
 
     /// Writes it into the folder of its run, to appear after everything else.
@@ -171,13 +194,18 @@ fn hash_there(folder: &Path) -> io::Result<String> {
 pub(super) fn read(folder: &Path, run: &GridRun) -> Option<Outcome> {
     let record = Record::read(folder, run)?;
     let timed: Timed = json(folder, REPORT)?;
-    let is_whole = record.is_of(&hash_there(folder).ok()?);
+    let is_whole = record.is_as_written() && record.is_of(&hash_there(folder).ok()?);
     let value = |m: Measure| (m.name, m.value.unwrap_or(f64::NAN));
     is_whole.then(|| Outcome {
         stopped: record.stopped,
         measures: record.measures.into_iter().map(value).collect(),
         seconds: timed.seconds.grow,
     })
+}
+
+/// Whether the numbers in the folder of a run were changed after they were found.
+pub(super) fn is_changed(folder: &Path, run: &GridRun) -> bool {
+    Record::read(folder, run).is_some_and(|record| !record.is_as_written())
 }
 
 /// Why what is in the folder of a run must not be replaced: it is not of this sweep, or no longer as it

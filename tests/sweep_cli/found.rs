@@ -107,6 +107,20 @@ fn a_record_without_a_hash_of_its_elements_is_made_again() {
     assert_same(&desk, "out", "clean");
 }
 
+#[test]
+fn measures_that_were_changed_are_found_again() {
+    let desk = desk();
+    done(&desk, &format!("{SMALL} -o clean"));
+    done(&desk, &format!("{SMALL} -o out"));
+    let file = desk.path("out/cells/L=5r/seed-1/measures.json");
+    let text = fs::read_to_string(&file).unwrap();
+    let (before, found) = text.split_once("\"value\": ").unwrap();
+    fs::write(&file, format!("{before}\"value\": 1{found}")).unwrap();
+    done(&desk, &format!("{SMALL} -o out"));
+    assert_same(&desk, "out", "clean");
+    assert!(fs::read_to_string(&file).unwrap() == text);
+}
+
 /// The log of a run that was killed, durable after every 500 elements, and damaged in the second 500.
 fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
     let substrate = Substrate::load(&desk.path("plane.obj")).unwrap();
