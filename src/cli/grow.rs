@@ -13,7 +13,7 @@ use thallus::substrate::{Substrate, UpAxis, load_soup};
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::memory::{After, Room};
-use super::named_mesh::named_mesh;
+use super::named_mesh::{self, named_mesh};
 use super::number::{duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
@@ -40,6 +40,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     interrupt::listen(execution.cancel.clone());
 
     let (substrate, seconds) = load(&mesh, settings.mesh_up)?;
+    named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
     warnings::warnings(&substrate, recipe.radius)
@@ -125,7 +126,10 @@ impl Job<'_> {
         };
         let path = earlier.path.clone();
         let (log, begun) = LogWriter::open(earlier)?;
-        let run = Run::new(self.substrate, self.recipe, begun)?;
+        let run = Run::new(self.substrate, self.recipe, begun).map_err(|problem| {
+            let folder = output.path().display().to_string();
+            Failure::Usage(anyhow::Error::new(problem).context(folder))
+        })?;
         if self.args.keep_sound {
             resume::set_aside(&path)?;
         }

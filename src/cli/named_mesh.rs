@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use thallus::substrate::load_soup;
 
 use super::output::RECIPE;
+use super::terminal::Voice;
 
 /// The mesh that a recipe names, seen from here, else from the recipe's folder, else from those that hold that one:
 /// one of them mostly is where it was grown from. Of several it is the one that has the hash, or else the first.
@@ -25,6 +26,17 @@ pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Opti
         .or(first)
         .or_else(|| places.iter().find(|path| path.exists()))
         .cloned()
+}
+
+/// Says so where no recipe can name a mesh: it is text, and not every name is.
+pub(super) fn warn_of_nameless(mesh: &Path, voice: Voice) {
+    if mesh.to_str().is_none() {
+        voice.warn(&format!(
+            "{}: this name is not UTF-8, so the recipe cannot name the mesh: give it again where it is needed, or \
+             rename it",
+            mesh.display()
+        ));
+    }
 }
 
 /// Where it may be: each file once, under the first of its names.

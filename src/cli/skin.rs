@@ -94,7 +94,8 @@ pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
         .num_threads(threads.map_or(0, usize::from))
         .build_global()
         .context(
-            "threads could not be started: allow this user more processes (ulimit -u), or end some",
+            "threads could not be started: give fewer of them (--threads), end other processes, or raise what the \
+             shell allows in processes (ulimit -u) and memory (ulimit -v)",
         )?;
     Ok(())
 }

@@ -8,7 +8,7 @@ use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
-use super::named_mesh::named_mesh;
+use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, plural};
 use super::output::check_names_folder;
 use super::skin::start_threads;
@@ -142,6 +142,7 @@ pub(super) fn settle(
     is_named: bool,
     voice: Voice,
 ) -> Result<(), Failure> {
+    named_mesh::warn_of_nameless(mesh, voice);
     let shown = mesh.display().to_string();
     match grid.base.check_mesh(&shown, substrate.mesh_hash()) {
         Err(other) if !is_named => return Err(Failure::Failed(other.into())),

@@ -98,8 +98,10 @@ fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         text => text.with_context(place)?,
     };
-    let said: Said = toml::from_str(&text).with_context(place)?;
-    let wrong = |what: String| anyhow::anyhow!("{}: {what}", place());
+    const CURE: &str = "remove it, and pictures are taken as the command says";
+    let said: Said = toml::from_str(&text)
+        .map_err(|problem| anyhow::anyhow!("{}: {problem}\n{CURE}", place()))?;
+    let wrong = |what: String| anyhow::anyhow!("{}: {what}; {CURE}", place());
     if !(1..=MOST_SAMPLES).contains(&said.samples) {
         return Err(wrong(format!("samples may be 1 to {MOST_SAMPLES}")).into());
     }

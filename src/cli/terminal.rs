@@ -24,7 +24,10 @@ impl Voice {
 
 /// A line of the result, to stdout.
 pub(crate) fn say(line: &str) -> io::Result<()> {
-    writeln!(io::stdout(), "{line}")
+    match io::stdout().is_terminal() {
+        true => writeln!(io::stdout(), "{}", harmless(line)),
+        false => writeln!(io::stdout(), "{line}"),
+    }
 }
 
 /// A text that has its own line ends, to stdout.
@@ -36,17 +39,30 @@ pub(crate) fn say_text(text: &str) -> io::Result<()> {
 
 /// A remark, to stderr.
 pub(crate) fn note(line: &str) {
-    plain(&format!("{} {line}", painted("note:", "36")));
+    tell(painted("note:", "36"), line);
 }
 
 /// Something to look at, to stderr.
 pub(crate) fn warn(line: &str) {
-    plain(&format!("{} {line}", painted("warning:", "33;1")));
+    tell(painted("warning:", "33;1"), line);
 }
 
 /// What went wrong, to stderr.
 pub(crate) fn error(line: &str) {
-    plain(&format!("{} {line}", painted("error:", "31;1")));
+    tell(painted("error:", "31;1"), line);
+}
+
+fn tell(kind: String, line: &str) {
+    plain(&format!("{kind} {}", harmless(line)));
+}
+
+/// Names of files may hold what moves a terminal's cursor or changes its colours.
+fn harmless(line: &str) -> String {
+    let shown = |c: char| match c.is_control() && c != '\n' && c != '\t' {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    line.chars().map(shown).collect()
 }
 
 /// A line to stderr. Nobody can be told when that fails.
@@ -60,5 +76,18 @@ fn painted(text: &str, style: &str) -> String {
     match io::stderr().is_terminal() && !plain {
         true => format!("\x1b[{style}m{text}\x1b[0m"),
         false => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::harmless;
+
+    #[test]
+    fn names_cannot_command_a_terminal() {
+        assert_eq!(
+            harmless("a\u{1b}[2J\r.obj: é\n  b"),
+            "a\\u{1b}[2J\\r.obj: é\n  b"
+        );
     }
 }

@@ -30,7 +30,8 @@ pub trait ElementIndex: Sync {
     /// leave behind what they had.
     fn expect(&mut self, elements: usize);
 
-    /// Adds the last of the elements; all before it have been.
+    /// Adds the last of the elements; all before it have been. It must lie in the bounds that the index was made
+    /// for: an index may panic where it does not.
     fn insert(&mut self, elements: &[Element]);
 
     /// Keeps what looking found out.

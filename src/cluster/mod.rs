@@ -28,7 +28,7 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// No elements yet, of this radius.
+    /// No elements yet, of this radius in the substrate's local units, which must be finite and positive.
     pub fn new(radius: f64) -> Self {
         Self {
             radius,

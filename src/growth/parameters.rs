@@ -75,3 +75,23 @@ pub struct Parameters {
     /// Seed of every random stream.
     pub seed: u64,
 }
+
+impl Parameters {
+    /// Whether growth by them can end: lengths, shares and factors are finite and positive, bias and gain finite,
+    /// and walkers are launched before they are killed.
+    pub fn are_sound(&self) -> bool {
+        let is_positive = |x: &f64| x.is_finite() && *x > 0.0;
+        let positive = [
+            self.radius,
+            self.curvature_radius,
+            self.min_stick,
+            self.launch,
+            self.kill,
+        ];
+        positive.iter().all(is_positive)
+            && self.bias.is_finite()
+            && self.gain.is_finite()
+            && self.min_stick <= 1.0
+            && self.launch < self.kill
+    }
+}

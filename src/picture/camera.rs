@@ -19,7 +19,19 @@ pub(super) const PORTRAIT: f32 = 0.268;
 impl Camera {
     /// A camera at `eye` that looks at `target`, with `up` upwards in the picture; `half_height`
     /// is the tangent of half the angle from the bottom to the top of the picture.
+    ///
+    /// # Panics
+    /// When a number is not finite, or the angle not positive.
     pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3], half_height: f32) -> Self {
+        let places = [eye, target, up];
+        assert!(
+            places.as_flattened().iter().all(|x| x.is_finite()),
+            "a camera at {eye:?} that looks at {target:?}, with {up:?} upwards"
+        );
+        assert!(
+            half_height.is_finite() && half_height > 0.0,
+            "an opening of {half_height}"
+        );
         let [eye, target, up] = [eye, target, up].map(Vec3A::from_array);
         Self::along(eye, target - eye, up, half_height)
     }

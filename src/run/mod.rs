@@ -9,6 +9,7 @@ mod parameter;
 mod places;
 pub mod preset;
 mod recipe;
+mod recipe_keys;
 mod recipe_text;
 mod report;
 mod said;

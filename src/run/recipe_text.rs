@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::Deserializer;
 
-use super::names::nearest_name;
 use super::parameter as info;
+use super::recipe_keys::{with_dashes, wrong_value};
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
 use crate::input;
@@ -45,9 +45,19 @@ pub(super) const KEYS: &[&str] = &[
 /// A text that is no recipe.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecipeTextError {
-    /// Not TOML, or a value of the wrong type.
+    /// Not TOML.
     #[error("{0}")]
     Toml(String),
+    /// A value that the key cannot have.
+    #[error("line {line}: {key}: {problem}")]
+    Value {
+        /// The key.
+        key: String,
+        /// Where it is, from 1.
+        line: usize,
+        /// What is wrong with it, and what it may be.
+        problem: String,
+    },
     /// A key that no recipe has.
     #[error("line {line}: there is no setting '{key}'{suggestion}")]
     UnknownKey {
@@ -137,9 +147,9 @@ impl Settings {
     /// # Errors
     /// When it is not TOML, or has a key or value that no recipe has.
     pub fn from_toml(text: &str) -> Result<Self, RecipeTextError> {
-        let toml = |e: toml::de::Error| RecipeTextError::Toml(e.to_string().trim_end().to_owned());
         let text = with_dashes(text)?;
-        toml::from_str::<Draft>(&text).map_err(toml)?.try_into()
+        let draft = toml::from_str::<Draft>(&text).map_err(|e| wrong_value(&text, &e))?;
+        draft.try_into()
     }
 
     /// As a recipe's text, with a comment on each line that needs one.
@@ -334,46 +344,6 @@ fn one_of<T, const N: usize>(
     Ok(given.pop().and_then(|(_, value)| value))
 }
 
-/// The text with underscores in its keys made dashes, so that line numbers in errors stay true.
-/// Unknown keys are refused here, where the nearest known one can be named.
-fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
-    let toml = |e: toml::de::Error| RecipeTextError::Toml(e.to_string().trim_end().to_owned());
-    let table = toml::de::DeTable::parse(text).map_err(toml)?;
-    let mut dashed = text.to_owned();
-    for key in table.get_ref().keys() {
-        let known = key.get_ref().replace('_', "-");
-        if !KEYS.contains(&known.as_str()) {
-            let line = 1 + text[..key.span().start].matches('\n').count();
-            return Err(unknown_key(key.get_ref(), line));
-        }
-        // The letters, between quotes where there are any: the spans of others stay.
-        let (span, quotes) = (key.span(), key.span().len().saturating_sub(known.len()));
-        let letters = span.start + quotes / 2..span.end - quotes / 2;
-        if text[letters.clone()] == **key.get_ref() {
-            dashed.replace_range(letters, &known);
-        }
-    }
-    Ok(dashed)
-}
-
-fn unknown_key(key: &str, line: usize) -> RecipeTextError {
-    RecipeTextError::UnknownKey {
-        key: key.to_owned(),
-        line,
-        suggestion: unknown_name(key, &[]),
-    }
-}
-
-/// The end of a message about a name that no setting has: which one may have been meant, but for these.
-pub(super) fn unknown_name(name: &str, but: &[&str]) -> String {
-    let keys = || KEYS.iter().copied().filter(|key| !but.contains(key));
-    let near = nearest_name(&name.replace('_', "-"), keys());
-    near.map_or_else(
-        || format!("; there are {}", keys().collect::<Vec<_>>().join(", ")),
-        |near| format!("; did you mean '{near}'?"),
-    )
-}
-
 /// Shortest decimal that reads back to the same bits.
 fn float(value: f64) -> String {
     format!("{value:?}")
@@ -545,7 +515,16 @@ mod tests {
             ("seed = -1", "the seed must be a whole number"),
             ("at = [1, 2]", "is not a place"),
             ("at-triangle = [1, 0.9, 0.9]", "outside the triangle"),
-            ("elements = 1.5", "line 1"),
+            ("elements = 1.5", "line 1: elements: "),
+            (
+                "gain = 1\nelements = \"many\"",
+                "expected a whole number [range: 1 to",
+            ),
+            ("elements = -5", "line 1: elements: "),
+            ("bias = true", "expected a number [range: -1 to 2]"),
+            ("radius = true", "[range: auto"),
+            ("join = 3", "line 1: join: a name in quotes"),
+            ("min_stick = []", "line 1: min-stick: "),
             ("bias = ", "line 1"),
             ("bias = 1\nbias = 2", "line 2"),
             ("radius = nan", "line 1"),

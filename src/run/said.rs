@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::Settings;
-use super::recipe_text::{KEYS, unknown_name};
+use super::recipe_keys::unknown_name;
+use super::recipe_text::KEYS;
 
 /// A name that no setting has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
