@@ -253,6 +253,7 @@ fn packed_lichen_on_a_cylinder() {
 fn packed_lichen_on_the_rock() {
     let params = Params {
         at: [0.0, 0.0, 1.0],
+        search: Search::Cells,
         ..Params::new(0.01, 0)
     };
     check(&case(
@@ -290,6 +291,7 @@ fn touching_lichen_on_the_rock() {
         bias: 0.9,
         pack: false,
         curvature_radius: 0.05,
+        search: Search::Cells,
         ..Params::new(0.01, 0)
     };
     check(&case(

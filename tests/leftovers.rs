@@ -4,10 +4,16 @@
 mod desk;
 
 use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, assert_refused_in_a_line, names, said};
+use thallus::cluster::Element;
+use thallus::log::{Log, LogWriter, head};
+use thallus::run::{Execution, Progress, Run, Settings};
+use thallus::substrate::Substrate;
 
 /// Commands that read a lichen on the mesh that its recipe names.
 const ON_MESH: [&str; 4] = [
@@ -45,6 +51,25 @@ fn another_mesh_of_the_name_is_not_taken_for_the_one_of_the_run() {
     desk.assert_same("out", "whole");
 }
 
+/// The log of a run that was killed when it had three elements.
+fn young_log(desk: &Desk, run: &str) -> Vec<u8> {
+    let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
+    let settings = Settings::read(&desk.path(&format!("{run}/recipe.toml"))).unwrap();
+    let recipe = settings.resolve(&substrate, "rock.obj").unwrap();
+    let file = desk.path("young.log");
+    fs::write(&file, head(&recipe)).unwrap();
+    let (log, begun) = LogWriter::open(Log::read(&file).unwrap()).unwrap();
+    let stop = |_: &Element, progress: &Progress| match progress.elements {
+        3 => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    };
+    let run = Run::new(&substrate, &recipe, begun).unwrap();
+    let mut watchers = (log, stop);
+    run.grow(&Execution::default(), &mut watchers);
+    watchers.0.finish().unwrap();
+    fs::read(file).unwrap()
+}
+
 /// A killed run has neither elements.ply nor a picture: who has put one there is asked to move it.
 #[test]
 fn a_killed_run_does_not_replace_what_it_has_not_written() {
@@ -53,17 +78,31 @@ fn a_killed_run_does_not_replace_what_it_has_not_written() {
     desk.done(&format!("{RUN} --seed 2 -o other --quiet"));
     let log = desk.read("whole/run.log");
     let put = |log: &[u8]| desk.put_log("whole", "out", log);
-    for (name, foreign) in [
-        ("elements.ply", desk.read("other/elements.ply")),
-        ("elements.ply", b"a model of something".to_vec()),
-        ("preview.png", b"a picture".to_vec()),
+    let half = &log[..log.len() / 2];
+    let young = young_log(&desk, "whole");
+    for (name, foreign, log) in [
+        ("elements.ply", desk.read("other/elements.ply"), half),
+        ("elements.ply", desk.read("other/elements.ply"), &young),
+        ("elements.ply", b"a model of something".to_vec(), half),
+        ("preview.png", b"a picture".to_vec(), half),
     ] {
-        put(log.split_at(log.len() / 2).0);
+        put(log);
         fs::write(desk.path("out").join(name), &foreign).unwrap();
-        desk.fails("--resume out", 1, &[name, "did not write", "move it away"]);
+        desk.fails(
+            "--resume out",
+            1,
+            &[name, "would replace it", "move it away"],
+        );
         assert!(desk.read(&format!("out/{name}")) == foreign);
         fs::remove_dir_all(desk.path("out")).unwrap();
     }
+    // Another run's report does not make its lichen this one's.
+    put(&young);
+    for name in ["elements.ply", "report.json"] {
+        fs::copy(desk.path("other").join(name), desk.path("out").join(name)).unwrap();
+    }
+    desk.fails("--resume out", 1, &["elements.ply", "another lichen"]);
+    fs::remove_dir_all(desk.path("out")).unwrap();
     // As it is when the run is killed while the files are put in their places.
     for there in [&["elements.ply"][..], &["elements.ply", "preview.png"]] {
         put(&log);
@@ -80,30 +119,46 @@ fn a_killed_run_does_not_replace_what_it_has_not_written() {
     }
 }
 
-/// Killed without warning while a file is written: the next one that is written there clears the rest.
+/// Waits until a folder has so many files.
+fn wait_for_files(folder: &Path, number: usize) {
+    let patience = Instant::now() + Duration::from_secs(60);
+    while fs::read_dir(folder).map_or(0, Iterator::count) != number {
+        assert!(Instant::now() < patience, "not {number} files");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Killed without warning while a file is written: the next one that is written there clears the rest, and spares
+/// what is still being written.
 #[test]
 fn half_a_file_of_a_killed_program_is_cleared_by_the_next() {
     let desk = Desk::new();
-    desk.done("rock.obj --radius 0.2% --elements 20000 -o out --quiet");
-    fs::create_dir(desk.path("to")).unwrap();
-    let hidden = || fs::read_dir(desk.path("to")).unwrap().count();
-    let mut child = desk.call("export", "out -o to/a.usda").spawn().unwrap();
-    while hidden() == 0 && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let mut living = desk.call("skin", "out -o to/b.obj --resolution 0.6r --quiet");
-    let mut living = living.spawn().unwrap();
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert_eq!(names(&desk.path("to")).len(), 1, "the program ended before");
-    while hidden() < 2 && living.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let status = desk.call("export", "out -o to/c.csv").status().unwrap();
-    assert!(status.success());
-    // What is being written at the same time is spared.
-    assert!(living.wait().unwrap().success());
-    assert_eq!(names(&desk.path("to")), ["b.obj", "c.csv"]);
+    desk.done(&format!("{RUN} -o out --quiet"));
+    let to = desk.path("to");
+    fs::create_dir(&to).unwrap();
+    let start = |name: &str| {
+        let words = format!("out -o to/{name}.gif --frames 2000 --quiet");
+        desk.call("animate", &words).spawn().unwrap()
+    };
+    let mut living = start("a");
+    wait_for_files(&to, 1);
+    let spared = names(&to).remove(0);
+    let mut killed = start("b");
+    wait_for_files(&to, 2);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let export = |name: &str| {
+        let mut command = desk.call("export", &format!("out -o to/{name}.csv"));
+        let status = command.stdout(Stdio::null()).status();
+        assert!(status.unwrap().success());
+    };
+    export("c");
+    assert!(living.try_wait().unwrap().is_none(), "it has ended");
+    assert_eq!(names(&to), [spared.as_str(), "c.csv"]);
+    living.kill().unwrap();
+    living.wait().unwrap();
+    export("d");
+    assert_eq!(names(&to), ["c.csv", "d.csv"]);
 }
 
 #[cfg(unix)]
@@ -147,7 +202,7 @@ fn what_stands_in_the_way_is_named() {
         ),
         (
             "--resume run".to_owned(),
-            ["run/recipe.toml", "symbolic links"],
+            ["run/recipe.toml", "reading the recipe failed"],
         ),
     ] {
         let output = desk.command(&words).output().unwrap();

@@ -32,32 +32,38 @@ pub(super) fn lost(folder: &Path, log: &Log) -> u64 {
 }
 
 /// Refuses to replace files that the run has not written. A run that has not ended has none of them, unless it was
-/// killed while they were put in their places: `elements.ply` comes first then, and `report.json` last.
+/// killed while they were put in their places: its log was whole then, `elements.ply` came first, and `report.json`
+/// last.
 pub(super) fn spare_foreign(folder: &Path, log: &Log) -> Result<(), Failure> {
     let is_there = |name: &str| folder.join(name).symlink_metadata().is_ok();
-    if is_there(REPORT) {
-        return Ok(());
-    }
-    let foreign = match is_there(ELEMENTS) {
-        true if begins_as(&folder.join(ELEMENTS), &log.begun.elements) => return Ok(()),
-        true => ELEMENTS,
-        false if is_there(PREVIEW) => PREVIEW,
-        false => return Ok(()),
+    let (elements, table) = (&log.begun.elements, folder.join(ELEMENTS));
+    let foreign = match (is_there(ELEMENTS), is_there(REPORT)) {
+        (true, true) => read_elements(&table).is_ok_and(|table| !are_one(&table, elements)),
+        (true, false) => !read_elements(&table)
+            .is_ok_and(|table| table.len() <= elements.len() && are_one(&table, elements)),
+        (false, _) => false,
+    };
+    let is_picture = !is_there(ELEMENTS) && !is_there(REPORT) && is_there(PREVIEW);
+    let (name, why) = match (foreign, is_picture) {
+        (true, _) => (
+            ELEMENTS,
+            "this is another lichen than the run in this folder",
+        ),
+        (_, true) => (PREVIEW, "the run in this folder has not ended"),
+        _ => return Ok(()),
     };
     Err(Failure::Failed(anyhow::anyhow!(
-        "{}: the run in this folder has not ended, and did not write this; it would be replaced: move it away",
-        folder.join(foreign).display()
+        "{}: {why}, which would replace it: move it away",
+        folder.join(name).display()
     )))
 }
 
-/// Whether a table and the log are of one lichen, as far as both go: its tree tells.
-fn begins_as(table: &Path, log: &[Element]) -> bool {
-    let parent = |element: &Element| element.parent as i32;
-    let is_same = |table: Elements| {
-        let mut both = table.parent.iter().zip(log);
-        both.all(|(&found, element)| found == parent(element))
-    };
-    !log.is_empty() && read_elements(table).is_ok_and(is_same)
+/// Whether a table and a log are of one lichen, as far as both go: whatever the numbers of the triangles.
+fn are_one(table: &Elements, log: &[Element]) -> bool {
+    let mut both = log.iter().zip(table.parent.iter().zip(&table.uv));
+    both.all(|(element, (&parent, &uv))| {
+        parent == element.parent as i32 && uv == [element.at.u as f32, element.at.v as f32]
+    })
 }
 
 /// Refuses a size below that of the run that ended, where that is known before growing.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
-    Execution, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
+    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
 };
 use thallus::substrate::{Substrate, UpAxis, load_soup};
 
@@ -127,8 +127,13 @@ impl Job<'_> {
         let path = earlier.path.clone();
         let (log, begun) = LogWriter::open(earlier)?;
         let run = Run::new(self.substrate, self.recipe, begun).map_err(|problem| {
+            let is_usage = matches!(problem, GrowError::PastTheEnd { .. });
             let folder = output.path().display().to_string();
-            Failure::Usage(anyhow::Error::new(problem).context(folder))
+            let named = anyhow::Error::new(problem).context(folder);
+            match is_usage {
+                true => Failure::Usage(named),
+                false => Failure::Failed(named),
+            }
         })?;
         if self.args.keep_sound {
             resume::set_aside(&path)?;
@@ -202,7 +207,7 @@ fn idle_preset(settings: &Settings) -> Option<&str> {
     settings.preset.as_deref().filter(|_| idle)
 }
 
-/// MESH, or the mesh that the recipe names: seen from here, else from the recipe's folder.
+/// MESH, or the [mesh that the recipe names](named_mesh()).
 fn mesh_file(args: &GrowArgs, settings: &Settings) -> Result<PathBuf, Failure> {
     if let Some(mesh) = &args.mesh {
         return match mesh
@@ -304,8 +309,11 @@ pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timing
 fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -> String {
     let place = |file: &Path| file.canonicalize().ok();
     let is_found = |named: &&String| {
+        if args.resume.is_some() {
+            return true;
+        }
         let found = named_mesh(&folder.join(RECIPE), named, settings.mesh_hash.as_deref());
-        args.resume.is_some() || found.and_then(|found| place(&found)) == place(mesh)
+        found.and_then(|found| place(&found)) == place(mesh)
     };
     let named = settings.mesh.as_ref().filter(|_| args.mesh.is_none());
     match named.filter(is_found) {

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use thallus::substrate::load_soup;
+use thallus::input;
+use thallus::substrate::{Format, load_soup};
 
 use super::output::RECIPE;
 use super::terminal::Voice;
@@ -12,10 +13,7 @@ use super::terminal::Voice;
 pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Option<PathBuf> {
     let places = places(recipe, named);
     let files: Vec<&PathBuf> = places.iter().filter(|path| path.is_file()).collect();
-    let is_meant = |path: &Path| {
-        let Some(hash) = hash else { return true };
-        load_soup(path).is_ok_and(|mesh| mesh.hash == hash)
-    };
+    let is_meant = |path: &Path| hash.is_none_or(|hash| has_hash(path, hash));
     let meant = match files[..] {
         [] | [_] => None,
         _ => files.iter().find(|path| is_meant(path)),
@@ -26,6 +24,15 @@ pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Opti
         .or(first)
         .or_else(|| places.iter().find(|path| path.exists()))
         .cloned()
+}
+
+/// Whether a mesh has this hash: that of its bytes, unless a glTF has more of them in other files.
+fn has_hash(path: &Path, hash: &str) -> bool {
+    let mut hasher = blake3::Hasher::new();
+    let hashed = input::regular(path).and_then(|file| hasher.update_reader(file).map(drop));
+    let is_alone = hashed.is_ok() && hasher.finalize().to_hex().as_str() == hash;
+    let has_others = matches!(Format::by_name(path), Some(Format::Gltf | Format::Glb));
+    is_alone || has_others && load_soup(path).is_ok_and(|mesh| mesh.hash == hash)
 }
 
 /// Says so where no recipe can name a mesh: it is text, and not every name is.

@@ -205,7 +205,8 @@ pub(super) fn read(folder: &Path, run: &GridRun) -> Option<Outcome> {
 
 /// Whether the numbers in the folder of a run were changed after they were found.
 pub(super) fn is_changed(folder: &Path, run: &GridRun) -> bool {
-    Record::read(folder, run).is_some_and(|record| !record.is_as_written())
+    let record = Record::read(folder, run);
+    record.is_some_and(|record| record.hash.is_some() && !record.is_as_written())
 }
 
 /// Why what is in the folder of a run must not be replaced: it is not of this sweep, or no longer as it

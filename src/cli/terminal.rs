@@ -1,5 +1,6 @@
 //! The one place that writes to stdout and stderr.
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 
 /// What is said beside errors and results.
@@ -24,16 +25,13 @@ impl Voice {
 
 /// A line of the result, to stdout.
 pub(crate) fn say(line: &str) -> io::Result<()> {
-    match io::stdout().is_terminal() {
-        true => writeln!(io::stdout(), "{}", harmless(line)),
-        false => writeln!(io::stdout(), "{line}"),
-    }
+    writeln!(io::stdout(), "{}", for_stdout(line))
 }
 
 /// A text that has its own line ends, to stdout.
 pub(crate) fn say_text(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
+    out.write_all(for_stdout(text).as_bytes())?;
     out.flush()
 }
 
@@ -54,6 +52,14 @@ pub(crate) fn error(line: &str) {
 
 fn tell(kind: String, line: &str) {
     plain(&format!("{kind} {}", harmless(line)));
+}
+
+/// As it is for programs, and harmless for terminals.
+fn for_stdout(text: &str) -> Cow<'_, str> {
+    match io::stdout().is_terminal() {
+        true => Cow::Owned(harmless(text)),
+        false => Cow::Borrowed(text),
+    }
 }
 
 /// Names of files may hold what moves a terminal's cursor or changes its colours.

@@ -8,13 +8,14 @@ use std::mem;
 use std::path::{Component, Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::{OutputError, output_dir};
 
 /// Writes one file through `fill`, so that it appears complete or not at all.
 ///
-/// Missing parent folders are made. When anything fails, `fill` and a panic included, the
+/// Missing parent folders are made. What killed programs have left of files in the same folder is removed, the first
+/// time that this process writes there. When anything fails, `fill` and a panic included, the
 /// temporary file is removed and what stood at `path` is untouched. The mode is what the umask
 /// says. Where `path` is a symbolic link, the link is replaced.
 ///
@@ -22,8 +23,6 @@ use super::{OutputError, output_dir};
 /// [`OutputError::FileExists`] without `force` when something is at `path`, before `fill` is
 /// called or when it appeared meanwhile; [`OutputError::NotAFile`] when that is a folder; the
 /// errors of `fill` and the system in [`OutputError::Io`].
-///
-/// What a killed program has left of a file in the same folder is removed.
 pub fn write_file_atomically(
     path: &Path,
     force: bool,
@@ -47,19 +46,45 @@ pub fn write_file_atomically(
 /// From then on whoever writes, or calls this again, waits for the end of the program.
 pub fn discard_unfinished_files() {
     let unfinished = unfinished();
-    for path in unfinished.iter().rev() {
-        let _ = match output_dir::is_stage_of_this_process(path) {
-            true => fs::remove_dir_all(path),
-            false => fs::remove_file(path).or_else(|_| fs::remove_dir(path)),
-        };
-    }
+    unfinished.iter().rev().for_each(Unfinished::remove);
     mem::forget(unfinished);
 }
 
-/// Files and folders that are gone if what they are for is not finished, each after the folder that it is in.
-pub(super) fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
-    static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// What is gone if what it is for is not finished.
+#[derive(Debug)]
+pub(super) enum Unfinished {
+    /// A file, or a folder as far as it is empty.
+    Path(PathBuf),
+    /// The hidden folder of a run, as long as it is the one with this lock.
+    Stage { path: PathBuf, lock: Arc<File> },
+}
+
+impl Unfinished {
+    pub(super) fn path(&self) -> &Path {
+        match self {
+            Self::Path(path) | Self::Stage { path, .. } => path,
+        }
+    }
+
+    fn remove(&self) {
+        let _ = match self {
+            Self::Path(path) => fs::remove_file(path).or_else(|_| fs::remove_dir(path)),
+            Self::Stage { path, lock } => match output_dir::is_locked_by(path, lock) {
+                Ok(true) => fs::remove_dir_all(path),
+                _ => Ok(()),
+            },
+        };
+    }
+}
+
+/// All that is unfinished, each after the folder that it is in.
+pub(super) fn unfinished() -> MutexGuard<'static, Vec<Unfinished>> {
+    static UNFINISHED: Mutex<Vec<Unfinished>> = Mutex::new(Vec::new());
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) fn forget_unfinished(path: &Path) {
+    unfinished().retain(|one| one.path() != path);
 }
 
 fn check_free(path: &Path, force: bool) -> Result<(), OutputError> {
@@ -85,7 +110,7 @@ impl NewFolders {
     pub(super) fn make(folder: &Path) -> Result<Self, OutputError> {
         let mut unfinished = unfinished();
         let made = Self(missing(folder));
-        unfinished.extend_from_slice(&made.0);
+        unfinished.extend(made.0.iter().cloned().map(Unfinished::Path));
         let result = make_folder(folder);
         drop(unfinished);
         result.map(|()| made)
@@ -93,7 +118,7 @@ impl NewFolders {
 
     /// Leaves them in place, durably.
     pub(super) fn keep(mut self) {
-        unfinished().retain(|path| !self.0.contains(path));
+        unfinished().retain(|one| !self.0.iter().any(|folder| folder == one.path()));
         for folder in self.0.drain(..) {
             sync_folder(folder_of(&folder));
         }
@@ -105,7 +130,7 @@ impl Drop for NewFolders {
         let mut unfinished = unfinished();
         for folder in self.0.iter().rev() {
             let _ = fs::remove_dir(folder);
-            unfinished.retain(|path| path != folder);
+            unfinished.retain(|one| one.path() != folder);
         }
     }
 }
@@ -170,13 +195,23 @@ fn fill_file(file: &File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
 const PREFIX: &str = ".thallus-";
 const SUFFIX: &str = ".part";
 
-/// Locks a file that is being written, and tells whether it is still there.
-fn is_kept(path: &Path, file: &File) -> bool {
-    !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
-        && output_dir::is_still_at(path, file).unwrap_or(true)
+/// Names the system that is running: whoever runs on the same one sees the same locks. Elsewhere than on Linux the
+/// systems that share a disk see each other's.
+fn system() -> &'static str {
+    static SYSTEM: OnceLock<String> = OnceLock::new();
+    SYSTEM.get_or_init(|| {
+        let id = fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+        id.chars().filter(char::is_ascii_hexdigit).take(8).collect()
+    })
 }
 
-/// Removes what killed processes have left in a folder: what nobody has locked. It is looked through once.
+/// Locks a file that is being written, and tells whether nobody has taken it for abandoned before.
+fn is_kept(path: &Path, file: &File) -> bool {
+    !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && path.exists()
+}
+
+/// Removes what killed processes of this system have left in a folder: what nobody has locked. It is looked through
+/// once.
 fn clear_abandoned(folder: &Path) {
     static LOOKED_THROUGH: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let mut looked = LOOKED_THROUGH
@@ -185,15 +220,28 @@ fn clear_abandoned(folder: &Path) {
     if !looked.insert(folder.to_owned()) {
         return;
     }
-    let names = fs::read_dir(folder).into_iter().flatten().flatten();
-    let is_part = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
-    for entry in names.filter(|entry| entry.file_name().to_str().is_some_and(is_part)) {
+    let ours = format!("{PREFIX}{}-", system());
+    let is_part = |name: &str| name.starts_with(&ours) && name.ends_with(SUFFIX);
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_str().is_some_and(is_part)) {
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-        let opened = is_file.then(|| File::open(entry.path()).ok()).flatten();
+        // Some network file systems lock only what is open for writing.
+        let open = || OpenOptions::new().write(true).open(entry.path()).ok();
+        let opened = is_file.then(open).flatten();
         if opened.is_some_and(|file| file.try_lock().is_ok()) {
             let _ = fs::remove_file(entry.path());
         }
     }
+}
+
+/// Names that are tried for one file.
+const MOST_TRIES: u32 = 1000;
+
+/// A name that this process has not given yet.
+fn part_name() -> String {
+    static COUNTER: AtomicU64 = AtomicU64::new(0);
+    let count = COUNTER.fetch_add(1, Ordering::Relaxed);
+    format!("{PREFIX}{}-{}-{count}{SUFFIX}", system(), process::id())
 }
 
 /// A temporary file that is removed when dropped.
@@ -206,21 +254,21 @@ impl Partial {
     /// Opened by hand and not by `tempfile`, which makes files that only their owner can read. It stays locked
     /// until it is whole, or the process ends.
     fn create(folder: &Path, shown: &Path) -> Result<Self, OutputError> {
-        static COUNTER: AtomicU64 = AtomicU64::new(0);
         let mut unfinished = unfinished();
         clear_abandoned(folder);
+        let mut tries = 0..MOST_TRIES;
         loop {
-            let count = COUNTER.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(format!("{PREFIX}{}-{count}{SUFFIX}", process::id()));
-            match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Somebody took it for abandoned before it was locked.
-                Ok(file) if !is_kept(&path, &file) => {}
-                Ok(file) => {
-                    unfinished.push(path.clone());
+            let path = folder.join(part_name());
+            let made = OpenOptions::new().write(true).create_new(true).open(&path);
+            let is_last = tries.next().is_none();
+            match made {
+                Ok(file) if is_last || is_kept(&path, &file) => {
+                    unfinished.push(Unfinished::Path(path.clone()));
                     return Ok(Self { file, path });
                 }
+                Ok(_) => drop(fs::remove_file(&path)),
                 // A killed process that had the same number left it.
-                Err(e) if e.kind() == ErrorKind::AlreadyExists && count < 1 << 20 => {}
+                Err(e) if e.kind() == ErrorKind::AlreadyExists && !is_last => {}
                 Err(e) => return Err(OutputError::io(shown, "making the file")(e)),
             }
         }
@@ -259,6 +307,6 @@ impl Drop for Partial {
     fn drop(&mut self) {
         // Not there where it was renamed.
         let _ = fs::remove_file(&self.path);
-        unfinished().retain(|path| *path != self.path);
+        forget_unfinished(&self.path);
     }
 }

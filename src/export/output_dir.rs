@@ -14,9 +14,12 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process;
+use std::sync::Arc;
 
 use super::OutputError;
-use super::atomic::{NewFolders, make_folder, sync_folder, unfinished, write_new};
+use super::atomic::{
+    NewFolders, Unfinished, forget_unfinished, make_folder, sync_folder, unfinished, write_new,
+};
 
 const STAGE: &str = ".thallus-run";
 const LOCK: &str = "lock";
@@ -36,7 +39,7 @@ pub struct OutputDir {
     placed: Vec<String>,
     made: Option<NewFolders>,
     /// Held locked; closed before the stage is removed.
-    lock: Option<File>,
+    lock: Option<Arc<File>>,
 }
 
 impl OutputDir {
@@ -145,13 +148,7 @@ impl OutputDir {
             self.write(name, |out| out.write_all(bytes))?;
             self.written.pop();
         }
-        let mut moved = Vec::new();
-        if let Err(error) = self.exchange(away, by, &mut moved) {
-            for (from, to) in moved.iter().rev() {
-                let _ = fs::rename(to, from);
-            }
-            return Err(error);
-        }
+        self.exchange_or_not(away, by)?;
         sync_folder(&self.folder);
         if let Some(made) = self.made.take() {
             made.keep();
@@ -161,6 +158,19 @@ impl OutputDir {
         away.iter()
             .for_each(|name| drop(fs::remove_file(self.staged(&aside(name)))));
         Ok(())
+    }
+
+    /// All of it, or nothing where it fails or the program is told to end meanwhile.
+    fn exchange_or_not(&self, away: &[&str], by: &[(&str, &[u8])]) -> Result<(), OutputError> {
+        let _whole = unfinished();
+        let mut moved = Vec::new();
+        let done = self.exchange(away, by, &mut moved);
+        if done.is_err() {
+            for (from, to) in moved.iter().rev() {
+                let _ = fs::rename(to, from);
+            }
+        }
+        done
     }
 
     /// Renames files aside, and the staged ones into their places; what was renamed is told.
@@ -246,10 +256,9 @@ impl OutputDir {
     /// Whether the hidden folder is still the one that this locked: the run's folder may have been moved or
     /// removed, and another run may have made a new one.
     fn is_ours(&self) -> io::Result<bool> {
-        let place = self.folder.join(STAGE).join(LOCK);
-        self.lock
-            .as_ref()
-            .map_or(Ok(false), |lock| is_still_at(&place, lock))
+        let stage = self.folder.join(STAGE);
+        let lock = self.lock.as_ref();
+        lock.map_or(Ok(false), |lock| is_locked_by(&stage, lock))
     }
 
     fn check_ours(&self) -> Result<(), OutputError> {
@@ -270,8 +279,12 @@ impl OutputDir {
     /// Makes the hidden folder, locks it, and clears what a killed run left there.
     fn stage(&mut self) -> Result<(), OutputError> {
         let stage = self.folder.join(STAGE);
-        self.lock = Some(lock_in(&stage, &self.folder)?);
-        unfinished().push(stage.clone());
+        let lock = Arc::new(lock_in(&stage, &self.folder)?);
+        unfinished().push(Unfinished::Stage {
+            path: stage.clone(),
+            lock: Arc::clone(&lock),
+        });
+        self.lock = Some(lock);
         let files = stage.join(FILES);
         let doing = "making the folder";
         match fs::remove_dir_all(&files) {
@@ -284,24 +297,21 @@ impl OutputDir {
 impl Drop for OutputDir {
     fn drop(&mut self) {
         let stage = self.folder.join(STAGE);
-        let is_told = self.lock.is_some();
         // Without the lock the hidden folder is another run's.
         if self.is_ours().unwrap_or(false) {
             let _ = fs::remove_dir_all(stage.join(FILES));
             let _ = fs::remove_file(stage.join(LOCK));
-            self.lock = None;
         }
-        let _ = fs::remove_dir(&stage);
-        if is_told {
-            unfinished().retain(|path| *path != stage);
+        if self.lock.take().is_some() {
+            forget_unfinished(&stage);
         }
+        let _ = fs::remove_dir(stage);
     }
 }
 
-/// Whether a path is that of a hidden folder that this process has locked.
-pub(super) fn is_stage_of_this_process(path: &Path) -> bool {
-    let holder = || fs::read_to_string(path.join(LOCK)).ok();
-    path.ends_with(STAGE) && holder().is_some_and(|text| text == process::id().to_string())
+/// Whether a hidden folder is still the one with this lock.
+pub(super) fn is_locked_by(stage: &Path, lock: &File) -> io::Result<bool> {
+    is_still_at(&stage.join(LOCK), lock)
 }
 
 fn check_vacant(folder: &Path, force: bool) -> Result<(), OutputError> {

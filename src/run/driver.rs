@@ -88,7 +88,10 @@ pub enum GrowError {
         suggested: f64,
     },
     /// An element to go on from cannot be one of this run.
-    #[error("element {age} of those to go on from cannot have grown on this mesh by this recipe")]
+    #[error(
+        "element {age} of those to go on from cannot have grown on this mesh by this recipe: they are another run's, or \
+         damaged; begin anew"
+    )]
     Foreign {
         /// Its age.
         age: usize,

@@ -57,6 +57,8 @@ pub(super) fn wrong_value(text: &str, error: &toml::de::Error) -> RecipeTextErro
     let name = key.get_ref();
     let said = error
         .message()
+        .replace(" as i128", "")
+        .replace("invalid type: map", "invalid type: table")
         .replace("expected u64", "expected a whole number")
         .replace("expected f64", "expected a number")
         .replace("wanted string or table", "a name in quotes is needed");
