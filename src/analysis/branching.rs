@@ -13,7 +13,8 @@ use crate::morphometry::{Neighbours, Sample, TIES, Tree};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Branching {
     /// Number of tips. Peaks are elements with no other within 6.4 radii that is farther from its seed,
-    /// along the tree; tips are peaks with no other peak that is, within the width of the branch there.
+    /// along the tree in hundredths of a radius, the older of two being the farther one where they are equal; tips are
+    /// peaks with no other peak that is, within the width of the branch there.
     pub tips: usize,
     /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
     /// width of the branch there, or to a tip that is nearer (sixteen element radii at least). None
@@ -70,8 +71,9 @@ fn bifurcation_ratio(branches: &[usize]) -> Option<f64> {
     Some(libm::exp(-slope))
 }
 
-/// Distance of each element from its seed along the tree of parents.
-fn ways(sample: &Sample<'_>) -> Vec<f64> {
+/// Distance of each element from its seed along the tree of parents, in hundredths of a radius. Most elements stand
+/// at 2 r from their parents: without this, round-off would decide which of those of one generation is farther.
+fn ways(sample: &Sample<'_>) -> Vec<u64> {
     let mut ways: Vec<f64> = Vec::with_capacity(sample.parents.len());
     for (i, &parent) in sample.parents.iter().enumerate() {
         let way = usize::try_from(parent).map_or(0.0, |parent| {
@@ -80,20 +82,21 @@ fn ways(sample: &Sample<'_>) -> Vec<f64> {
         });
         ways.push(way);
     }
-    ways
+    let rounded = |way: f64| (100.0 * way / sample.radius).round() as u64;
+    ways.into_iter().map(rounded).collect()
 }
 
 /// See [`Branching::tips`], ascending. Elements count for each other as neighbours do.
 fn tips(sample: &Sample<'_>, neighbours: &Neighbours, widths: &[Option<f64>]) -> Vec<u32> {
     let ways = ways(sample);
-    let farther = |a: usize, b: usize| ways[a].total_cmp(&ways[b]).then(b.cmp(&a)).is_gt();
+    let farther = |a: usize, b: usize| ways[a].cmp(&ways[b]).then(b.cmp(&a)).is_gt();
     let highest = neighbours.map(|i| {
         let mut highest = true;
         neighbours.visit(i, |j, _, _| highest &= farther(i, j as usize));
         highest
     });
     let mut peaks: Vec<usize> = (0..ways.len()).filter(|&i| highest[i]).collect();
-    peaks.sort_unstable_by(|&a, &b| ways[b].total_cmp(&ways[a]).then(a.cmp(&b)));
+    peaks.sort_unstable_by(|&a, &b| ways[b].cmp(&ways[a]).then(a.cmp(&b)));
     let place = |i: usize| DVec3::from(sample.positions[i]);
     let normal = |i: usize| Vec3::from(sample.normals[i]);
     let ranked = Ranked::new(peaks.iter().map(|&i| (place(i), normal(i))));

@@ -38,7 +38,7 @@ pub const SCALARS: &[Scalar] = &[
     Scalar { name: "radius_of_gyration", unit: "unit", meaning: "root of the mean squared distance from the centroid", read: |a| Some(a.radius_of_gyration) },
     Scalar { name: "effective_radius", unit: "unit", meaning: "R_e, the greatest distance from the centroid", read: |a| Some(a.effective_radius) },
     Scalar { name: "covered_area", unit: "unit^2", meaning: "area of all elements' discs, also what stands out over an open border", read: |a| Some(a.covered_area) },
-    Scalar { name: "density", unit: "1", meaning: "mean share of the surface within 6.4 r of an element that elements cover, as (1 + n)/40.96 for n other centres there", read: |a| Some(a.density) },
+    Scalar { name: "density", unit: "1", meaning: "mean share of the surface within 6.4 r of an element that elements cover, as (1 + n)/40.96 for n neighbours there", read: |a| Some(a.density) },
     Scalar { name: "outline_length", unit: "unit", meaning: "length of the outline, gaps below 4.4 r closed", read: |a| Some(a.outline.length) },
     Scalar { name: "outline_area", unit: "unit^2", meaning: "area of discs of 3.2 r about the elements: more than the lichen by a rim of 2.2 r", read: |a| Some(a.outline.area) },
     Scalar { name: "circularity", unit: "1", meaning: "4 pi area/length^2 of the outline; 1 for a disc", read: |a| a.outline.circularity },
