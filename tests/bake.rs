@@ -9,12 +9,12 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
-use thallus::cluster::Cluster;
+use thallus::cluster::{Cluster, Element};
 use thallus::export::{MapImages, Texture};
 use thallus::picture::Ground;
 use thallus::run::{Execution, grow};
 use thallus::skin::{Paint, Shape, skin};
-use thallus::substrate::{Soup, Substrate, Texturing, load_textured};
+use thallus::substrate::{Soup, Substrate, SurfacePoint, Texturing, load_textured};
 
 use common::recipe;
 
@@ -278,6 +278,52 @@ fn the_frame_points_to_the_right_and_the_top_of_the_image() {
             "up in the image is −v"
         );
         assert!(normal.dot(made.substrate.normal(t).as_vec3()) > 0.99);
+    }
+}
+
+/// With the place, or its opposite, as the normal of each vertex.
+fn with_normals(sphere: &str, sign: f64) -> String {
+    let line = |line: &str| match line.split(' ').collect::<Vec<_>>()[..] {
+        ["v", x, y, z] => {
+            let [a, b, c] = [x, y, z].map(|x| 3.0 * sign * x.parse::<f64>().unwrap());
+            format!("{line}\nvn {a} {b} {c}\n")
+        }
+        ["f", a, b, c, d] => {
+            let corner = |corner: &str| format!("{corner}/{}", corner.split('/').next().unwrap());
+            let [a, b, c, d] = [a, b, c, d].map(corner);
+            format!("f {a} {b} {c} {d}\n")
+        }
+        _ => format!("{line}\n"),
+    };
+    sphere.lines().map(line).collect()
+}
+
+/// Maps go onto the mesh of the file, which is shaded by its own normals: here over edges that turn by 45°.
+#[test]
+fn the_frame_stands_on_the_normals_of_the_file() {
+    for sign in [1.0, -1.0] {
+        let text = with_normals(&cube_sphere(2), sign);
+        let (substrate, texturing) = written(&text, "sphere.obj");
+        let mut made = Made {
+            cluster: Cluster::new(0.05),
+            substrate,
+            texturing,
+        };
+        made.cluster
+            .push(Element::seed(&made.substrate, SurfacePoint::centroid(0)));
+        let baked = baked(&made, &settings(64, 1));
+        for t in 0..made.substrate.triangles().len() as u32 {
+            let corners = made.substrate.corners(t).into_iter();
+            for (place, weights) in corners.zip([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+            {
+                let [.., normal] = baked.tangent_frame(t, weights).map(Vec3::from_array);
+                let radial = made.substrate.units().to_file(place).as_vec3();
+                assert!(
+                    normal.distance(radial.normalize()) < 1e-5,
+                    "{normal} at {radial}"
+                );
+            }
+        }
     }
 }
 

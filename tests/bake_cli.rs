@@ -87,7 +87,11 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
         let [a, b] = ["as-grown", "turned"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
         assert_eq!(a, b, "{map}");
     }
-    let wider = cube().replace("v 1", "v 1.5");
+    let wider = |line: &str| match line.starts_with("v ") {
+        true => line.replace('1', "1.5") + "\n",
+        false => format!("{line}\n"),
+    };
+    let wider: String = cube().lines().map(wider).collect();
     fs::write(desk.path("wider.obj"), wider).unwrap();
     refused(
         &desk,
@@ -201,6 +205,46 @@ fn wrong_requests_are_refused() {
     assert!(!desk.path("x").exists());
 }
 
+/// The second side lies a whole image beside the first.
+fn folded_in_tiles() -> String {
+    let lines = cube();
+    let second = "f 5/5 6/6 8/7 7/8";
+    let moved = "vt 1.01 0.4\nvt 1.15 0.4\nvt 1.15 0.55\nvt 1.01 0.55\nf 5/-4 6/-3 8/-2 7/-1";
+    assert!(lines.contains(second));
+    lines.replace(second, moved)
+}
+
+/// Programs put triangles in another order, and cut quads along the other diagonal.
+#[test]
+fn a_mesh_with_other_triangles_of_the_same_surface_is_baked() {
+    let desk = desk();
+    let cube = cube();
+    let (faces, others): (Vec<&str>, Vec<&str>) =
+        cube.lines().partition(|line| line.starts_with('f'));
+    let turned = faces.iter().rev().map(|face| {
+        let corners: Vec<&str> = face[2..].split(' ').collect();
+        format!(
+            "f {} {} {} {}",
+            corners[1], corners[2], corners[3], corners[0]
+        )
+    });
+    let turned: Vec<String> = turned.collect();
+    fs::write(
+        desk.path("other.obj"),
+        others.join("\n") + "\n" + &turned.join("\n"),
+    )
+    .unwrap();
+    made(&desk, "out -o as-grown --size 128");
+    made(&desk, "out -o other --size 128 --mesh other.obj");
+    let [a, b] = ["as-grown", "other"].map(|folder| desk.read(&format!("{folder}/mask.png")));
+    assert_eq!(a, b);
+    // The mesh that came of it too: another lichen can be baked over the first.
+    made(
+        &desk,
+        "out -o again --size 128 --mesh as-grown/lichened.glb",
+    );
+}
+
 #[test]
 fn layouts_with_faults_are_told() {
     let desk = desk();
@@ -218,6 +262,27 @@ fn layouts_with_faults_are_told() {
     let output = bake(&desk, "out -o torn --mesh torn.obj --size 128");
     let said = desk::said(&output);
     assert!(said.contains("2 of 12 triangles have no UVs"), "{said}");
+    let flat = cube().replace(" 0.55", " 0.4");
+    fs::write(desk.path("flat.obj"), flat).unwrap();
+    refused(
+        &desk,
+        "out -o y --mesh flat.obj",
+        1,
+        &["no triangle has area", "unwrap"],
+    );
+    let packed = cube().replace("vt 0.01 0.4", "vt 4095 0.4");
+    fs::write(desk.path("packed.obj"), packed).unwrap();
+    refused(
+        &desk,
+        "out -o y --mesh packed.obj",
+        1,
+        &["packed", "as it was before"],
+    );
+    let tiles = folded_in_tiles();
+    fs::write(desk.path("tiles.obj"), tiles).unwrap();
+    let output = bake(&desk, "out -o tiles --mesh tiles.obj --size 128");
+    let said = desk::said(&output);
+    assert!(said.contains("UDIM"), "{said}");
     let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
     fs::write(desk.path("repeats.obj"), repeats).unwrap();
     refused(

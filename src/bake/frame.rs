@@ -55,22 +55,24 @@ pub(super) fn frames(substrate: &Substrate, texturing: &Texturing, relief: &Reli
         substrate,
         texturing,
         relief,
-        frames: unturned(substrate, relief),
+        frames: unturned(substrate, texturing, relief),
     };
     // It fails only for faces of other than three or four corners.
     let _ = generate_tangents(&mut faces);
     faces.frames
 }
 
-/// With some tangent for each normal.
-fn unturned(substrate: &Substrate, relief: &Relief) -> Vec<Frame> {
+/// With some tangent for each normal. Normals are the file's, for its mesh is what the maps will be put on; those that
+/// it lacks are of the smooth surface.
+fn unturned(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Vec<Frame> {
     const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let all = 0..substrate.triangles().len() as u32;
     let corners = |t: u32| CORNERS.map(|w| SurfacePoint::from_weights(t, w));
     let places: Vec<SurfacePoint> = all.clone().flat_map(corners).collect();
     let normals = smooth_normals(substrate, &places);
-    let frame = |(t, n): (u32, &[glam::DVec3; 3])| {
-        let normals = n.map(|n| (n * relief.side(t)).as_vec3().normalize_or(Vec3::Y));
+    let frame = |(t, smooth): (u32, &[glam::DVec3; 3])| {
+        let normals = texturing.normals_of(substrate, t).unwrap_or(*smooth);
+        let normals = normals.map(|n| (n * relief.side(t)).as_vec3().normalize_or(Vec3::Y));
         Frame {
             normals,
             tangents: normals.map(|n| n.any_orthonormal_vector().extend(1.0)),

@@ -265,7 +265,8 @@ fn corners(
         }
         found.push(corners.filter(|c| doubled_area(c).abs() > FLAT));
     }
-    match missing == found.len() {
+    match found.iter().all(Option::is_none) {
+        true if missing < found.len() => Err(BakeError::FlatUvs),
         true => Err(BakeError::NoUvs),
         false if images > MOST_IMAGES => Err(BakeError::Stacked { images }),
         false => Ok(found),

@@ -57,6 +57,9 @@ impl Default for Settings {
     }
 }
 
+/// UVs that a program has quantised are whole numbers up to 255 or more.
+const QUANTISED: f64 = 200.0;
+
 /// Why maps cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BakeError {
@@ -66,12 +69,22 @@ pub enum BakeError {
          Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
     )]
     NoUvs,
+    /// The mesh has texture coordinates, but no triangle has area in them.
+    #[error(
+        "no triangle has area in the mesh's UVs, so there is no place for lichen in a map: unwrap the mesh (in Blender: \
+         Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
+    )]
+    FlatUvs,
     /// A triangle is larger than the image.
     #[error(
         "triangle {triangle} is {:.2} images wide in the UVs, which repeat a texture (up to {WIDEST} \
          overlaps itself a little): lichen needs a layout in which each place of the surface has \
-         texels of its own; unwrap the mesh again",
-        (tiles * 100.0).ceil() / 100.0
+         texels of its own; {}",
+        (tiles * 100.0).ceil() / 100.0,
+        match *tiles > QUANTISED {
+            true => "UVs this large are whole numbers that a program has packed them into: give the file as it was before",
+            false => "unwrap the mesh again",
+        }
     )]
     Repeats {
         /// Its number in the file.

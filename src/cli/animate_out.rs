@@ -122,6 +122,12 @@ impl Target {
             .format
             .as_deref()
             .map(|f| f.trim_start_matches('.').to_ascii_lowercase());
+        if let Some(film @ ("gif" | "mp4" | "webm")) = format.as_deref() {
+            return Err(Failure::usage(format!(
+                "a .{film} is one file and no folder of frames: leave --format away, and name it, as in -o {}.{film}",
+                args.output.display()
+            )));
+        }
         let png = format.as_deref() == Some("png");
         let subject = match (args.what, png) {
             (None, true) => Subject::Picture,

@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
-use thallus::bake::{self, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
+use thallus::bake::{self, BakeError, Baked, Base, LayoutReport, Look, MAPS, Map, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
@@ -62,7 +62,13 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         paint: &paint,
         base: &base,
     };
-    let baked = lichen.bake(&look, &settings, voice, &mut seconds)?;
+    let baked = lichen.bake(
+        &look,
+        &settings,
+        args.maps.base.as_ref(),
+        voice,
+        &mut seconds,
+    )?;
     warn(&lichen, &baked, voice);
     let writer = Writer {
         baked: &baked,
@@ -125,6 +131,7 @@ impl Lichen {
         &self,
         look: &Look,
         settings: &Settings,
+        image: Option<&String>,
         voice: Voice,
         seconds: &mut Seconds,
     ) -> Result<Baked<'_>, Failure> {
@@ -134,8 +141,10 @@ impl Lichen {
         let baked = bake::bake(&self.substrate, &self.texturing, look, settings);
         spinner.finish_and_clear();
         seconds.bake = started.elapsed().as_secs_f64();
-        let mesh = || self.mesh.display().to_string();
-        Ok(baked.with_context(mesh)?)
+        let named = image.filter(|_| matches!(baked, Err(BakeError::Base(_))));
+        let named = named.cloned();
+        let named = || named.unwrap_or_else(|| self.mesh.display().to_string());
+        Ok(baked.with_context(named)?)
     }
 }
 
@@ -187,7 +196,11 @@ fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
         let overlap = plural(shared.triangles, "triangle overlaps", "triangles overlap");
         voice.warn(&format!(
             "{mesh}: {overlap} in the UVs: {share:.1} % of the texels in use show \
-             one place of the surface and stand for several; unwrap the mesh without overlaps"
+             one place of the surface and stand for several; {}",
+            match has_tiles(&lichen.texturing) {
+                true => "they reach beyond one image, as UDIM tiles do: bake the parts of one tile at a time",
+                false => "unwrap the mesh without overlaps",
+            }
         ));
     }
     if report.not_shown > 0 {
@@ -212,6 +225,15 @@ fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
              shows more"
         ));
     }
+}
+
+/// Whether triangles lie in images beside the first, as in UDIM tiles.
+fn has_tiles(texturing: &Texturing) -> bool {
+    let lies_beside = |uvs: &[[f64; 2]; 3]| {
+        let lowest = |axis: usize| uvs.iter().map(|uv| uv[axis]).fold(f64::INFINITY, f64::min);
+        lowest(0) >= 1.0 || lowest(1) <= -1.0
+    };
+    texturing.uvs.iter().flatten().any(lies_beside)
 }
 
 /// Texels wider than this, in element radii, show no elements.

@@ -188,12 +188,11 @@ impl Grown {
         file: &Path,
     ) -> Result<(Substrate, Cluster), Failure> {
         self.tell_of_change(mesh.file.as_deref(), file, &substrate);
-        let (cluster, up) = match self.cluster(&substrate, file) {
-            Ok(cluster) => (cluster, self.up(mesh)),
-            Err(problem) => {
-                let cluster = self.elements.to_cluster_on_turned(&substrate);
-                (cluster.ok_or(problem)?, mesh.up)
-            }
+        let found = self.elements.to_cluster_on_turned(&substrate);
+        let (cluster, is_turned) = found.with_context(|| file.display().to_string())?;
+        let up = match is_turned {
+            true => mesh.up,
+            false => self.up(mesh),
         };
         Ok((substrate.with_up(up), cluster))
     }

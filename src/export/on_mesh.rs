@@ -1,6 +1,7 @@
 //! A table's elements found again on the mesh that they grew on.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::Elements;
 use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
@@ -23,37 +24,56 @@ pub struct NotOnMesh {
 const TOLERANCE: f64 = 0.05;
 
 impl Elements {
-    /// Where on the substrate each element is.
+    /// Where on the substrate each element is: by its triangle and weights or, where these say another place for one
+    /// of them, as on a mesh whose triangles were put in another order or cut in another way, all by their positions.
     ///
     /// # Errors
-    /// When an element's triangle and weights say a place farther than a twentieth of the radius
-    /// from its position, beyond what float32 rounds, or its triangle is not there; when no run on this mesh
-    /// could have elements of their radius.
+    /// When an element is farther than a twentieth of the radius from the surface that looks its way, beyond what
+    /// float32 rounds; when no run on this mesh could have elements of their radius.
     pub fn places_on(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
         self.check_radius(substrate)?;
+        let places = self.places_by_number(substrate);
+        places.map_or_else(|| self.places_by_position(substrate), Ok)
+    }
+
+    fn places_by_number(&self, substrate: &Substrate) -> Option<Vec<SurfacePoint>> {
         let triangles = substrate.triangles().len() as u32;
         let mut inner = vec![0; triangles as usize];
         (0..triangles).for_each(|t| inner[substrate.canonical_triangle(t) as usize] = t);
         let place = |i: usize| {
-            let fail = |problem| NotOnMesh {
-                element: i,
-                problem,
-            };
-            let triangle = inner.get(self.triangle[i] as usize);
-            let triangle = *triangle.ok_or_else(|| fail(self.no_triangle(i, triangles)))?;
+            let triangle = *inner.get(self.triangle[i] as usize)?;
             let [u, v] = self.uv[i].map(f64::from);
             let place = SurfacePoint { triangle, u, v };
-            match self.distance(substrate, i, &place) {
-                d if d <= self.tolerance(substrate, i, &place) => Ok(place),
-                d => Err(fail(format!("it is {d:.3e} away from it"))),
-            }
+            let off = self.distance(substrate, i, &place);
+            (off <= self.tolerance(substrate, i, &place)).then_some(place)
         };
         (0..self.len()).map(place).collect()
     }
 
+    fn places_by_position(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
+        let place = |i: usize| {
+            let position = substrate.units().to_local(self.positions[i]);
+            let normal = Vec3::from(self.normals[i]).as_dvec3();
+            let place = substrate.nearest_facing(position, normal);
+            let off = place.map(|place| self.distance(substrate, i, &place));
+            let problem = match (place, off) {
+                (Some(place), Some(off)) if off <= self.tolerance(substrate, i, &place) => {
+                    return Ok(place);
+                }
+                (_, Some(off)) => format!("it is {off:.3e} away from it"),
+                _ => "none of it looks that way".to_owned(),
+            };
+            let element = i;
+            Err(NotOnMesh { element, problem })
+        };
+        let found: Vec<_> = (0..self.len()).into_par_iter().map(place).collect();
+        found.into_iter().collect()
+    }
+
     /// The cluster that this is the table of, on the mesh that it grew on.
     ///
-    /// Elements are where triangle and weights say, which files hold with 24 bits.
+    /// Elements are where triangle and weights say, which files hold with 24 bits, or [nearest to their
+    /// positions](Self::places_on).
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on).
@@ -61,9 +81,14 @@ impl Elements {
     /// # Panics
     /// When columns differ in length: see [`Elements::check`].
     pub fn to_cluster(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
+        let places = self.places_on(substrate)?;
+        Ok(self.cluster_at(substrate, places))
+    }
+
+    fn cluster_at(&self, substrate: &Substrate, places: Vec<SurfacePoint>) -> Cluster {
         let radius = substrate.units().length_to_local(self.radius);
         let mut cluster = Cluster::new(radius);
-        for (i, at) in self.places_on(substrate)?.into_iter().enumerate() {
+        for (i, at) in places.into_iter().enumerate() {
             cluster.push(Element {
                 at,
                 position: substrate.position(&at),
@@ -72,18 +97,38 @@ impl Elements {
                 probability: f64::from(self.probability[i]),
             });
         }
-        Ok(cluster)
+        cluster
     }
 
-    /// The cluster on a mesh that a program has turned since: from z up to y up or back, as many exporters do.
+    /// The same on a mesh that a program may have turned since, from z up to y up or back, as many exporters do; and
+    /// whether one has.
     ///
-    /// None where it was not.
+    /// # Errors
+    /// Those of [`places_on`](Self::places_on), of the mesh as it is.
     ///
     /// # Panics
     /// When columns differ in length: see [`Elements::check`].
-    pub fn to_cluster_on_turned(&self, substrate: &Substrate) -> Option<Cluster> {
-        let on = |up| self.turned(up).to_cluster(substrate).ok();
-        on(UpAxis::Y).or_else(|| on(UpAxis::Z))
+    pub fn to_cluster_on_turned(
+        &self,
+        substrate: &Substrate,
+    ) -> Result<(Cluster, bool), NotOnMesh> {
+        self.check_radius(substrate)?;
+        let [y_up, z_up] = [UpAxis::Y, UpAxis::Z].map(|up| self.turned(up));
+        let tables = [(self, false), (&y_up, true), (&z_up, true)];
+        // A ball lies on itself however it is turned: numbers know better than positions.
+        for (table, is_turned) in tables {
+            if let Some(places) = table.places_by_number(substrate) {
+                return Ok((table.cluster_at(substrate, places), is_turned));
+            }
+        }
+        let mut problems = Vec::new();
+        for (table, is_turned) in tables {
+            match table.places_by_position(substrate) {
+                Ok(places) => return Ok((table.cluster_at(substrate, places), is_turned)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        Err(problems.remove(0))
     }
 
     /// Elements whose up axis becomes this one, from the other.
@@ -111,11 +156,6 @@ impl Elements {
                 problem: format!("its radius is {radius:e}, and the mesh {diagonal:e} across"),
             }),
         }
-    }
-
-    fn no_triangle(&self, i: usize, triangles: u32) -> String {
-        let triangle = self.triangle[i];
-        format!("its triangle has number {triangle}, and there are {triangles}")
     }
 
     fn distance(&self, substrate: &Substrate, i: usize, place: &SurfacePoint) -> f64 {
@@ -188,13 +228,64 @@ mod tests {
         let to_z_up = mesh(|[x, y, z]| [x, -z, y]);
         for turned in [&to_y_up, &to_z_up] {
             assert!(elements.to_cluster(turned).is_err());
-            let found = elements.to_cluster_on_turned(turned).expect("fits");
+            let (found, is_turned) = elements.to_cluster_on_turned(turned).expect("fits");
+            assert!(is_turned);
             let off = turned.position(&at).distance(found.elements()[0].position);
             assert!(off < 1e-6, "{off}");
         }
-        for other in [grown_on, mesh(|[x, y, z]| [-x, y, z])] {
-            assert!(elements.to_cluster_on_turned(&other).is_none());
+        let as_grown = elements.to_cluster_on_turned(&grown_on);
+        assert!(as_grown.is_ok_and(|(_, is_turned)| !is_turned));
+        let other = mesh(|[x, y, z]| [-x, y, z]);
+        assert!(elements.to_cluster_on_turned(&other).is_err());
+    }
+
+    /// As programs leave a mesh: triangles in another order, corners too, and one cut into two. Of two faces in one
+    /// place an element stays on its own.
+    #[test]
+    fn a_mesh_with_other_triangles_has_the_elements_that_grew_on_it() {
+        let mesh = |positions: &[[f64; 3]], triangles: &[[u32; 3]]| {
+            let soup = Soup {
+                positions: positions.to_vec(),
+                triangles: triangles.to_vec(),
+                ..Soup::default()
+            };
+            Substrate::from_soup(soup).expect("a mesh")
+        };
+        let square = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ];
+        let beneath = square.map(|[x, y, z]| [x, y, z - 1e-4]);
+        let middle = [0.5, 0.0, 0.0];
+        let corners = [&square[..], &beneath, &[middle]].concat();
+        let grown_on = mesh(&corners, &[[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]);
+        let other = mesh(
+            &corners,
+            &[[7, 6, 4], [6, 5, 4], [3, 0, 2], [8, 2, 0], [2, 8, 1]],
+        );
+        let mut cluster = Cluster::new(grown_on.units().length_to_local(0.01));
+        for triangle in 0..4 {
+            let (u, v) = (0.3, 0.2);
+            cluster.push(Element::seed(&grown_on, SurfacePoint { triangle, u, v }));
         }
+        let elements = Elements::of(&grown_on, &cluster);
+        let found = elements.to_cluster(&other).expect("the same surface");
+        for (before, after) in cluster.elements().iter().zip(found.elements()) {
+            assert!(before.position.distance(after.position) < 1e-5);
+            let sides =
+                [(&grown_on, before), (&other, after)].map(|(mesh, e)| mesh.normal(e.at.triangle));
+            assert!(sides[0].dot(sides[1]) > 0.99);
+        }
+        let lifted = mesh(
+            &corners
+                .iter()
+                .map(|[x, y, z]| [*x, *y, z * x])
+                .collect::<Vec<_>>(),
+            &[[0, 1, 2]],
+        );
+        assert!(elements.to_cluster(&lifted).is_err());
     }
 
     #[test]

@@ -451,6 +451,16 @@ impl Substrate {
         (self.nearest_in(triangle, p), d.sqrt())
     }
 
+    /// The point nearest to a point in space of the surface that looks along a direction, if any does.
+    pub(crate) fn nearest_facing(&self, p: DVec3, direction: DVec3) -> Option<SurfacePoint> {
+        let distance_sq = |t| match self.normal(t).dot(direction) >= 0.0 {
+            true => (self.position(&self.nearest_in(t, p)) - p).length_squared(),
+            false => f64::INFINITY,
+        };
+        let (triangle, d) = self.bvh.nearest(p, distance_sq)?;
+        d.is_finite().then(|| self.nearest_in(triangle, p))
+    }
+
     /// The point of some triangles nearest to a point in space.
     pub(crate) fn nearest_among(&self, p: DVec3, among: &Range<u32>) -> SurfacePoint {
         let distance_sq = |t| match among.contains(&t) {

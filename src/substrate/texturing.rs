@@ -1,8 +1,10 @@
 //! What a mesh file says about the texture of its triangles.
 
+use glam::{DVec2, DVec3};
+
 use super::Substrate;
 
-/// Texture coordinates and materials, by the number that a triangle has in the file
+/// Texture coordinates, normals and materials, by the number that a triangle has in the file
 /// ([`Substrate::source_triangle`](super::Substrate::source_triangle)).
 ///
 /// Coordinates are glTF's: (0, 0) is the upper left corner of the image, (1, 1) the lower right one.
@@ -10,6 +12,9 @@ use super::Substrate;
 pub struct Texturing {
     /// For each triangle those of its corners; none where a corner has none, or none that is finite.
     pub uvs: Vec<Option<[[f64; 2]; 3]>>,
+    /// For each triangle the directions of its corners' normals, of any length, in the order of `uvs`; none where a
+    /// corner has none that is a direction. Of glTF and OBJ, but not of skinned meshes.
+    pub normals: Vec<Option<[DVec3; 3]>>,
     /// For each triangle its place in `materials`, if it has one.
     pub material_of: Vec<Option<u32>>,
     /// As glTF has them. Those of OBJ's libraries are not read.
@@ -55,24 +60,53 @@ impl Texturing {
     pub fn uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
         let source = substrate.source_triangle(triangle) as usize;
         let uvs = self.uvs.get(source).copied().flatten()?;
-        let at = |weights: [f64; 3]| {
-            [0, 1].map(|axis| {
-                let all = uvs.iter().zip(weights);
-                all.map(|(uv, weight)| weight * uv[axis]).sum()
-            })
-        };
-        match substrate.is_part(triangle) {
-            false => Some(uvs),
-            true => Some(substrate.source_weights(triangle).map(at)),
-        }
+        let at = |uvs: [DVec2; 3]| at_corners(uvs, substrate, triangle).map(|uv| uv.to_array());
+        Some(at(uvs.map(DVec2::from_array)))
+    }
+
+    /// Unit normals of the corners of a substrate's triangle, on the side of its winding, as far as the file has any.
+    pub fn normals_of(&self, substrate: &Substrate, triangle: u32) -> Option<[DVec3; 3]> {
+        let source = substrate.source_triangle(triangle) as usize;
+        let normals = self.normals.get(source).copied().flatten()?;
+        let corners = at_corners(normals, substrate, triangle);
+        let [a, b, c] = corners.map(DVec3::try_normalize);
+        let (normals, own) = ([a?, b?, c?], substrate.normal(triangle));
+        let along = own.dot(normals.iter().sum());
+        Some(normals.map(|normal| normal * 1f64.copysign(along)))
     }
 
     /// Adds the next triangle.
-    pub(super) fn push(&mut self, corners: [Option<[f64; 2]>; 3], material: Option<u32>) {
-        let sound = |uv: Option<[f64; 2]>| uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
-        let [a, b, c] = corners.map(sound);
-        let all = || Some([a?, b?, c?]);
-        self.uvs.push(all());
+    pub(super) fn push(&mut self, corners: [Corner; 3], material: Option<u32>) {
+        let uv = |corner: &Corner| corner.uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
+        let normal = |corner: &Corner| {
+            let normal = corner.normal.map(DVec3::from_array)?;
+            normal.try_normalize().map(|_| normal)
+        };
+        self.uvs.push(all(corners.each_ref().map(uv)));
+        self.normals.push(all(corners.each_ref().map(normal)));
         self.material_of.push(material);
+    }
+}
+
+/// What a file says of a triangle's corner.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Corner {
+    pub(super) uv: Option<[f64; 2]>,
+    pub(super) normal: Option<[f64; 3]>,
+}
+
+fn all<T>([a, b, c]: [Option<T>; 3]) -> Option<[T; 3]> {
+    Some([a?, b?, c?])
+}
+
+/// What the file's triangle has at its corners, at those of a substrate's triangle, which may be a part of it.
+fn at_corners<T>(corners: [T; 3], substrate: &Substrate, triangle: u32) -> [T; 3]
+where
+    T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
+{
+    let at = |[a, b, c]: [f64; 3]| corners[0] * a + corners[1] * b + corners[2] * c;
+    match substrate.is_part(triangle) {
+        false => corners,
+        true => substrate.source_weights(triangle).map(at),
     }
 }

@@ -2,10 +2,47 @@
 
 use super::gltf_doc::*;
 use super::*;
+use glam::DVec3;
 use serde_json::json;
+use thallus::substrate::load_textured;
 
 fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6)
+}
+
+/// Normals are at right angles to the surface however that is stretched and mirrored; a file without any, or with
+/// too few, has none.
+#[test]
+fn normals_go_with_the_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let slope = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, -1.0, 0.0]];
+    for (count, scale) in [
+        (3, [1.0, 1.0, 1.0]),
+        (3, [-2.0, 1.0, 5.0]),
+        (2, [1.0, 1.0, 1.0]),
+    ] {
+        let mut doc = Doc::new();
+        let positions = doc.positions(&slope);
+        let normals = doc.positions(&[[1.0, 1.0, 0.0]; 3][..count]);
+        let attributes = json!({"POSITION": positions, "NORMAL": normals});
+        doc.show(json!({"attributes": attributes}), json!({"scale": scale}));
+        fs::write(&path, doc.glb()).unwrap();
+        let (loaded, texturing) = load_textured(&path).unwrap();
+        let [a, b, c] =
+            loaded.soup.triangles[0].map(|v| DVec3::from(loaded.soup.positions[v as usize]));
+        let across = (b - a).cross(c - a).normalize();
+        match texturing.normals[..] {
+            [Some(corners)] => assert!(
+                count == 3
+                    && corners
+                        .iter()
+                        .all(|n| n.normalize().dot(across) > 1.0 - 1e-12),
+                "{corners:?} at {across}"
+            ),
+            ref others => assert!(count == 2 && others == [None], "{others:?}"),
+        }
+    }
 }
 
 #[test]

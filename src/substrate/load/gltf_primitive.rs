@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
+use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
 use super::error::{LoadFault, Parsed};
@@ -159,7 +160,12 @@ impl<'a> Collector<'a> {
                 },
             );
         }
-        self.texture(primitive, &corners, placed.count, place, &mirrored)?;
+        let directions: Vec<Option<DMat3>> = match pose {
+            Some(_) => vec![None],
+            None => transforms.iter().map(of_normals).collect(),
+        };
+        let copies: Vec<_> = mirrored.into_iter().zip(directions).collect();
+        self.texture(primitive, &corners, placed.count, place, &copies)?;
         self.passed_over.leftover_indices += match primitive.mode {
             4 => corners.len() % 3,
             _ => 0,
@@ -167,28 +173,34 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// Adds the texture coordinates of the triangles that were added, in the same order: mirrored or not.
+    /// Adds the texture coordinates and normals of the triangles that were added, in the same order: mirrored or not,
+    /// and with what turns their normals, if that is known.
     fn texture(
         &mut self,
         primitive: &Primitive,
         corners: &Corners,
         vertices: usize,
         place: &str,
-        copies: &[bool],
+        copies: &[(bool, Option<DMat3>)],
     ) -> Parsed<()> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
         };
         let uvs = self.texcoords(primitive, vertices, place)?;
-        for &mirrored in copies {
+        let normals = self.normals(primitive, place);
+        for &(mirrored, turn) in copies {
             let mut triangles = Vec::new();
             assemble(primitive.mode, corners, &mut triangles, |[a, b, c]| {
                 if mirrored { [a, c, b] } else { [a, b, c] }
             });
-            let uv = |v: u32| uvs.as_ref().map(|uvs| uvs[v as usize]);
+            let turned = |normal: &[f64; 3]| Some((turn? * DVec3::from_array(*normal)).to_array());
+            let corner = |v: u32| Corner {
+                uv: uvs.as_ref().map(|uvs| uvs[v as usize]),
+                normal: normals.get(v as usize).and_then(turned),
+            };
             triangles
                 .into_iter()
-                .for_each(|t| texturing.push(t.map(uv), self.material));
+                .for_each(|t| texturing.push(t.map(corner), self.material));
         }
         self.texturing = Some(texturing);
         Ok(())
@@ -213,6 +225,17 @@ impl<'a> Collector<'a> {
             return Err(self.fault(place, problem));
         }
         Ok(Some(uvs))
+    }
+
+    /// Those of the vertices. A mesh can do without them, so broken ones are passed over.
+    fn normals(&self, primitive: &Primitive, place: &str) -> Vec<[f64; 3]> {
+        let mut normals = Vec::new();
+        let accessor = primitive.attributes.get("NORMAL");
+        let read = accessor.map(|&a| self.accessors.append_vectors(a, place, &mut normals));
+        match read {
+            Some(Ok(_)) => normals,
+            _ => Vec::new(),
+        }
     }
 
     fn has_triangles(&mut self, primitive: &Primitive, place: &str) -> Parsed<bool> {
@@ -344,6 +367,12 @@ impl<'a> Collector<'a> {
 
 fn mirrors(transform: &DAffine3) -> bool {
     transform.matrix3.determinant() < 0.0
+}
+
+/// What turns normals as this turns places; none where it flattens them.
+fn of_normals(transform: &DAffine3) -> Option<DMat3> {
+    let turn = transform.matrix3.inverse().transpose();
+    turn.is_finite().then_some(turn)
 }
 
 fn moved(transform: &DAffine3, position: [f64; 3]) -> [f64; 3] {

@@ -13,6 +13,7 @@
 //! weights and vertex colours after the position, missing materials.
 //! Free-form curves and surfaces are not evaluated.
 
+use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
 use super::Format::Obj;
@@ -251,6 +252,7 @@ impl<'a> FaceReader<'a> {
         }
         if let Some(texcoords) = &mut self.texcoords {
             texcoords.above += usize::from(is_texcoord(statement.bytes));
+            texcoords.normals_above += usize::from(is_normal(statement.bytes));
         }
         let word = statement.bytes.trim_ascii_start();
         if word.first().is_some_and(|first| b"lpcsb".contains(first))
@@ -348,26 +350,30 @@ impl<'a> FaceReader<'a> {
     }
 }
 
-/// Texture coordinates of faces.
+/// Texture coordinates and normals of faces.
 struct Texcoords {
     places: Vec<Option<[f64; 2]>>,
+    normals: Vec<Option<[f64; 3]>>,
     /// Those defined above the current line, for negative indices.
     above: usize,
+    normals_above: usize,
     texturing: Texturing,
 }
 
 impl Texcoords {
     fn read(text: &[u8]) -> Self {
         let place = |statement: Statement| {
-            let mut numbers = statement.tokens().skip(1).map(number);
-            let (u, v) = (numbers.next()??, numbers.next()??);
+            let [u, v] = numbers(&statement)?;
             // Rows of OBJ's images are counted from below.
             Some([u, 1.0 - v])
         };
-        let statements = Statements::new(text).filter(|s| is_texcoord(s.bytes));
+        let places = Statements::new(text).filter(|s| is_texcoord(s.bytes));
+        let normals = Statements::new(text).filter(|s| is_normal(s.bytes));
         Self {
-            places: statements.map(place).collect(),
+            places: places.map(place).collect(),
+            normals: normals.map(|s| numbers(&s)).collect(),
             above: 0,
+            normals_above: 0,
             texturing: Texturing::default(),
         }
     }
@@ -375,29 +381,56 @@ impl Texcoords {
     /// Those of the triangles that a face was cut into. A face that comes to a vertex twice has the
     /// first's there.
     fn face(&mut self, statement: &Statement, corners: &[u32], triangles: &[[u32; 3]]) {
-        let places = statement.tokens().skip(1).map(|token| self.place(token));
-        let places: Vec<_> = places.collect();
-        let of = |vertex: u32| places[corners.iter().position(|&c| c == vertex)?];
+        let said = statement.tokens().skip(1).map(|token| self.corner(token));
+        let said: Vec<_> = said.collect();
+        let of = |vertex: u32| {
+            let corner = corners.iter().position(|&c| c == vertex);
+            corner.map_or_else(Corner::default, |corner| said[corner])
+        };
         for triangle in triangles {
             self.texturing.push(triangle.map(of), None);
         }
     }
 
-    /// The place that a corner (`7/1`, `7/1/2`, `-1/-1`) names, if it does.
-    fn place(&self, token: &[u8]) -> Option<[f64; 2]> {
-        let index = integer(token.split(|&b| b == b'/').nth(1)?)?;
-        let back = usize::try_from(index.unsigned_abs()).ok()?;
-        let at = match index {
-            ..0 => self.above.checked_sub(back)?,
-            _ => back.checked_sub(1)?,
-        };
-        *self.places.get(at)?
+    /// What a corner (`7/1`, `7/1/2`, `7//2`, `-1/-1`) names.
+    fn corner(&self, token: &[u8]) -> Corner {
+        let uv = named(token, 1, self.above);
+        let normal = named(token, 2, self.normals_above);
+        Corner {
+            uv: uv.and_then(|at| *self.places.get(at)?),
+            normal: normal.and_then(|at| *self.normals.get(at)?),
+        }
     }
+}
+
+/// The number, from 0, that a corner names in this part of it, if it does.
+fn named(token: &[u8], part: usize, above: usize) -> Option<usize> {
+    let index = integer(token.split(|&b| b == b'/').nth(part)?)?;
+    let back = usize::try_from(index.unsigned_abs()).ok()?;
+    match index {
+        ..0 => above.checked_sub(back),
+        _ => back.checked_sub(1),
+    }
+}
+
+/// The first numbers of a statement.
+fn numbers<const N: usize>(statement: &Statement) -> Option<[f64; N]> {
+    let mut tokens = statement.tokens().skip(1);
+    let mut numbers = [0.0; N];
+    for out in &mut numbers {
+        *out = number(tokens.next()?)?;
+    }
+    Some(numbers)
 }
 
 /// Whether this is a `vt` line.
 fn is_texcoord(statement: &[u8]) -> bool {
     matches!(statement.trim_ascii_start(), [b'v', b't', space, ..] if space.is_ascii_whitespace() || *space == b'\\')
+}
+
+/// Whether this is a `vn` line.
+fn is_normal(statement: &[u8]) -> bool {
+    matches!(statement.trim_ascii_start(), [b'v', b'n', space, ..] if space.is_ascii_whitespace() || *space == b'\\')
 }
 
 fn is_face(statement: &[u8]) -> bool {

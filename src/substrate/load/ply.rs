@@ -5,6 +5,7 @@
 //! and properties are passed over, in any order; faces may stand before their vertices. Positions
 //! declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
+use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
 use super::Format::Ply;
@@ -67,8 +68,12 @@ impl Texcoords {
             // Rows of images are counted from below.
             Some([u, 1.0 - v])
         };
+        let corner = |vertex: u32| Corner {
+            uv: place(vertex),
+            normal: None,
+        };
         for triangle in triangles {
-            self.texturing.push(triangle.map(place), None);
+            self.texturing.push(triangle.map(corner), None);
         }
     }
 }
