@@ -11,6 +11,7 @@
 mod common_stats;
 mod reference;
 
+use rayon::prelude::*;
 use reference::shapes::{self, Shape};
 use reference::{Params, Run, Search, Stop, grow, stats};
 use thallus::cluster::NO_PARENT;
@@ -120,8 +121,12 @@ fn measure(run: &Run, r: f64, scale: f64) -> Vec<(&'static str, f64)> {
 }
 
 /// The samples of every measure, one a cluster.
-fn sample(case: &Case, scale: f64, run: impl Fn(&Params) -> Run) -> Vec<(&'static str, Vec<f64>)> {
-    let clusters = (0..case.seeds).map(|seed| {
+fn sample(
+    case: &Case,
+    scale: f64,
+    run: impl Fn(&Params) -> Run + Sync,
+) -> Vec<(&'static str, Vec<f64>)> {
+    let clusters = (0..case.seeds).into_par_iter().map(|seed| {
         let params = Params {
             seed,
             ..case.params.clone()

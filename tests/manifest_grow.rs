@@ -9,6 +9,7 @@ mod common;
 use std::path::Path;
 use std::time::Instant;
 
+use rayon::prelude::*;
 use thallus::run::{Execution, Settings, SettingsError, StopSetting, Stopped, grow};
 use thallus::substrate::Substrate;
 
@@ -62,10 +63,14 @@ fn grow_on_all(elements: u64) -> Option<Vec<Grown>> {
     let header: Vec<&str> = rows.next().expect("a header");
     let column = |name| header.iter().position(|h| *h == name).expect(name);
     let (file, expect) = (column("file"), column("expect"));
-    let grown: Vec<Grown> = rows
+    let named = |row: Vec<&'_ str>| row[file].trim_start_matches("shared/").to_owned();
+    let files = rows
         .filter(|row| row[expect].starts_with("load"))
-        .map(|row| grow_on(&root, row[file].trim_start_matches("shared/"), elements))
-        .collect();
+        .map(named);
+    let files: Vec<String> = files.collect();
+    // One after the other to each thread, for the meshes cost very different times.
+    let grown = files.par_iter().with_max_len(1);
+    let grown: Vec<Grown> = grown.map(|file| grow_on(&root, file, elements)).collect();
     assert!(grown.len() > 100, "the manifest has lost its meshes");
     let cut_short: Vec<_> = grown.iter().filter(|g| g.cut_short.is_some()).collect();
     let names: Vec<&str> = cut_short.iter().map(|g| g.file.as_str()).collect();
