@@ -353,9 +353,7 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
         .open(path);
     let mut file = match opened {
         // A link that leads nowhere stays.
-        Err(e) if e.kind() == ErrorKind::NotFound && path.symlink_metadata().is_err() => {
-            return Ok(None);
-        }
+        Err(e) if e.kind() == ErrorKind::NotFound && !path.is_symlink() => return Ok(None),
         result => result.map_err(OutputError::io(folder, doing))?,
     };
     match file.try_lock() {

@@ -1,6 +1,6 @@
 //! What a mesh file says about the texture of its triangles.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::Substrate;
 
@@ -12,9 +12,9 @@ use super::Substrate;
 pub struct Texturing {
     /// For each triangle those of its corners; none where a corner has none, or none that is finite.
     pub uvs: Vec<Option<[[f64; 2]; 3]>>,
-    /// For each triangle the directions of its corners' normals, of any length, in the order of `uvs`; none where a
-    /// corner has none that is a direction. Of glTF and OBJ, but not of skinned meshes.
-    pub normals: Vec<Option<[DVec3; 3]>>,
+    /// For each triangle the unit normals of its corners, in the order of `uvs`; none where a corner has none that is a
+    /// direction. Of glTF and OBJ, but not of skinned meshes.
+    pub normals: Vec<Option<[Vec3; 3]>>,
     /// For each triangle its place in `materials`, if it has one.
     pub material_of: Vec<Option<u32>>,
     /// As glTF has them. Those of OBJ's libraries are not read.
@@ -68,7 +68,7 @@ impl Texturing {
     pub fn normals_of(&self, substrate: &Substrate, triangle: u32) -> Option<[DVec3; 3]> {
         let source = substrate.source_triangle(triangle) as usize;
         let normals = self.normals.get(source).copied().flatten()?;
-        let corners = at_corners(normals, substrate, triangle);
+        let corners = at_corners(normals.map(Vec3::as_dvec3), substrate, triangle);
         let [a, b, c] = corners.map(DVec3::try_normalize);
         let (normals, own) = ([a?, b?, c?], substrate.normal(triangle));
         let along = own.dot(normals.iter().sum());
@@ -80,7 +80,7 @@ impl Texturing {
         let uv = |corner: &Corner| corner.uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
         let normal = |corner: &Corner| {
             let normal = corner.normal.map(DVec3::from_array)?;
-            normal.try_normalize().map(|_| normal)
+            normal.try_normalize().map(|normal| normal.as_vec3())
         };
         self.uvs.push(all(corners.each_ref().map(uv)));
         self.normals.push(all(corners.each_ref().map(normal)));
