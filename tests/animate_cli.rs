@@ -374,6 +374,7 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o a.AVI --what picture", 2, &["'.AVI'", ".gif"]),
         ("out -o b/z.webp --format png", 2, &["'.webp'", ".webm"]),
         ("out -o a.gif --what skin", 2, &["pictures", "--what"]),
+        ("out -o f --format gif", 2, &["one file", "-o f.gif"]),
         (
             "out -o a.gif --background transparent",
             2,

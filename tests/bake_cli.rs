@@ -238,7 +238,7 @@ fn a_mesh_with_other_triangles_of_the_same_surface_is_baked() {
     made(&desk, "out -o other --size 128 --mesh other.obj");
     let [a, b] = ["as-grown", "other"].map(|folder| desk.read(&format!("{folder}/mask.png")));
     assert_eq!(a, b);
-    // The mesh that came of it too: another lichen can be baked over the first.
+    // So has the mesh that came of it.
     made(
         &desk,
         "out -o again --size 128 --mesh as-grown/lichened.glb",
@@ -264,20 +264,8 @@ fn layouts_with_faults_are_told() {
     assert!(said.contains("2 of 12 triangles have no UVs"), "{said}");
     let flat = cube().replace(" 0.55", " 0.4");
     fs::write(desk.path("flat.obj"), flat).unwrap();
-    refused(
-        &desk,
-        "out -o y --mesh flat.obj",
-        1,
-        &["no triangle has area", "unwrap"],
-    );
     let packed = cube().replace("vt 0.01 0.4", "vt 4095 0.4");
     fs::write(desk.path("packed.obj"), packed).unwrap();
-    refused(
-        &desk,
-        "out -o y --mesh packed.obj",
-        1,
-        &["packed", "as it was before"],
-    );
     let tiles = folded_in_tiles();
     fs::write(desk.path("tiles.obj"), tiles).unwrap();
     let output = bake(&desk, "out -o tiles --mesh tiles.obj --size 128");
@@ -285,10 +273,15 @@ fn layouts_with_faults_are_told() {
     assert!(said.contains("UDIM"), "{said}");
     let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
     fs::write(desk.path("repeats.obj"), repeats).unwrap();
-    refused(
-        &desk,
-        "out -o y --mesh repeats.obj",
-        1,
-        &["repeats.obj", "images wide"],
-    );
+    for (words, parts) in [
+        ("--mesh flat.obj", ["no triangle has area", "unwrap"]),
+        ("--mesh packed.obj", ["packed", "as it was before"]),
+        ("--mesh repeats.obj", ["repeats.obj", "images wide"]),
+        (
+            "--base rock.obj",
+            ["rock.obj", "the image of the base colour cannot be read"],
+        ),
+    ] {
+        refused(&desk, &format!("out -o y {words}"), 1, &parts);
+    }
 }

@@ -249,6 +249,10 @@ fn check_warns_in_words() {
             "fin.obj",
             "1 edge with more than two triangles (near (5, 0, 5))",
         ),
+        (
+            "fin.obj",
+            "for them it is 2 surfaces in 1 piece, the largest with",
+        ),
         ("far.obj", "from its origin"),
         (
             "stray.obj",

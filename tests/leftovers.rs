@@ -11,9 +11,8 @@ use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, assert_refused_in_a_line, names, said};
 use thallus::cluster::Element;
-use thallus::log::{Log, LogWriter, head};
-use thallus::run::{Execution, Progress, Run, Settings};
-use thallus::substrate::Substrate;
+use thallus::log::LogWriter;
+use thallus::run::{Execution, Progress, Run};
 
 /// Commands that read a lichen on the mesh that its recipe names.
 const ON_MESH: [&str; 4] = [
@@ -53,12 +52,8 @@ fn another_mesh_of_the_name_is_not_taken_for_the_one_of_the_run() {
 
 /// The log of a run that was killed when it had three elements.
 fn young_log(desk: &Desk, run: &str) -> Vec<u8> {
-    let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
-    let settings = Settings::read(&desk.path(&format!("{run}/recipe.toml"))).unwrap();
-    let recipe = settings.resolve(&substrate, "rock.obj").unwrap();
-    let file = desk.path("young.log");
-    fs::write(&file, head(&recipe)).unwrap();
-    let (log, begun) = LogWriter::open(Log::read(&file).unwrap()).unwrap();
+    let (substrate, recipe, log) = desk.begin_log("rock.obj", run, "young.log");
+    let (log, begun) = LogWriter::open(log).unwrap();
     let stop = |_: &Element, progress: &Progress| match progress.elements {
         3 => ControlFlow::Break(()),
         _ => ControlFlow::Continue(()),
@@ -67,7 +62,7 @@ fn young_log(desk: &Desk, run: &str) -> Vec<u8> {
     let mut watchers = (log, stop);
     run.grow(&Execution::default(), &mut watchers);
     watchers.0.finish().unwrap();
-    fs::read(file).unwrap()
+    desk.read("young.log")
 }
 
 /// A killed run has neither elements.ply nor a picture: who has put one there is asked to move it.

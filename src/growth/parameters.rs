@@ -95,3 +95,27 @@ impl Parameters {
             && self.launch < self.kill
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::stick::tests::parameters;
+    use super::*;
+
+    #[test]
+    fn what_growth_could_not_end_with_is_unsound() {
+        let sound = parameters(0.5);
+        assert!(sound.are_sound());
+        let with = |change: fn(&mut Parameters)| {
+            let mut changed = sound.clone();
+            change(&mut changed);
+            changed.are_sound()
+        };
+        assert!(!with(|p| p.radius = f64::NAN));
+        assert!(!with(|p| p.curvature_radius = f64::INFINITY));
+        assert!(!with(|p| p.bias = f64::NAN));
+        assert!(!with(|p| p.gain = f64::INFINITY));
+        assert!(!with(|p| p.min_stick = 0.0));
+        assert!(!with(|p| p.min_stick = 1.5));
+        assert!(!with(|p| p.kill = p.launch));
+    }
+}

@@ -122,3 +122,14 @@ impl Camera {
         (self.forward + self.right * x + self.above * y).normalize()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Camera;
+
+    #[test]
+    #[should_panic(expected = "a camera at")]
+    fn a_camera_that_is_nowhere_is_refused() {
+        Camera::look_at([f32::NAN, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0], 0.3);
+    }
+}

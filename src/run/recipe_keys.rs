@@ -7,13 +7,12 @@ use super::recipe_text::{KEYS, RecipeTextError};
 /// The text with underscores in its keys made dashes, so that line numbers in errors stay true.
 /// Unknown keys are refused here, where the nearest known one can be named.
 pub(super) fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
-    let toml = |e: toml::de::Error| RecipeTextError::Toml(e.to_string().trim_end().to_owned());
-    let table = toml::de::DeTable::parse(text).map_err(toml)?;
+    let table = toml::de::DeTable::parse(text).map_err(|e| not_toml(&e))?;
     let mut dashed = text.to_owned();
     for key in table.get_ref().keys() {
         let known = key.get_ref().replace('_', "-");
         if !KEYS.contains(&known.as_str()) {
-            return Err(unknown_key(key.get_ref(), line_of(text, key.span().start)));
+            return Err(unknown_key(key.get_ref(), line_at(text, key.span().start)));
         }
         // The letters, between quotes where there are any: the spans of others stay.
         let (span, quotes) = (key.span(), key.span().len().saturating_sub(known.len()));
@@ -45,14 +44,13 @@ pub(super) fn unknown_name(name: &str, but: &[&str]) -> String {
 
 /// What is wrong with a value of a text that is TOML: under which key, and what it may have.
 pub(super) fn wrong_value(text: &str, error: &toml::de::Error) -> RecipeTextError {
-    let whole = || RecipeTextError::Toml(error.to_string().trim_end().to_owned());
     let (Some(span), Ok(table)) = (error.span(), toml::de::DeTable::parse(text)) else {
-        return whole();
+        return not_toml(error);
     };
     let is_there = |value: std::ops::Range<usize>| value.contains(&span.start);
     let mut entries = table.get_ref().iter();
     let Some((key, _)) = entries.find(|(_, value)| is_there(value.span())) else {
-        return whole();
+        return not_toml(error);
     };
     let name = key.get_ref();
     let said = error
@@ -66,11 +64,17 @@ pub(super) fn wrong_value(text: &str, error: &toml::de::Error) -> RecipeTextErro
     let range = known.map_or_else(String::new, |known| format!(" [range: {}]", known.range));
     RecipeTextError::Value {
         key: name.to_string(),
-        line: line_of(text, key.span().start),
+        line: line_at(text, key.span().start),
         problem: said + &range,
     }
 }
 
-fn line_of(text: &str, place: usize) -> usize {
+/// A text that is no TOML, in the words of the parser.
+pub(crate) fn not_toml(error: &toml::de::Error) -> RecipeTextError {
+    RecipeTextError::Toml(error.to_string().trim_end().to_owned())
+}
+
+/// The line of a place in a text, from 1.
+pub(crate) fn line_at(text: &str, place: usize) -> usize {
     1 + text[..place].matches('\n').count()
 }

@@ -6,7 +6,7 @@ use toml::de::DeTable;
 
 use super::{Axis, Grid, GridFileError, GridTextError};
 use crate::input;
-use crate::run::{RecipeTextError, Settings};
+use crate::run::{Settings, line_at, not_toml};
 
 const AXES: &str = "axes";
 const SEEDS: &str = "seeds";
@@ -34,10 +34,7 @@ impl Grid {
     /// # Errors
     /// When it is not TOML, or has a key or value that no grid has.
     pub fn from_toml(text: &str) -> Result<Self, GridTextError> {
-        let toml = |e: toml::de::Error| {
-            let message = e.to_string().trim_end().to_owned();
-            GridTextError::Recipe(RecipeTextError::Toml(message))
-        };
+        let toml = |e: toml::de::Error| GridTextError::Recipe(not_toml(&e));
         let table = DeTable::parse(text).map_err(toml)?;
         let plain: toml::Table = text.parse().map_err(toml)?;
         let axes_start = start_of_axes(text, &table)?;
@@ -120,10 +117,6 @@ fn size(grid: &Grid) -> String {
 
 fn blank(c: char) -> char {
     if c == '\n' { '\n' } else { ' ' }
-}
-
-fn line_at(text: &str, place: usize) -> usize {
-    1 + text[..place].matches('\n').count()
 }
 
 /// Where the line `[axes]` begins; the end of the text where there is none.

@@ -8,7 +8,9 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 use tempfile::TempDir;
-use thallus::log::Log;
+use thallus::log::{Log, head};
+use thallus::run::{Recipe, Settings};
+use thallus::substrate::Substrate;
 
 /// A folder to work in, with a mesh.
 pub(crate) struct Desk(pub(crate) TempDir);
@@ -107,6 +109,15 @@ impl Desk {
         }
         assert_eq!(self.report(found), self.report(expected), "{found}");
         assert_eq!(names(&self.path(found)), names(&self.path(expected)));
+    }
+
+    /// The mesh, the recipe and a log without elements, for a run like another on a mesh of this name.
+    pub(crate) fn begin_log(&self, mesh: &str, run: &str, log: &str) -> (Substrate, Recipe, Log) {
+        let substrate = Substrate::load(&self.path(mesh)).unwrap();
+        let settings = Settings::read(&self.path(&format!("{run}/recipe.toml"))).unwrap();
+        let recipe = settings.resolve(&substrate, mesh).unwrap();
+        fs::write(self.path(log), head(&recipe)).unwrap();
+        (substrate, recipe, Log::read(&self.path(log)).unwrap())
     }
 
     /// A finished run's folder with other bytes as its log, and nothing that only a finished run has.

@@ -10,8 +10,7 @@ fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6)
 }
 
-/// Normals are at right angles to the surface however that is stretched and mirrored; a file without any, or with
-/// too few, has none.
+/// Normals are at right angles to the surface however that is stretched and mirrored; a file with too few has none.
 #[test]
 fn normals_go_with_the_surface() {
     let folder = tempfile::tempdir().unwrap();
