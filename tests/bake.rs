@@ -12,8 +12,8 @@ use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
 use thallus::cluster::{Cluster, Element};
 use thallus::export::{MapImages, Texture};
 use thallus::picture::Ground;
-use thallus::run::{Execution, grow};
-use thallus::skin::{Paint, Shape, skin};
+use thallus::run::{Execution, Recipe, grow};
+use thallus::skin::{PALETTE, Paint, Shape, SkinError, skin};
 use thallus::substrate::{Soup, Substrate, SurfacePoint, Texturing, load_textured};
 
 use common::recipe;
@@ -93,9 +93,9 @@ fn baked<'a>(made: &'a Made, settings: &Settings) -> Baked<'a> {
         cluster: &made.cluster,
         shape: &Shape::default(),
         paint: &Paint::default(),
-        base: &Base::Mesh,
     };
-    bake(&made.substrate, &made.texturing, &look, settings).unwrap()
+    let base = Base::Mesh;
+    bake(&made.substrate, &made.texturing, &[look], &base, settings).unwrap()
 }
 
 fn settings(size: u32, samples: u32) -> Settings {
@@ -403,14 +403,14 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
         cluster: &made.cluster,
         shape: &Shape::default(),
         paint: &Paint::default(),
-        base: &Base::Mesh,
     };
     let growth = grow(&again, &recipe(0.05, 1), &Execution::default(), &mut ()).unwrap();
     let look = Look {
         cluster: &growth.cluster,
         ..look
     };
-    let twice = bake(&again, &texturing, &look, &settings(128, 1)).unwrap();
+    let base = Base::Mesh;
+    let twice = bake(&again, &texturing, &[look], &base, &settings(128, 1)).unwrap();
     let bare = (0..128 * 128)
         .map(|i| (i % 128, i / 128))
         .filter(|&(x, y)| twice.value(map("mask"), x, y)[0] == 0.0);
@@ -422,6 +422,73 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
             "{x} {y}: {was} {is}"
         );
     }
+}
+
+/// Another lichen on the same mesh, of larger elements and as thick again, which meets the first.
+fn another(made: &Made) -> Cluster {
+    let recipe = Recipe {
+        seed: 2,
+        ..recipe(0.08, 200)
+    };
+    let growth = grow(&made.substrate, &recipe, &Execution::default(), &mut ());
+    growth.unwrap().cluster
+}
+
+#[test]
+fn of_two_lichens_the_higher_is_seen() {
+    let made = made();
+    let larger = another(&made);
+    let (shape, base) = (Shape::default(), Base::Mesh);
+    let paints = ["rhizocarpon", "xanthoria"].map(|name| {
+        let found = PALETTE.iter().find(|map| map.name == name);
+        Paint::of(found.unwrap())
+    });
+    let look = |i: usize| Look {
+        cluster: [&made.cluster, &larger][i],
+        shape: &shape,
+        paint: &paints[i],
+    };
+    let of = |looks: &[Look]| {
+        let settings = settings(192, 1);
+        bake(&made.substrate, &made.texturing, looks, &base, &settings).unwrap()
+    };
+    let [one, other, both] = [&[look(0)][..], &[look(1)], &[look(0), look(1)]].map(of);
+    let [mask, height] = ["mask", "height"].map(map);
+    let own = ["color", "birth", "base_color"].map(map);
+    let in_units = |b: &Baked, x, y| b.value(height, x, y)[0] * b.highest() as f32;
+    let mut seen = [0; 3];
+    for (x, y) in (0..192 * 192).map(|i| (i % 192, i / 192)) {
+        let [a, b, all] = [&one, &other, &both].map(|m| in_units(m, x, y));
+        assert!(
+            (all - a.max(b)).abs() <= 1e-6 * all,
+            "{x} {y}: {a} {b} {all}"
+        );
+        let masks = [&one, &other, &both].map(|m| m.value(mask, x, y)[0]);
+        assert_eq!(masks[2], masks[0].max(masks[1]));
+        let upper = if a > b { &one } else { &other };
+        if masks[2] > 0.0 {
+            for map in own {
+                assert_eq!(both.value(map, x, y), upper.value(map, x, y), "{x} {y}");
+            }
+        }
+        let both_there = masks[0] * masks[1] > 0.0;
+        seen[usize::from(a > b) + usize::from(both_there && a < b) * 2] +=
+            usize::from(masks[2] > 0.0);
+    }
+    assert!(seen.iter().all(|n| *n > 50), "{seen:?}");
+    let turned = of(&[look(1), look(0)]);
+    for (x, y) in (0..192 * 192).map(|i| (i % 192, i / 192)) {
+        let all = |b: &Baked| MAPS.each_ref().map(|map| b.value(map, x, y));
+        assert_eq!(all(&both), all(&turned), "{x} {y}");
+    }
+    let none = bake(
+        &made.substrate,
+        &made.texturing,
+        &[],
+        &base,
+        &settings(64, 1),
+    );
+    assert_eq!(none.unwrap_err(), BakeError::Skin(SkinError::Empty));
 }
 
 /// A square of two triangles for each list of UVs.
@@ -449,9 +516,9 @@ fn bake_squares(text: &str) -> Result<(usize, [usize; 3]), BakeError> {
         cluster: &growth.cluster,
         shape: &Shape::default(),
         paint: &Paint::default(),
-        base: &Base::Ground(Ground::Color([9, 9, 9])),
     };
-    let baked = bake(&substrate, &texturing, &look, &settings(64, 1))?;
+    let base = Base::Ground(Ground::Color([9, 9, 9]));
+    let baked = bake(&substrate, &texturing, &[look], &base, &settings(64, 1))?;
     let report = baked.report();
     let shared = report.overlaps;
     Ok((

@@ -140,6 +140,41 @@ fn every_map_and_the_mesh_are_written_and_said() {
     assert!((in_cm * 100.0 / in_m - 1.0).abs() < 1e-9);
 }
 
+#[test]
+fn several_lichens_are_in_the_same_maps() {
+    let desk = desk();
+    desk.done("cube.obj --radius 3% --elements 30 --seed 2 -o larger");
+    made(&desk, "out -o one --size 128 --quiet");
+    let json = made(
+        &desk,
+        "out --also larger,xanthoria -o two --size 128 --json",
+    );
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!([&report["elements"], &report["lichens"]], [90, 2]);
+    let covers = |folder: &str| {
+        let sidecar = desk.read(&format!("{folder}/maps.json"));
+        let sidecar: serde_json::Value = serde_json::from_slice(&sidecar).unwrap();
+        sidecar["highest_meters"].as_f64().unwrap()
+    };
+    assert!(covers("two") > covers("one"));
+    for map in ["mask", "base_color"] {
+        let [one, two] = ["one", "two"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
+        assert_ne!(one, two, "{map}");
+    }
+    let text = made(&desk, "out --also larger -o again --size 128");
+    assert!(text.contains("90 elements of 2 lichens"), "{text}");
+    desk.done("rock.obj --radius 2% --elements 9 -o elsewhere");
+    let wrong = [
+        ("gone", 1, ["gone", "there is no such file"]),
+        ("elsewhere", 1, ["--also elsewhere", "not on this mesh"]),
+        ("larger,puce", 2, ["puce", "--colormap"]),
+    ];
+    for (also, code, parts) in wrong {
+        refused(&desk, &format!("out --also {also} -o x"), code, &parts);
+    }
+    assert!(!desk.path("x").exists());
+}
+
 #[cfg(unix)]
 #[test]
 fn interrupted_it_leaves_nothing() {

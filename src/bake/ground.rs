@@ -1,5 +1,7 @@
 //! The substrate's own material, under and beside the lichen.
 
+use std::sync::OnceLock;
+
 use glam::{DVec3, Vec3, Vec3A};
 
 use super::image::Image;
@@ -41,6 +43,8 @@ pub(super) struct Ground<'a> {
     size: f64,
     /// Where the mesh is longest.
     along: Vec3A,
+    /// The mean of what is drawn, once it is asked for.
+    mean: OnceLock<Vec3>,
     /// Images that could not be read, in words for the user.
     pub(super) notes: Vec<String>,
 }
@@ -82,6 +86,7 @@ impl<'a> Ground<'a> {
             middle: 0.5 * (low + high),
             size: (high - low).length(),
             along: longest_axis([low, high].map(|c| c.as_vec3a())),
+            mean: OnceLock::new(),
             notes,
         })
     }
@@ -106,15 +111,34 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// What pictures draw at a place, or in the middle of the mesh.
+    /// What pictures draw at a place; beyond all charts, whose mean it is: smaller levels of the texture mix it
+    /// into their rims.
     fn drawn(&self, ground: picture::Ground, place: impl FnOnce() -> Option<DVec3>) -> Vec3 {
-        let place = match ground {
-            picture::Ground::Color(_) => None,
-            _ => place(),
-        };
-        let from_middle = place.map_or(DVec3::ZERO, |p| p - self.middle);
-        let place = (from_middle / self.size).as_vec3a();
+        match ground {
+            picture::Ground::Color(_) => self.drawn_at(ground, self.middle),
+            _ => place().map_or_else(
+                || *self.mean.get_or_init(|| self.mean_drawn(ground)),
+                |p| self.drawn_at(ground, p),
+            ),
+        }
+    }
+
+    fn drawn_at(&self, ground: picture::Ground, place: DVec3) -> Vec3 {
+        let place = ((place - self.middle) / self.size).as_vec3a();
         Vec3::from(ground.albedo(place, self.along)).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
+    fn mean_drawn(&self, ground: picture::Ground) -> Vec3 {
+        const PLACES: usize = 4096;
+        let all = self.substrate.triangles().len();
+        let some = (0..all).step_by(all.div_ceil(PLACES));
+        let middle = |t: usize| self.substrate.corners(t as u32).iter().sum::<DVec3>() / 3.0;
+        let area = |t: usize| self.substrate.area(t as u32) as f32;
+        let (sum, weight) = some.fold((Vec3::ZERO, 0.0), |(sum, weight), t| {
+            let color = self.drawn_at(ground, middle(t));
+            (sum + area(t) * color, weight + area(t))
+        });
+        sum / weight
     }
 
     /// Everything else there.

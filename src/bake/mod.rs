@@ -29,7 +29,7 @@ use ground::{Ground, Surface};
 use layout::{Layout, NONE, WIDEST};
 use occlusion::Horizons;
 use place::Placer;
-use texel::{Sampler, Texels};
+use texel::{Layer, Sampler, Texels};
 
 use crate::cluster::Cluster;
 use crate::skin::{Paint, Relief, Shape, SkinError};
@@ -155,11 +155,9 @@ pub struct Look<'a> {
     pub shape: &'a Shape,
     /// Its colours.
     pub paint: &'a Paint,
-    /// What is under it.
-    pub base: &'a Base,
 }
 
-/// A lichen in the texels of its substrate: every [`Map`] is read from it.
+/// Lichens in the texels of their substrate: every [`Map`] is read from it.
 pub struct Baked<'a> {
     substrate: &'a Substrate,
     texturing: &'a Texturing,
@@ -195,38 +193,43 @@ pub struct LayoutReport {
     pub texel: f64,
 }
 
-/// Bakes a lichen into the layout of its substrate; the same on any number of threads.
+/// Bakes lichens into the layout of their substrate, over what it looks like without them; the same on any
+/// number of threads.
+///
+/// Lichens know nothing of each other: where two are in one place, the higher is seen.
 ///
 /// # Errors
 /// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the
-/// settings or of the shape is out of its range, when there are no elements, or when the image of the
-/// base cannot be read.
+/// settings or of a shape is out of its range, when there is no lichen or one without elements, or when the
+/// image of the base cannot be read.
 pub fn bake<'a>(
     substrate: &'a Substrate,
     texturing: &'a Texturing,
-    look: &Look,
+    lichens: &[Look],
+    base: &Base,
     settings: &Settings,
 ) -> Result<Baked<'a>, BakeError> {
     settings.check()?;
     let (size, gutter) = (settings.size as usize, settings.gutter as usize);
     let layout = Layout::new(substrate, texturing, size, gutter)?;
-    let ground = Ground::new(substrate, texturing, look.base).map_err(BakeError::Base)?;
-    let relief = Relief::new(substrate, look.cluster, look.shape, look.paint)?;
-    let frames = frames(substrate, texturing, &relief);
+    let ground = Ground::new(substrate, texturing, base).map_err(BakeError::Base)?;
+    let layers: Result<Vec<Layer>, _> = lichens.iter().map(|l| layer(substrate, l)).collect();
+    let layers = layers?;
+    let first = layers.first().ok_or(SkinError::Empty)?;
+    let frames = frames(substrate, texturing, &first.relief);
     let placer = Placer::new(substrate, &layout);
     let sampler = Sampler {
         placer: &placer,
-        relief: &relief,
+        layers: &layers,
         frames: &frames,
-        paint: look.paint,
-        last: look.cluster.len().saturating_sub(1) as f32,
         along: settings.samples,
     };
     let mut texels = sampler.sample(gutter);
+    let radii = lichens.iter().map(|l| l.cluster.radius());
     let horizons = Horizons {
         placer: &placer,
         frames: &frames,
-        radius: look.cluster.radius(),
+        radius: radii.fold(f64::INFINITY, f64::min),
         known: gutter as f64 - 1.0,
     };
     texels.occlude(|texels, number, texel| horizons.light(texels, number, texel));
@@ -234,13 +237,21 @@ pub fn bake<'a>(
     Ok(Baked {
         substrate,
         texturing,
-        turned: all.map(|t| relief.side(t) < 0.0).collect(),
+        turned: all.map(|t| first.relief.side(t) < 0.0).collect(),
         highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
         texel: placer.texel,
         layout,
         frames,
         texels,
         ground,
+    })
+}
+
+fn layer<'a>(substrate: &'a Substrate, lichen: &Look<'a>) -> Result<Layer<'a>, SkinError> {
+    Ok(Layer {
+        relief: Relief::new(substrate, lichen.cluster, lichen.shape, lichen.paint)?,
+        paint: lichen.paint,
+        last: lichen.cluster.len().saturating_sub(1) as f32,
     })
 }
 

@@ -34,7 +34,7 @@ const DIRECTIONS: [[f64; 2]; 4] = [
 pub(super) struct Horizons<'a> {
     pub(super) placer: &'a Placer<'a>,
     pub(super) frames: &'a [Frame],
-    /// Element radius, local units.
+    /// Element radius, of several the smallest; local units.
     pub(super) radius: f64,
     /// How far from a texel the image is known to go on as the surface does, in texels.
     pub(super) known: f64,

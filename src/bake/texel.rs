@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::frame::Frame;
 use super::layout::{Corners, Layout, NONE};
-use super::place::{Placer, STRETCH};
+use super::place::{Place, Placer, STRETCH};
 use crate::color::to_linear;
-use crate::skin::{Paint, Probe, Relief};
+use crate::skin::{Paint, Probe, Relief, Sample};
+use crate::substrate::SurfacePoint;
 
 /// Lichen at a texel: means over the samples in it.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +17,7 @@ pub(super) struct Texel {
     pub(super) mask: f32,
     /// Over the substrate, local units; 0 where there is no lichen.
     pub(super) height: f32,
-    /// 0 for the first born element, 1 for the last.
+    /// 0 for the first born element of its lichen, 1 for the last.
     pub(super) birth: f32,
     /// Unit vector in tangent space.
     pub(super) normal: Vec3,
@@ -57,16 +58,29 @@ impl Texels {
     }
 }
 
-/// What texels are sampled from.
-pub(super) struct Sampler<'a> {
-    pub(super) placer: &'a Placer<'a>,
-    pub(super) relief: &'a Relief<'a>,
-    pub(super) frames: &'a [Frame],
+/// One of the lichens that texels are sampled from.
+pub(super) struct Layer<'a> {
+    pub(super) relief: Relief<'a>,
     pub(super) paint: &'a Paint,
     /// Birth index of the last element.
     pub(super) last: f32,
+}
+
+/// What texels are sampled from.
+pub(super) struct Sampler<'a> {
+    pub(super) placer: &'a Placer<'a>,
+    pub(super) layers: &'a [Layer<'a>],
+    pub(super) frames: &'a [Frame],
     /// Samples along each side of a texel.
     pub(super) along: u32,
+}
+
+/// What asks a layer.
+struct Asker<'a> {
+    layer: &'a Layer<'a>,
+    probe: Probe<'a>,
+    /// Whether anything of it is felt in the texel in hand.
+    is_near: bool,
 }
 
 impl Sampler<'_> {
@@ -75,24 +89,34 @@ impl Sampler<'_> {
         let layout = self.placer.layout;
         // A way beyond a chart's border may be this long.
         let margin = (gutter + 2) as f64 * STRETCH * self.placer.texel;
+        let carries = |t: u32| self.layers.iter().any(|l| l.relief.may_carry(t, margin));
         let carrying: Vec<bool> = (0..layout.corners.len() as u32)
             .into_par_iter()
-            .map(|t| self.relief.may_carry(t, margin))
+            .map(carries)
             .collect();
-        let row = |probe: &mut Probe, y: usize| self.row(y, &carrying, probe);
-        let blur = (0.5 * self.placer.texel) as f32 / self.along as f32;
+        let row = |askers: &mut Vec<Asker>, y: usize| self.row(y, &carrying, askers);
         let rows = (0..layout.size).into_par_iter();
-        let rows: Vec<Vec<(u32, Texel)>> = rows.map_init(|| self.relief.probe(blur), row).collect();
+        let rows: Vec<Vec<(u32, Texel)>> = rows.map_init(|| self.askers(), row).collect();
         gather(layout, &rows)
     }
 
-    fn row(&self, y: usize, carrying: &[bool], probe: &mut Probe) -> Vec<(u32, Texel)> {
+    fn askers(&self) -> Vec<Asker<'_>> {
+        let blur = (0.5 * self.placer.texel) as f32 / self.along as f32;
+        let asker = |layer| Asker {
+            layer,
+            probe: layer.relief.probe(blur),
+            is_near: false,
+        };
+        self.layers.iter().map(asker).collect()
+    }
+
+    fn row(&self, y: usize, carrying: &[bool], askers: &mut [Asker]) -> Vec<(u32, Texel)> {
         let layout = self.placer.layout;
         let one = |x: usize| {
             let owner = layout.owners[y * layout.size + x];
             let corners = layout.corners.get(owner as usize).copied().flatten()?;
             let texel = match carrying[owner as usize] {
-                true => self.texel(owner, &corners, layout.middle(y * layout.size + x), probe)?,
+                true => self.texel(owner, &corners, layout.middle(y * layout.size + x), askers)?,
                 false => return None,
             };
             Some((x as u32, texel))
@@ -105,11 +129,15 @@ impl Sampler<'_> {
         owner: u32,
         corners: &Corners,
         middle: DVec2,
-        probe: &mut Probe,
+        askers: &mut [Asker],
     ) -> Option<Texel> {
         let at_middle = self.placer.place(owner, corners, middle);
         let place = self.placer.substrate.position(&at_middle.at);
-        if !self.relief.is_near(place, STRETCH * self.placer.texel) {
+        let margin = STRETCH * self.placer.texel;
+        for asker in askers.iter_mut() {
+            asker.is_near = asker.layer.relief.is_near(place, margin);
+        }
+        if askers.iter().all(|asker| !asker.is_near) {
             return None;
         }
         let mut sums = Sums::default();
@@ -118,33 +146,54 @@ impl Sampler<'_> {
         for i in 0..n * n {
             let p = middle + DVec2::new(offset(i % n), offset(i / n));
             let place = self.placer.place(owner, corners, p);
-            let sample = probe.sample(&place.at);
-            if !sample.is_near_lichen() {
-                continue;
+            if let Some((asker, sample)) = uppermost(askers, &place.at) {
+                sums.add(asker.part(&place, &sample));
             }
-            let facing = match &place.border {
-                Some(border) => probe.sample(border),
-                None => sample,
-            };
-            let at = sample.attributes;
-            let age = at.birth / self.last.max(1.0);
-            let plain = || self.paint.color(at.density, age, at.outline);
-            let color = at.color.unwrap_or_else(plain).map(to_linear);
-            sums.add(Part {
-                inside: sample.level > 0.0,
-                height: sample.height,
-                birth: age,
-                normal: match facing.level > 0.0 {
-                    true => facing.normal,
-                    false => facing.up,
-                },
-                color: Vec3::from_array(color),
-            });
         }
         let frame = self.frames[owner as usize];
         sums.finish((n * n) as f32, |normal| {
             frame.to_tangent_space(at_middle.weights, normal)
         })
+    }
+}
+
+/// The highest lichen at a place; where none covers it, that which is most felt.
+fn uppermost<'b, 'a>(
+    askers: &'b mut [Asker<'a>],
+    at: &SurfacePoint,
+) -> Option<(&'b mut Asker<'a>, Sample)> {
+    let near = askers.iter_mut().filter(|asker| asker.is_near);
+    let felt = near.filter_map(|asker| {
+        let sample = asker.probe.sample(at);
+        sample.is_near_lichen().then_some((asker, sample))
+    });
+    felt.max_by(|(_, a), (_, b)| {
+        let by_height = a.height.total_cmp(&b.height);
+        by_height.then(a.level.total_cmp(&b.level))
+    })
+}
+
+impl Asker<'_> {
+    /// What a sample of the layer says of its texel.
+    fn part(&mut self, place: &Place, sample: &Sample) -> Part {
+        let facing = match &place.border {
+            Some(border) => self.probe.sample(border),
+            None => *sample,
+        };
+        let at = sample.attributes;
+        let age = at.birth / self.layer.last.max(1.0);
+        let plain = || self.layer.paint.color(at.density, age, at.outline);
+        let color = at.color.unwrap_or_else(plain).map(to_linear);
+        Part {
+            inside: sample.level > 0.0,
+            height: sample.height,
+            birth: age,
+            normal: match facing.level > 0.0 {
+                true => facing.normal,
+                false => facing.up,
+            },
+            color: Vec3::from_array(color),
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing, load_textured};
 
+use super::also::Also;
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::check;
@@ -28,6 +29,7 @@ use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
 use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
+use super::skin_args::{ColorArgs, ReliefArgs};
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
 
@@ -45,31 +47,20 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let started = Instant::now();
-    let lichen = Lichen::read(args)?;
-    let (shape, paint) = lichen.look(args)?;
+    let lichens = Lichens::read(args)?;
     let base = base(args)?;
-    let placement = placement(args, &lichen.substrate)?;
-    memory::check_maps(&lichen.substrate, &lichen.cluster, settings.size)?;
+    let placement = placement(args, &lichens.substrate)?;
+    let clusters = lichens.grown.iter().map(|lichen| &lichen.cluster);
+    memory::check_maps(&lichens.substrate, clusters, settings.size)?;
     let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
     let folder = Held::listen(folder);
     let mut seconds = Seconds {
         load: started.elapsed().as_secs_f64(),
         ..Seconds::default()
     };
-    let look = Look {
-        cluster: &lichen.cluster,
-        shape: &shape,
-        paint: &paint,
-        base: &base,
-    };
-    let baked = lichen.bake(
-        &look,
-        &settings,
-        args.maps.base.as_ref(),
-        voice,
-        &mut seconds,
-    )?;
-    warn(&lichen, &baked, voice);
+    let under = (&base, args.maps.base.as_ref());
+    let baked = lichens.bake(under, &settings, voice, &mut seconds)?;
+    warn(&lichens, &baked, voice);
     let writer = Writer {
         baked: &baked,
         placement: &placement,
@@ -86,19 +77,54 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         }
     })?;
     seconds.total = started.elapsed().as_secs_f64();
-    let report = Report::new(args, &lichen, &baked, &writer, seconds);
+    let report = Report::new(args, &lichens, &baked, &writer, seconds);
     conclude(args, &report)
 }
 
-/// A lichen on its mesh, and what the mesh file says about textures.
-struct Lichen {
+/// Lichens on their mesh, and what the mesh file says about textures.
+struct Lichens {
     mesh: PathBuf,
     substrate: Substrate,
     texturing: Texturing,
+    /// The first, and those that are there also.
+    grown: Vec<Lichen>,
+}
+
+struct Lichen {
     cluster: Cluster,
+    shape: Shape,
+    paint: Paint,
 }
 
 impl Lichen {
+    fn new(
+        substrate: &Substrate,
+        cluster: Cluster,
+        relief_args: &ReliefArgs,
+        color: &ColorArgs,
+    ) -> Result<Self, Failure> {
+        let units = substrate.units();
+        let radius = units.length_to_file(cluster.radius());
+        let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
+        let shape = relief(relief_args, &in_radii);
+        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        Ok(Self {
+            cluster,
+            shape,
+            paint: paint(color, &in_radii)?,
+        })
+    }
+
+    fn look(&self) -> Look<'_> {
+        Look {
+            cluster: &self.cluster,
+            shape: &self.shape,
+            paint: &self.paint,
+        }
+    }
+}
+
+impl Lichens {
     fn read(args: &BakeArgs) -> Result<Self, Failure> {
         let grown = Grown::read(&args.from)?;
         grown.tell_of_more(args.run.voice());
@@ -110,35 +136,46 @@ impl Lichen {
         let failed = |e| anyhow::Error::msg(check::load_error(&mesh, &e));
         let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
-        Ok(Self {
+        let first = Lichen::new(&substrate, cluster, &args.relief, &args.color)?;
+        let mut lichens = Self {
             mesh,
             substrate,
             texturing,
-            cluster,
-        })
+            grown: vec![first],
+        };
+        for text in &args.also {
+            let another = lichens.another(args, &Also::parse(text, &args.color))?;
+            lichens.grown.push(another);
+        }
+        Ok(lichens)
     }
 
-    fn look(&self, args: &BakeArgs) -> Result<(Shape, Paint), Failure> {
-        let units = self.substrate.units();
-        let radius = units.length_to_file(self.cluster.radius());
-        let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
-        let shape = relief(&args.relief, &in_radii);
-        shape.check().map_err(|e| Failure::Usage(e.into()))?;
-        Ok((shape, paint(&args.color, &in_radii)?))
+    fn another(&self, args: &BakeArgs, also: &Also) -> Result<Lichen, Failure> {
+        let grown = also.read()?;
+        grown.tell_of_more(args.run.voice());
+        grown.spare(&args.output.join(GLB), &args.mesh)?;
+        let found = grown.elements.to_cluster_on_turned(&self.substrate);
+        let (cluster, _) = found.with_context(|| also.flag())?;
+        Lichen::new(&self.substrate, cluster, &args.relief, &also.color)
+    }
+
+    /// Elements of all.
+    fn elements(&self) -> usize {
+        self.grown.iter().map(|lichen| lichen.cluster.len()).sum()
     }
 
     fn bake(
         &self,
-        look: &Look,
+        (base, image): (&Base, Option<&String>),
         settings: &Settings,
-        image: Option<&String>,
         voice: Voice,
         seconds: &mut Seconds,
     ) -> Result<Baked<'_>, Failure> {
         let started = Instant::now();
-        let elements = elements(self.cluster.len());
+        let elements = elements(self.elements());
         let spinner = spinner(voice, &format!("baking {elements}"));
-        let baked = bake::bake(&self.substrate, &self.texturing, look, settings);
+        let looks: Vec<Look> = self.grown.iter().map(Lichen::look).collect();
+        let baked = bake::bake(&self.substrate, &self.texturing, &looks, base, settings);
         spinner.finish_and_clear();
         seconds.bake = started.elapsed().as_secs_f64();
         let named = image.filter(|_| matches!(baked, Err(BakeError::Base(_))));
@@ -187,8 +224,8 @@ fn taken(error: OutputError) -> Failure {
     }
 }
 
-fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
-    let mesh = lichen.mesh.display();
+fn warn(lichens: &Lichens, baked: &Baked, voice: Voice) {
+    let mesh = lichens.mesh.display();
     let report = baked.report();
     let shared = report.overlaps;
     if shared.texels > 0 {
@@ -197,14 +234,14 @@ fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
         voice.warn(&format!(
             "{mesh}: {overlap} in the UVs: {share:.1} % of the texels in use show \
              one place of the surface and stand for several; {}",
-            match has_tiles(&lichen.texturing) {
+            match has_tiles(&lichens.texturing) {
                 true => "they reach beyond one image, as UDIM tiles do: bake the parts of one tile at a time",
                 false => "unwrap the mesh without overlaps",
             }
         ));
     }
     if report.not_shown > 0 {
-        let [hidden, all] = [report.not_shown, lichen.substrate.triangles().len()];
+        let [hidden, all] = [report.not_shown, lichens.substrate.triangles().len()];
         let [hidden, all] = [hidden, all].map(|n| count(n as u64));
         voice.warn(&format!(
             "{mesh}: {hidden} of {all} triangles have no UVs, or no area in them: lichen there is in no \
@@ -214,10 +251,9 @@ fn warn(lichen: &Lichen, baked: &Baked, voice: Voice) {
     for note in baked.notes() {
         voice.warn(&format!("{mesh}: {note}"));
     }
-    let radius = lichen
-        .substrate
-        .units()
-        .length_to_file(lichen.cluster.radius());
+    let radii = lichens.grown.iter().map(|l| l.cluster.radius());
+    let radius = radii.fold(f64::INFINITY, f64::min);
+    let radius = lichens.substrate.units().length_to_file(radius);
     if report.texel > COARSE * radius {
         let radii = report.texel / radius;
         voice.warn(&format!(
@@ -413,6 +449,7 @@ impl Writer<'_> {
 #[derive(Debug, Serialize)]
 struct Report {
     elements: usize,
+    lichens: usize,
     folder: String,
     size: usize,
     texel: f64,
@@ -436,7 +473,7 @@ struct Seconds {
 impl Report {
     fn new(
         args: &BakeArgs,
-        lichen: &Lichen,
+        lichens: &Lichens,
         baked: &Baked,
         writer: &Writer,
         seconds: Seconds,
@@ -451,7 +488,8 @@ impl Report {
         let maps = MAPS.iter().map(|map| writer.file_name(map));
         let others = [GLB, SIDECAR].map(str::to_owned);
         Self {
-            elements: lichen.cluster.len(),
+            elements: lichens.elements(),
+            lichens: lichens.grown.len(),
             folder: args.output.display().to_string(),
             size: baked.size(),
             texel,
@@ -474,8 +512,12 @@ fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> {
         let (elements, size) = (elements(report.elements), report.size);
         let seconds = duration(report.seconds.total);
         let glb = Path::new(&report.folder).join(GLB);
+        let of = match report.lichens {
+            1 => String::new(),
+            several => format!(" of {several} lichens"),
+        };
         terminal::say(&format!(
-            "{}: {elements} in {} maps of {size} x {size}, in {seconds}",
+            "{}: {elements}{of} in {} maps of {size} x {size}, in {seconds}",
             glb.display(),
             MAPS.len()
         ))?;

@@ -19,6 +19,10 @@ pub(crate) struct BakeArgs {
     pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
+    /// Another lichen on the same mesh, in the same maps, with its own colour map: out/b or out/b,xanthoria.
+    /// Where two are in one place, the higher is seen. May be repeated
+    #[arg(long, value_name = "DIR[,COLORMAP]")]
+    pub(crate) also: Vec<String>,
     #[command(flatten)]
     pub(crate) maps: MapArgs,
     #[command(flatten)]

@@ -247,13 +247,13 @@ fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {
 }
 
 /// Refuses maps of so many texels in a row that do not fit. They make no skin: its resolution does not matter.
-pub(super) fn check_maps(
+pub(super) fn check_maps<'a>(
     substrate: &Substrate,
-    cluster: &Cluster,
+    clusters: impl Iterator<Item = &'a Cluster>,
     texels: u32,
 ) -> Result<(), Failure> {
     let area: f64 = substrate.components().iter().map(|c| c.area).sum();
-    let covered = cluster.covered_area() / area;
+    let covered = clusters.map(Cluster::covered_area).sum::<f64>() / area;
     check_maps_within(available(), texels, covered)
 }
 

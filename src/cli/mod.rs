@@ -3,6 +3,7 @@
 //! Results go to stdout; progress, notes and errors to stderr. A reader that closes the pipe early
 //! has what it wanted, and is no failure.
 
+mod also;
 mod analyze;
 mod analyze_args;
 mod animate;

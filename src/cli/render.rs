@@ -18,6 +18,7 @@ use thallus::run::Length;
 use thallus::skin::{self, Cortex, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::Substrate;
 
+use super::also::Also;
 use super::failure::Failure;
 use super::grown::Grown;
 use super::interrupt::leave_no_part;
@@ -28,7 +29,6 @@ use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
 use super::render_camera::{CameraText, warn_unseen};
 use super::skin::{check_free, shape, spinner, start_threads};
-use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
 
@@ -174,32 +174,23 @@ impl Lichens {
             shape,
         };
         for text in &args.also {
-            let another = lichens.another(text, &args.color)?;
+            let another = lichens.another(&Also::parse(text, &args.color))?;
             lichens.grown.push(another);
         }
         Ok(lichens)
     }
 
-    /// Another lichen on the same mesh: `DIR` or `DIR,COLORMAP`.
-    fn another(&self, text: &str, color: &ColorArgs) -> Result<Lichen, Failure> {
-        let (from, colormap) = match text.split_once(',') {
-            Some((from, map)) if !Path::new(text).exists() => (from, Some(map.to_owned())),
-            _ => (text, color.colormap.clone()),
-        };
-        let elements = Grown::read(Path::new(from))?.elements;
+    fn another(&self, also: &Also) -> Result<Lichen, Failure> {
+        let elements = also.read()?.elements;
         let cluster = elements.to_cluster(&self.substrate);
-        let cluster = cluster.with_context(|| format!("--also {from}"))?;
+        let cluster = cluster.with_context(|| also.flag())?;
         let radius = elements.radius;
         let diagonal = self.substrate.units().diagonal();
         let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;
-        let color = ColorArgs {
-            colormap,
-            ..color.clone()
-        };
         Ok(Lichen {
             elements,
             cluster,
-            paint: paint(&color, &in_radii)?,
+            paint: paint(&also.color, &in_radii)?,
         })
     }
 

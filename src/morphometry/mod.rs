@@ -27,8 +27,8 @@ pub use density::density;
 pub use neighbours::Neighbours;
 pub use normals::smooth_normals;
 pub use orientation::{growth_directions, orientations};
-pub(crate) use rim::is_rim_where;
 pub use rim::{exposed_angles, is_rim, rim_distance, rim_until};
+pub(crate) use rim::{is_rim_where, rim_until_with};
 pub use tree::Tree;
 
 /// What a distance in which one looks for elements is multiplied by first.

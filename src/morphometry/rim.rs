@@ -20,20 +20,22 @@ use super::Neighbours;
 /// Directions are those of the tangent plane, distances those of the ways to the neighbours. Where
 /// the surface curves strongly within the distance this is an approximation.
 pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
-    is_rim_where(neighbours, |_| true)
+    is_rim_where(neighbours, |_| true, |_| Vec::new())
 }
 
-/// The same for some of them, and false for the others.
+/// The same for some of them, and false for the others; with ways to more neighbours of each, no longer than the
+/// neighbours' distance.
 ///
 /// Where a disc can touch, so can every smaller one: a rim by wide discs is part of that by narrower ones.
 pub(crate) fn is_rim_where(
     neighbours: &Neighbours,
     is_asked: impl Fn(usize) -> bool + Sync,
+    more: impl Fn(usize) -> Vec<DVec3> + Sync,
 ) -> Vec<bool> {
     /// Inside the lichen the nearest neighbours take all directions, and others need not be asked.
     const SHARES: [f64; 3] = [0.3, 0.5, 1.0];
     neighbours.map(|i| {
-        let ways = is_asked(i).then(|| ways(neighbours, i));
+        let ways = is_asked(i).then(|| ways(neighbours, i, &more(i)));
         ways.is_some_and(|ways| {
             let covered = |share| cover(&mut blocked(&ways, share));
             !SHARES.into_iter().any(covered)
@@ -41,16 +43,17 @@ pub(crate) fn is_rim_where(
     })
 }
 
-/// The ways to an element's neighbours in its tangent plane, and how long they are, in the
-/// neighbours' distance.
-fn ways(neighbours: &Neighbours, of: usize) -> Vec<[f64; 3]> {
+/// The ways to an element's neighbours, and more ways, in its tangent plane, and how long they are, in
+/// the neighbours' distance.
+fn ways(neighbours: &Neighbours, of: usize, more: &[DVec3]) -> Vec<[f64; 3]> {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-    let mut ways = Vec::new();
-    neighbours.visit(of, |_, way, _| {
+    let flat = |way: DVec3| {
         let distance = way.length() / neighbours.within();
-        ways.push([way.dot(x), way.dot(y), distance]);
-    });
+        [way.dot(x), way.dot(y), distance]
+    };
+    let mut ways: Vec<[f64; 3]> = more.iter().copied().map(flat).collect();
+    neighbours.visit(of, |_, way, _| ways.push(flat(way)));
     ways
 }
 
@@ -66,7 +69,7 @@ fn blocked(ways: &[[f64; 3]], share: f64) -> Vec<[f64; 2]> {
 /// outline of all discs together. Directions and distances as for [`is_rim`], of whose elements it
 /// is positive.
 pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
-    neighbours.map(|i| uncovered(&mut blocked(&ways(neighbours, i), 1.0)))
+    neighbours.map(|i| uncovered(&mut blocked(&ways(neighbours, i, &[]), 1.0)))
 }
 
 /// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
@@ -75,16 +78,24 @@ pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
 ///
 /// An element that has left the rim does not come back to it, as others only close off more.
 pub fn rim_until(neighbours: &Neighbours) -> Vec<u32> {
+    rim_until_with(neighbours, |_| Vec::new())
+}
+
+/// The same with ways to more neighbours of each that are there from the beginning, no longer than the
+/// neighbours' distance; 0 where an element is never on the rim.
+pub(crate) fn rim_until_with(
+    neighbours: &Neighbours,
+    more: impl Fn(usize) -> Vec<DVec3> + Sync,
+) -> Vec<u32> {
     let of = |i: usize| {
         let normal = neighbours.normal(i).as_dvec3();
         let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-        let mut met = Vec::new();
-        neighbours.visit(i, |j, way, _| {
-            met.push((j, way.dot(x), way.dot(y), way.length()));
-        });
+        let flat = |way: DVec3| (way.dot(x), way.dot(y), way.length());
+        let mut met: Vec<_> = more(i).into_iter().map(|way| (0, flat(way))).collect();
+        neighbours.visit(i, |j, way, _| met.push((j, flat(way))));
         met.sort_unstable_by_key(|(j, ..)| *j);
         let mut open = vec![[0.0, TAU]];
-        for (j, x, y, length) in met {
+        for (j, (x, y, length)) in met {
             close(&mut open, arc(x, y, length / neighbours.within()));
             if open.is_empty() {
                 return j;
@@ -291,7 +302,10 @@ mod tests {
         for (lichen, within) in [(flat(400, 9), 0.2), (blob(400, 4), 0.4)] {
             let rim = |within: f64| rim_of(&lichen, within);
             let (narrow, (wide, neighbours)) = (rim(within).0, rim(2.5 * within));
-            assert_eq!(is_rim_where(&neighbours, |i| narrow[i]), wide);
+            assert_eq!(
+                is_rim_where(&neighbours, |i| narrow[i], |_| Vec::new()),
+                wide
+            );
             let count = |rim: &[bool]| rim.iter().filter(|rim| **rim).count();
             assert!(count(&wide) > 5 && count(&narrow) > count(&wide));
         }

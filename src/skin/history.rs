@@ -11,9 +11,10 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::borders::Borders;
 use super::lichen::{BESIDE, HOLE, LOOK, Lichen};
 use crate::cluster::Presence;
-use crate::morphometry::rim_until;
+use crate::morphometry::{rim_until, rim_until_with};
 
 /// A window of this many times the square root of the number of elements takes the rim of a round lichen
 /// two radii on: n elements that cover 0.6 of their ground reach to r √(n / 0.6).
@@ -48,8 +49,8 @@ pub(super) struct Keys {
 }
 
 impl History {
-    /// Of a lichen in birth order.
-    pub(super) fn new(lichen: &Lichen, farthest: f32, has_margin: bool) -> Self {
+    /// Of a lichen in birth order. With borders it has a margin, but for those.
+    pub(super) fn new(lichen: &Lichen, farthest: f32, borders: Option<&Borders>) -> Self {
         let neighbours = lichen.neighbours(LOOK);
         let all = lichen.granules.len();
         let near = |i: usize| {
@@ -69,7 +70,9 @@ impl History {
             near: lists.concat(),
             starts,
             rim_until: rim_until(&neighbours),
-            outline_until: has_margin.then(|| rim_until(&lichen.neighbours(HOLE))),
+            outline_until: borders.map(|borders| {
+                rim_until_with(&lichen.neighbours(HOLE), |i| lichen.mirrored(i, borders))
+            }),
             farthest,
         }
     }
@@ -252,7 +255,7 @@ mod tests {
     #[test]
     fn whatever_the_window_distances_are_from_the_rim_that_is_there() {
         let lichen = packed(|p| p.length() < 100.0);
-        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0, false));
+        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0, None));
         let (mut off, mut between) = (0.0f32, 0);
         for window in [0.0, 20.0, 90.0, 400.0, 3000.0] {
             for time in (0..all).step_by(211) {

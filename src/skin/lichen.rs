@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::Winding;
+use super::borders::Borders;
 use super::cortex::Cortex;
 use super::grid::Grid;
 use super::{Paint, last};
@@ -60,7 +61,9 @@ impl Lichen {
         paint: &Paint,
     ) -> Self {
         let mut lichen = Self::unmeasured(substrate, winding, cluster);
-        lichen.measure(far(substrate), paint.prothallus.is_some());
+        let borders = || Borders::new(substrate, winding, HOLE * lichen.radius);
+        let borders = paint.prothallus.is_some().then(borders);
+        lichen.measure(far(substrate), borders.as_ref());
         lichen
     }
 
@@ -116,30 +119,38 @@ impl Lichen {
         grid
     }
 
-    /// Fills in density and distances from the rim, `far` where there is none.
-    fn measure(&mut self, far: f64, has_margin: bool) {
+    /// Fills in density and distances from the rim, `far` where there is none. With borders it has a margin, but for
+    /// those.
+    fn measure(&mut self, far: f64, borders: Option<&Borders>) {
         let neighbours = self.neighbours(LOOK);
         let density = density(self.radius, &neighbours);
         let radius = self.radius;
         let in_radii = |way: Option<f64>| (way.unwrap_or(far) / radius) as f32;
         let is_rim_at = is_rim(&neighbours);
         let rim = rim_distance(&is_rim_at, &neighbours);
-        let outline = || {
-            let outermost = rim_distance(
-                &is_rim_where(&self.neighbours(HOLE), |i| is_rim_at[i]),
-                &neighbours,
+        let outline = |borders: &Borders| {
+            let outermost = is_rim_where(
+                &self.neighbours(HOLE),
+                |i| is_rim_at[i],
+                |i| self.mirrored(i, borders),
             );
+            let outermost = rim_distance(&outermost, &neighbours);
             let beside = |way| in_radii(way) < BESIDE;
             let both = std::iter::zip(&is_rim_at, outermost);
             let outline: Vec<bool> = both.map(|(rim, way)| *rim && beside(way)).collect();
             rim_distance(&outline, &neighbours)
         };
-        let outline = has_margin.then(outline);
+        let outline = borders.map(outline);
         for (i, granule) in self.granules.iter_mut().enumerate() {
             granule.density = density[i] as f32;
             granule.rim = in_radii(rim[i]);
             granule.outline = outline.as_ref().map_or(0.0, |outline| in_radii(outline[i]));
         }
+    }
+
+    /// The ways from an element to its mirror images beyond borders.
+    pub(super) fn mirrored(&self, i: usize, borders: &Borders) -> Vec<DVec3> {
+        borders.mirrored(self.granules[i].position, self.granules[i].normal)
     }
 
     /// Who stands within so many radii of whom, by place in the list.
@@ -162,7 +173,10 @@ pub(super) fn far(substrate: &Substrate) -> f64 {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::substrate::Soup;
 
     /// Elements of radius 1, packed hexagonally on a plane where there are to be some, from the origin outwards.
     pub(in crate::skin) fn packed(is_lichen: impl Fn(DVec3) -> bool) -> Lichen {
@@ -190,12 +204,66 @@ pub(super) mod tests {
         }
     }
 
+    /// A square in the plane z = 0 from y = 0 on, which is one of its borders.
+    fn half() -> Substrate {
+        let at = |x: f64, y: f64| [x, y, 0.0];
+        let positions = vec![
+            at(-500.0, 0.0),
+            at(500.0, 0.0),
+            at(500.0, 900.0),
+            at(-500.0, 900.0),
+        ];
+        let soup = Soup {
+            positions,
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            notes: Vec::new(),
+        };
+        Substrate::from_soup(soup).expect("a square")
+    }
+
+    fn borders_of(substrate: &Substrate) -> Borders {
+        Borders::new(substrate, &Winding::of(substrate), HOLE)
+    }
+
+    fn no_borders() -> Borders {
+        let closed = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        borders_of(&closed)
+    }
+
+    /// Half a disc, cut off by the border: the outline is the arc.
+    #[test]
+    fn where_the_surface_ends_there_is_no_outline() {
+        let substrate = half();
+        let units = substrate.units();
+        let mut lichen = packed(|p| p.length() < 60.0 && p.y > 0.5);
+        for granule in &mut lichen.granules {
+            granule.position = units.to_local(granule.position.to_array());
+        }
+        lichen.radius = units.length_to_local(1.0);
+        let borders = Borders::new(&substrate, &Winding::of(&substrate), HOLE * lichen.radius);
+        let far = 1e3 * lichen.radius;
+        lichen.measure(far, Some(&borders));
+        let (mut at_border, mut at_arc) = (0, 0);
+        for granule in &lichen.granules {
+            let p = units.to_file(granule.position);
+            let arc = (60.0 - p.length()) as f32;
+            // It goes on along the border for as far as the rim counts that is beside it.
+            let error = granule.outline - arc;
+            assert!((-BESIDE..5.0).contains(&error), "{p}: {error}");
+            at_border += usize::from(granule.rim < 1.0 && granule.outline > 10.0);
+            at_arc += usize::from(granule.outline == 0.0);
+        }
+        assert!(at_border > 20 && at_arc > 50, "{at_border}, {at_arc}");
+        lichen.measure(far, Some(&no_borders()));
+        assert!(lichen.granules.iter().all(|g| g.outline - g.rim < 5.0));
+    }
+
     #[test]
     fn narrow_holes_have_a_rim_and_are_no_outline() {
         let (narrow, wide) = (DVec3::new(22.0, 5.0, 0.0), DVec3::new(-20.0, 0.0, 0.0));
         let mut lichen =
             packed(|p| p.length() < 60.0 && p.distance(narrow) > 6.0 && p.distance(wide) > 14.0);
-        lichen.measure(1e3, true);
+        lichen.measure(1e3, Some(&no_borders()));
         for granule in &lichen.granules {
             let from = |hole: DVec3, radius: f64| granule.position.distance(hole) - radius;
             let outside = (60.0 - granule.position.length()).min(from(wide, 14.0)) as f32;
@@ -208,7 +276,7 @@ pub(super) mod tests {
                 granule.position
             );
         }
-        lichen.measure(1e3, false);
+        lichen.measure(1e3, None);
         assert!(lichen.granules.iter().all(|g| g.outline == 0.0));
     }
 }

@@ -17,6 +17,7 @@
 //! has at least the substrate's triangles under lichen.
 
 mod base;
+mod borders;
 mod cortex;
 mod decimate;
 mod felt;
@@ -39,6 +40,7 @@ use rayon::prelude::*;
 
 pub use cortex::{Apothecia, Areoles, Cortex, Detail};
 pub use decimate::decimate;
+pub(crate) use field::Sample;
 pub use frames::{SkinFrames, expected_near};
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
