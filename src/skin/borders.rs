@@ -1,4 +1,4 @@
-//! Where the surface ends: lichen is cut off there, and has no margin of its own.
+//! Where the surface ends: lichen is cut off there, has no margin of its own, and has neighbours on one side alone.
 //!
 //! A disc may not lie beyond a border, as if the lichen went on there like its mirror image. It is enough to mirror
 //! each element by itself: that takes away just those directions in which the centre of a disc at its edge would lie
@@ -78,6 +78,14 @@ impl Borders {
             counts.then_some(way)
         };
         near.iter().filter_map(way).collect()
+    }
+
+    /// The share of a disc about a place that is surface, where the nearest border runs straight.
+    pub(super) fn share(&self, place: DVec3, normal: Vec3, radius: f64) -> f64 {
+        let ways = self.mirrored(place, normal).into_iter();
+        let nearest = ways.map(|way| 0.5 * way.length()).fold(radius, f64::min);
+        let x = nearest / radius;
+        1.0 - (libm::acos(x) - x * (1.0 - x * x).sqrt()) / std::f64::consts::PI
     }
 }
 

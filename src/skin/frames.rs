@@ -104,9 +104,9 @@ impl<'a> SkinFrames<'a> {
             || {
                 let lichen = Lichen::unmeasured(substrate, &winding, cluster);
                 let cortex = Cortex::new(&lichen, paint, shape.thickness);
-                let borders = || Borders::new(substrate, &winding, HOLE * lichen.radius);
-                let borders = paint.prothallus.is_some().then(borders);
-                let history = History::new(&lichen, farthest, borders.as_ref());
+                let borders = Borders::new(substrate, &winding, HOLE * lichen.radius);
+                let has_margin = paint.prothallus.is_some();
+                let history = History::new(&lichen, farthest, has_margin, &borders);
                 (lichen, cortex, history)
             },
             || refine(substrate, &winding, cluster, shape, since),

@@ -27,6 +27,8 @@ pub(super) struct History {
     /// The neighbours of each element, ascending, and where they start.
     near: Vec<u32>,
     starts: Vec<usize>,
+    /// For each element the share of the surface about it that is there.
+    shares: Vec<f32>,
     rim_until: Vec<u32>,
     /// The same of the outline, where a margin is drawn by it.
     outline_until: Option<Vec<u32>>,
@@ -49,8 +51,8 @@ pub(super) struct Keys {
 }
 
 impl History {
-    /// Of a lichen in birth order. With borders it has a margin, but for those.
-    pub(super) fn new(lichen: &Lichen, farthest: f32, borders: Option<&Borders>) -> Self {
+    /// Of a lichen in birth order.
+    pub(super) fn new(lichen: &Lichen, farthest: f32, has_margin: bool, borders: &Borders) -> Self {
         let neighbours = lichen.neighbours(LOOK);
         let all = lichen.granules.len();
         let near = |i: usize| {
@@ -70,9 +72,9 @@ impl History {
             near: lists.concat(),
             starts,
             rim_until: rim_until(&neighbours),
-            outline_until: borders.map(|borders| {
-                rim_until_with(&lichen.neighbours(HOLE), |i| lichen.mirrored(i, borders))
-            }),
+            shares: lichen.shares(borders),
+            outline_until: has_margin
+                .then(|| rim_until_with(&lichen.neighbours(HOLE), |i| lichen.mirrored(i, borders))),
             farthest,
         }
     }
@@ -82,7 +84,7 @@ impl History {
         &self.near[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// See [`density`](crate::morphometry::density()), each neighbour by its influence.
+    /// See [`density`](crate::morphometry::density()), each neighbour by its influence; of the surface that is there.
     pub(super) fn density(&self, i: usize, presence: &Presence) -> f32 {
         let near = self.near(i);
         let all = self.positions.len();
@@ -94,7 +96,7 @@ impl History {
             .sum();
         let within = LOOK * self.radius;
         let share = (self.radius / within) * (self.radius / within);
-        (((1 + settled) as f64 + coming) * share) as f32
+        (((1 + settled) as f64 + coming) * share) as f32 / self.shares[i]
     }
 
     /// Where the distance from the rim comes from at a moment: halfway through the window elements
@@ -248,14 +250,17 @@ impl Keys {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lichen::tests::packed;
+    use super::super::lichen::tests::{no_borders, packed};
     use super::*;
     use crate::cluster::Ease;
 
     #[test]
     fn whatever_the_window_distances_are_from_the_rim_that_is_there() {
         let lichen = packed(|p| p.length() < 100.0);
-        let (all, history) = (lichen.granules.len(), History::new(&lichen, 20.0, None));
+        let (all, history) = (
+            lichen.granules.len(),
+            History::new(&lichen, 20.0, false, &no_borders()),
+        );
         let (mut off, mut between) = (0.0f32, 0);
         for window in [0.0, 20.0, 90.0, 400.0, 3000.0] {
             for time in (0..all).step_by(211) {

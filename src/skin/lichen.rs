@@ -34,7 +34,7 @@ pub(super) struct Granule {
     pub(super) home: u32,
     pub(super) birth: u32,
     pub(super) colony: u32,
-    /// See [`density`].
+    /// See [`density`]; of the surface that is there.
     pub(super) density: f32,
     /// See [`rim_distance`], in element radii; the mesh's diagonal where no rim can be reached.
     pub(super) rim: f32,
@@ -61,9 +61,8 @@ impl Lichen {
         paint: &Paint,
     ) -> Self {
         let mut lichen = Self::unmeasured(substrate, winding, cluster);
-        let borders = || Borders::new(substrate, winding, HOLE * lichen.radius);
-        let borders = paint.prothallus.is_some().then(borders);
-        lichen.measure(far(substrate), borders.as_ref());
+        let borders = Borders::new(substrate, winding, HOLE * lichen.radius);
+        lichen.measure(far(substrate), paint.prothallus.is_some(), &borders);
         lichen
     }
 
@@ -119,16 +118,15 @@ impl Lichen {
         grid
     }
 
-    /// Fills in density and distances from the rim, `far` where there is none. With borders it has a margin, but for
-    /// those.
-    fn measure(&mut self, far: f64, borders: Option<&Borders>) {
+    /// Fills in density and distances from the rim, `far` where there is none.
+    fn measure(&mut self, far: f64, has_margin: bool, borders: &Borders) {
         let neighbours = self.neighbours(LOOK);
         let density = density(self.radius, &neighbours);
         let radius = self.radius;
         let in_radii = |way: Option<f64>| (way.unwrap_or(far) / radius) as f32;
         let is_rim_at = is_rim(&neighbours);
         let rim = rim_distance(&is_rim_at, &neighbours);
-        let outline = |borders: &Borders| {
+        let outline = || {
             let outermost = is_rim_where(
                 &self.neighbours(HOLE),
                 |i| is_rim_at[i],
@@ -140,9 +138,10 @@ impl Lichen {
             let outline: Vec<bool> = both.map(|(rim, way)| *rim && beside(way)).collect();
             rim_distance(&outline, &neighbours)
         };
-        let outline = borders.map(outline);
+        let outline = has_margin.then(outline);
+        let shares = self.shares(borders);
         for (i, granule) in self.granules.iter_mut().enumerate() {
-            granule.density = density[i] as f32;
+            granule.density = density[i] as f32 / shares[i];
             granule.rim = in_radii(rim[i]);
             granule.outline = outline.as_ref().map_or(0.0, |outline| in_radii(outline[i]));
         }
@@ -151,6 +150,13 @@ impl Lichen {
     /// The ways from an element to its mirror images beyond borders.
     pub(super) fn mirrored(&self, i: usize, borders: &Borders) -> Vec<DVec3> {
         borders.mirrored(self.granules[i].position, self.granules[i].normal)
+    }
+
+    /// For each element the share of the surface about it that is there.
+    pub(super) fn shares(&self, borders: &Borders) -> Vec<f32> {
+        let reach = LOOK * self.radius;
+        let share = |g: &Granule| borders.share(g.position, g.normal, reach) as f32;
+        self.granules.par_iter().map(share).collect()
     }
 
     /// Who stands within so many radii of whom, by place in the list.
@@ -225,7 +231,7 @@ pub(super) mod tests {
         Borders::new(substrate, &Winding::of(substrate), HOLE)
     }
 
-    fn no_borders() -> Borders {
+    pub(in crate::skin) fn no_borders() -> Borders {
         let closed = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
         borders_of(&closed)
     }
@@ -242,7 +248,7 @@ pub(super) mod tests {
         lichen.radius = units.length_to_local(1.0);
         let borders = Borders::new(&substrate, &Winding::of(&substrate), HOLE * lichen.radius);
         let far = 1e3 * lichen.radius;
-        lichen.measure(far, Some(&borders));
+        lichen.measure(far, true, &borders);
         let (mut at_border, mut at_arc) = (0, 0);
         for granule in &lichen.granules {
             let p = units.to_file(granule.position);
@@ -250,11 +256,18 @@ pub(super) mod tests {
             // It goes on along the border for as far as the rim counts that is beside it.
             let error = granule.outline - arc;
             assert!((-BESIDE..5.0).contains(&error), "{p}: {error}");
+            if arc > 9.0 {
+                assert!(
+                    (0.75..1.08).contains(&granule.density),
+                    "{p}: {}",
+                    granule.density
+                );
+            }
             at_border += usize::from(granule.rim < 1.0 && granule.outline > 10.0);
             at_arc += usize::from(granule.outline == 0.0);
         }
         assert!(at_border > 20 && at_arc > 50, "{at_border}, {at_arc}");
-        lichen.measure(far, Some(&no_borders()));
+        lichen.measure(far, true, &no_borders());
         assert!(lichen.granules.iter().all(|g| g.outline - g.rim < 5.0));
     }
 
@@ -263,7 +276,7 @@ pub(super) mod tests {
         let (narrow, wide) = (DVec3::new(22.0, 5.0, 0.0), DVec3::new(-20.0, 0.0, 0.0));
         let mut lichen =
             packed(|p| p.length() < 60.0 && p.distance(narrow) > 6.0 && p.distance(wide) > 14.0);
-        lichen.measure(1e3, Some(&no_borders()));
+        lichen.measure(1e3, true, &no_borders());
         for granule in &lichen.granules {
             let from = |hole: DVec3, radius: f64| granule.position.distance(hole) - radius;
             let outside = (60.0 - granule.position.length()).min(from(wide, 14.0)) as f32;
@@ -276,7 +289,7 @@ pub(super) mod tests {
                 granule.position
             );
         }
-        lichen.measure(1e3, None);
+        lichen.measure(1e3, false, &no_borders());
         assert!(lichen.granules.iter().all(|g| g.outline == 0.0));
     }
 }
