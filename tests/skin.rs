@@ -7,10 +7,11 @@ use common::{plane, recipe, rock, slab, sphere, substrate};
 use glam::DVec3;
 use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::export::TriMesh;
-use thallus::run::{Execution, grow};
+use thallus::growth::SeedPlace;
+use thallus::run::{Execution, Recipe, grow};
 use thallus::skin::{
-    PALETTE, Paint, Shape, SkinError, decimate, expected_near, expected_triangles, faults, skin,
-    skin_in_parts,
+    Cover, PALETTE, Paint, Shape, SkinError, decimate, expected_near, expected_triangles, faults,
+    skin, skin_in_parts,
 };
 use thallus::substrate::Substrate;
 
@@ -326,7 +327,7 @@ fn structure_lies_on_the_skin() {
     };
     for map in PALETTE.iter().filter(|map| map.areoles.is_some()) {
         let paint = Paint::of(map);
-        let parts = skin_in_parts(&surface, &cluster, &shape, &paint).expect("a skin");
+        let parts = skin_in_parts(&surface, &cluster, &shape, &paint, &[]).expect("a skin");
         let mesh = skin(&surface, &cluster, &shape, &paint).expect("a skin");
         assert!(faults(mesh.positions.len(), &mesh.triangles).is_empty());
         assert!(parts.cortex.is_some());
@@ -576,4 +577,58 @@ fn the_elements_near_a_vertex_are_foreseen() {
     let near = expected_near(&cluster, &Shape::default());
     assert!((near - 5.0 / 3.0).abs() < 1e-12, "{near}");
     assert_eq!(expected_near(&Cluster::new(0.01), &Shape::default()), 0.0);
+}
+
+/// Whether a place is over or under a mesh, seen from above.
+fn is_beside(mesh: &TriMesh, [x, z]: [f64; 2]) -> bool {
+    mesh.triangles.iter().any(|t| {
+        let corners = t.map(|v| mesh.positions[v as usize]);
+        let side = |k: usize| {
+            let ([ax, _, az], [bx, _, bz]) = (corners[k], corners[(k + 1) % 3]);
+            (bx - ax) * (z - az) - (bz - az) * (x - ax)
+        };
+        let sides = [side(0), side(1), side(2)];
+        sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    })
+}
+
+#[test]
+fn a_skin_ends_where_another_lies_over_it() {
+    let surface = plane(40.0);
+    let cluster = grown(&surface, 0.1, 700);
+    let moved = Recipe {
+        at: SeedPlace::Point([3.0, 0.0, 1.0]),
+        ..recipe(0.1, 500)
+    };
+    let other = grow(&surface, &moved, &Execution::default(), &mut ());
+    let other = other.expect("grows").cluster;
+    let (shape, paint) = (Shape::default(), Paint::default());
+    let cover = Cover::new(&surface, &other, &shape).expect("a cover");
+    let over = skin(&surface, &other, &shape, &paint).expect("a skin");
+    let cut = |above: &[Cover]| {
+        let parts = skin_in_parts(&surface, &cluster, &shape, &paint, above);
+        parts.expect("a skin").mesh
+    };
+    let (whole, hidden) = (cut(&[]), cover.hides(&surface, &cluster));
+    let cut = cut(std::slice::from_ref(&cover));
+    assert!(faults(cut.positions.len(), &cut.triangles).is_empty());
+    // The outline is where the level is 0 but for what a triangle cannot show.
+    let about = [
+        [0.0, 0.0],
+        [0.02, 0.0],
+        [-0.02, 0.0],
+        [0.0, 0.02],
+        [0.0, -0.02],
+    ];
+    let is_under = |[x, y, z]: &&[f64; 3]| {
+        let is_beside = |[dx, dz]: &[f64; 2]| is_beside(&over, [x + dx, z + dz]);
+        *y > 0.0 && about.iter().all(is_beside)
+    };
+    let under = [&whole, &cut].map(|mesh| mesh.positions.iter().filter(is_under).count());
+    assert!(under[0] > 200 && under[1] == 0, "{under:?}");
+    let hidden = hidden.iter().filter(|hidden| **hidden).count();
+    assert!((20..600).contains(&hidden), "{hidden}");
+    let own = Cover::new(&surface, &cluster, &shape).expect("a cover");
+    let none = skin_in_parts(&surface, &cluster, &shape, &paint, &[own]).expect("a skin");
+    assert!(none.mesh.triangles.is_empty());
 }

@@ -196,7 +196,7 @@ pub struct LayoutReport {
 /// Bakes lichens into the layout of their substrate, over what it looks like without them; the same on any
 /// number of threads.
 ///
-/// Lichens know nothing of each other: where two are in one place, the higher is seen.
+/// Lichens know nothing of each other: where several cover a place, the last of them is seen.
 ///
 /// # Errors
 /// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the

@@ -146,7 +146,7 @@ impl Sampler<'_> {
         for i in 0..n * n {
             let p = middle + DVec2::new(offset(i % n), offset(i / n));
             let place = self.placer.place(owner, corners, p);
-            if let Some((asker, sample)) = uppermost(askers, &place.at) {
+            if let Some((asker, sample)) = seen(askers, &place.at) {
                 sums.add(asker.part(&place, &sample));
             }
         }
@@ -157,8 +157,8 @@ impl Sampler<'_> {
     }
 }
 
-/// The highest lichen at a place; where none covers it, that which is most felt.
-fn uppermost<'b, 'a>(
+/// The last lichen that covers a place; where none does, that which is most felt.
+fn seen<'b, 'a>(
     askers: &'b mut [Asker<'a>],
     at: &SurfacePoint,
 ) -> Option<(&'b mut Asker<'a>, Sample)> {
@@ -167,9 +167,9 @@ fn uppermost<'b, 'a>(
         let sample = asker.probe.sample(at);
         sample.is_near_lichen().then_some((asker, sample))
     });
-    felt.max_by(|(_, a), (_, b)| {
-        let by_height = a.height.total_cmp(&b.height);
-        by_height.then(a.level.total_cmp(&b.level))
+    felt.reduce(|before, later| {
+        let covers = later.1.level > 0.0 || later.1.level > before.1.level;
+        if covers { later } else { before }
     })
 }
 

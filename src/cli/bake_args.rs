@@ -20,7 +20,7 @@ pub(crate) struct BakeArgs {
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
     /// Another lichen on the same mesh, in the same maps, with its own colour map: out/b or out/b,xanthoria.
-    /// Where two are in one place, the higher is seen. May be repeated
+    /// It lies over those before. May be repeated
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     #[command(flatten)]

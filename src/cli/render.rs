@@ -15,7 +15,7 @@ use thallus::picture::{
     number, round_below,
 };
 use thallus::run::Length;
-use thallus::skin::{self, Cortex, Paint, Parts, Shape, expected_triangles};
+use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::Substrate;
 
 use super::also::Also;
@@ -194,22 +194,37 @@ impl Lichens {
         })
     }
 
+    /// Those but the first, each of which lies over those before.
+    fn covers(&self, shape: &Shape) -> Result<Vec<Cover>, Failure> {
+        let later = self.grown.iter().skip(1);
+        let cover = |lichen: &Lichen| Cover::new(&self.substrate, &lichen.cluster, shape);
+        let covers: Result<_, _> = later.map(cover).collect();
+        covers.map_err(|e| Failure::Usage(e.into()))
+    }
+
     fn colored(&self, args: &RenderArgs) -> Result<Colored, Failure> {
         let mut colored = Colored::default();
+        let covers = self.covers(&self.shape)?;
         if let Some(by) = args.by.by {
             let values = by.values(&self.grown[0].elements);
             let colormap = args.color.colormap.as_deref();
             let coloring = Coloring::new(by, colormap, args.by.range, &values)?;
             colored.coloring = Some((coloring, values));
         }
-        for Lichen { cluster, paint, .. } in &self.grown {
+        for (k, Lichen { cluster, paint, .. }) in self.grown.iter().enumerate() {
             let natural = || skin::element_colors(&self.substrate, cluster, paint);
             let colors = match args.what {
                 What::Points => colored.colors().unwrap_or_else(natural),
                 What::Skin => vec![[0; 3]; cluster.len()],
             };
-            let discs = granules(&self.substrate, cluster, colors);
-            colored.discs.extend(discs);
+            let discs = granules(&self.substrate, cluster, colors).into_iter();
+            let hides = covers[k..]
+                .iter()
+                .map(|c| c.hides(&self.substrate, cluster));
+            let hides: Vec<Vec<bool>> = hides.collect();
+            let is_seen = |i: usize| hides.iter().all(|hides| !hides[i]);
+            let discs = discs.enumerate().filter(|(i, _)| is_seen(*i));
+            colored.discs.extend(discs.map(|(_, disc)| disc));
         }
         Ok(colored)
     }
@@ -238,8 +253,12 @@ impl Lichens {
     fn skins(&self, shape: &Shape, colored: &Colored) -> Result<Vec<Skin>, Failure> {
         let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
         memory::check_skins(&self.substrate, clusters, shape)?;
-        let skin = |lichen| self.skin(lichen, shape, colored.colors());
-        self.grown.iter().map(skin).collect()
+        let covers = self.covers(shape)?;
+        let all = self.grown.iter().enumerate();
+        let skin = |(k, lichen)| self.skin(lichen, shape, colored.colors(), &covers[k..]);
+        let skins: Result<Vec<Skin>, Failure> = all.map(skin).collect();
+        let is_seen = |skin: &Skin| !skin.triangles.is_empty();
+        Ok(skins?.into_iter().filter(is_seen).collect())
     }
 
     fn skin(
@@ -247,8 +266,9 @@ impl Lichens {
         Lichen { cluster, paint, .. }: &Lichen,
         shape: &Shape,
         colors: Option<Vec<[u8; 3]>>,
+        above: &[Cover],
     ) -> Result<Skin, Failure> {
-        let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint);
+        let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint, above);
         let Parts {
             mesh,
             strongest,

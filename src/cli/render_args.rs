@@ -29,8 +29,8 @@ pub(crate) struct RenderArgs {
     /// The lichen as a closed skin, or each element as a granule
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) what: What,
-    /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. May be
-    /// repeated
+    /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. It lies over those
+    /// before. May be repeated
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     #[command(flatten)]

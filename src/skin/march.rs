@@ -13,7 +13,8 @@ use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
 use super::cortex::Dress;
-use super::field::{Attributes, Field, Sample};
+use super::cover::{Cover, Over};
+use super::field::{Attributes, Field, NOTHING, Sample};
 use super::refine::{ALL, Tree, side_key, sides};
 use super::sheet::Sheet;
 
@@ -46,15 +47,17 @@ pub(super) struct Samples<'a> {
     inside: Vec<u32>,
 }
 
-/// The iso-surface of a field over a surface, on an underside so deep, in local units.
+/// The iso-surface of a field over a surface, on an underside so deep, in local units; without what is
+/// beneath others.
 pub(super) fn march(
     field: &Field,
     winding: &Winding,
     tree: &Tree,
     underside: f64,
     dress: Option<Dress>,
+    above: &[Cover],
 ) -> Marched {
-    let (levels, inside) = sample_all(field, winding, tree);
+    let (levels, inside) = sample_all(field, winding, tree, above);
     let leaves = tree.leaves(|leaf| is_touched(leaf, &levels));
     let leaves: Vec<&Face> = leaves.iter().collect();
     let samples = Samples::new(&levels, &inside, &leaves);
@@ -163,26 +166,42 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// The level at each vertex, and the samples of those where it is positive.
-fn sample_all(field: &Field, winding: &Winding, tree: &Tree) -> (Vec<f32>, Vec<Sample>) {
+/// The level at each vertex, and the samples of those where it is positive. It is negative beneath others.
+fn sample_all(
+    field: &Field,
+    winding: &Winding,
+    tree: &Tree,
+    above: &[Cover],
+) -> (Vec<f32>, Vec<Sample>) {
     let batches = tree
         .positions
         .par_chunks(BATCH)
         .zip(tree.homes.par_chunks(BATCH));
-    let batch = |sheet: &mut Sheet, (positions, homes): (&[DVec3], &[u32])| {
+    type Scratch<'a> = (Sheet<'a>, Vec<Over<'a>>);
+    let batch = |(sheet, above): &mut Scratch, (positions, homes): (&[DVec3], &[u32])| {
         let (mut levels, mut inside) = (Vec::with_capacity(positions.len()), Vec::new());
         for (&p, &home) in positions.iter().zip(homes) {
             let facing = winding.normal(field.substrate, home).as_vec3();
             let sample = field.sample(p, home, facing, sheet);
-            levels.push(sample.level);
+            let mut hidden = NOTHING;
             if sample.level > 0.0 {
+                let over = above.iter_mut().map(|over| over.level(p, home, facing));
+                hidden = over.fold(hidden, f32::max);
+            }
+            let is_hidden = hidden > 0.0;
+            levels.push(if is_hidden { -hidden } else { sample.level });
+            if sample.level > 0.0 && !is_hidden {
                 inside.push(sample);
             }
         }
         (levels, inside)
     };
-    let sheet = || Sheet::new(field.substrate, field.lichen.radius);
-    let batches: Vec<_> = batches.map_init(sheet, batch).collect();
+    let scratch = || {
+        let above = above.iter().map(|cover| cover.over(field.substrate));
+        let sheet = Sheet::new(field.substrate, field.lichen.radius);
+        (sheet, above.collect::<Vec<_>>())
+    };
+    let batches: Vec<_> = batches.map_init(scratch, batch).collect();
     let (mut levels, mut inside) = (Vec::new(), Vec::new());
     for (more_levels, more_inside) in batches {
         levels.extend(more_levels);

@@ -19,6 +19,7 @@
 mod base;
 mod borders;
 mod cortex;
+mod cover;
 mod decimate;
 mod felt;
 mod field;
@@ -39,6 +40,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use cortex::{Apothecia, Areoles, Cortex, Detail};
+pub use cover::Cover;
 pub use decimate::decimate;
 pub(crate) use field::Sample;
 pub use frames::{SkinFrames, expected_near};
@@ -207,7 +209,7 @@ pub fn skin(
     shape: &Shape,
     paint: &Paint,
 ) -> Result<TriMesh, SkinError> {
-    made(substrate, cluster, shape, paint, true).map(|parts| parts.mesh)
+    made(substrate, cluster, shape, paint, Beside::Dressed).map(|parts| parts.mesh)
 }
 
 /// A skin that is to be drawn by something that reads its structure more finely than its triangles are.
@@ -228,7 +230,8 @@ impl std::fmt::Debug for Parts {
     }
 }
 
-/// The same as [`skin`], in parts.
+/// The same as [`skin`], in parts, and cut off where others lie over it, but for the length of an edge. The mesh is
+/// empty where they hide all of it.
 ///
 /// # Errors
 /// Those of [`skin`].
@@ -237,17 +240,25 @@ pub fn skin_in_parts(
     cluster: &Cluster,
     shape: &Shape,
     paint: &Paint,
+    above: &[Cover],
 ) -> Result<Parts, SkinError> {
-    made(substrate, cluster, shape, paint, false)
+    made(substrate, cluster, shape, paint, Beside::Parts(above))
 }
 
-/// A skin, with its structure in the mesh or beside it.
+/// Where a skin has its structure.
+enum Beside<'a> {
+    /// In the mesh.
+    Dressed,
+    /// Beside it, and what lies over the mesh.
+    Parts(&'a [Cover]),
+}
+
 fn made(
     substrate: &Substrate,
     cluster: &Cluster,
     shape: &Shape,
     paint: &Paint,
-    is_dressed: bool,
+    beside: Beside,
 ) -> Result<Parts, SkinError> {
     shape.check()?;
     shape.check_size(cluster.len())?;
@@ -261,15 +272,19 @@ fn made(
     let (radius, last) = (cluster.radius(), last(cluster.len()));
     let grid = lichen.sort(cutoff(shape) * radius);
     let field = Field::new(substrate, &lichen, &grid, shape);
-    let dress = cortex.as_ref().filter(|_| is_dressed).map(|cortex| Dress {
+    let dress = |cortex| Dress {
         cortex,
         paint,
         last,
         blur: blur(shape, radius),
-    });
-    let marched = march(&field, &winding, &tree, UNDERSIDE * radius, dress);
+    };
+    let (dress, above) = match beside {
+        Beside::Dressed => (cortex.as_ref().map(dress), &[][..]),
+        Beside::Parts(above) => (None, above),
+    };
+    let marched = march(&field, &winding, &tree, UNDERSIDE * radius, dress, above);
     drop(tree);
-    if marched.triangles.is_empty() {
+    if marched.triangles.is_empty() && above.is_empty() {
         return Err(SkinError::TooCoarse);
     }
     let strongest = marched.attributes.par_iter().map(|a| a.strongest).collect();
