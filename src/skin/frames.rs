@@ -13,13 +13,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::base::{Face, Winding};
-use super::borders::Borders;
 use super::cortex::{Cortex, Dress};
 use super::felt::{Felt, mean_near};
 use super::field::{Field, NOTHING, RING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::history::{Distances, History};
-use super::lichen::{Granule, HOLE, Lichen, far};
+use super::lichen::{Granule, Lichen, far};
 use super::march::{Outline, Samples, close, is_touched};
 use super::refine::{NEVER, Tree};
 use super::sheet::Sheet;
@@ -104,7 +103,7 @@ impl<'a> SkinFrames<'a> {
             || {
                 let lichen = Lichen::unmeasured(substrate, &winding, cluster);
                 let cortex = Cortex::new(&lichen, paint, shape.thickness);
-                let borders = Borders::new(substrate, &winding, HOLE * lichen.radius);
+                let borders = lichen.borders(substrate, &winding);
                 let has_margin = paint.prothallus.is_some();
                 let history = History::new(&lichen, farthest, has_margin, &borders);
                 (lichen, cortex, history)

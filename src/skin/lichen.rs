@@ -61,7 +61,7 @@ impl Lichen {
         paint: &Paint,
     ) -> Self {
         let mut lichen = Self::unmeasured(substrate, winding, cluster);
-        let borders = Borders::new(substrate, winding, HOLE * lichen.radius);
+        let borders = lichen.borders(substrate, winding);
         lichen.measure(far(substrate), paint.prothallus.is_some(), &borders);
         lichen
     }
@@ -147,6 +147,14 @@ impl Lichen {
         }
     }
 
+    /// Borders near it.
+    pub(super) fn borders(&self, substrate: &Substrate, winding: &Winding) -> Borders {
+        let places = || self.granules.iter().map(|g| g.position);
+        let low = places().fold(DVec3::INFINITY, DVec3::min);
+        let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+        Borders::new(substrate, winding, [low, high], HOLE * self.radius)
+    }
+
     /// The ways from an element to its mirror images beyond borders.
     pub(super) fn mirrored(&self, i: usize, borders: &Borders) -> Vec<DVec3> {
         borders.mirrored(self.granules[i].position, self.granules[i].normal)
@@ -227,13 +235,9 @@ pub(super) mod tests {
         Substrate::from_soup(soup).expect("a square")
     }
 
-    fn borders_of(substrate: &Substrate) -> Borders {
-        Borders::new(substrate, &Winding::of(substrate), HOLE)
-    }
-
     pub(in crate::skin) fn no_borders() -> Borders {
         let closed = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        borders_of(&closed)
+        packed(|p| p.length() < 3.0).borders(&closed, &Winding::of(&closed))
     }
 
     /// Half a disc, cut off by the border: the outline is the arc.
@@ -246,7 +250,7 @@ pub(super) mod tests {
             granule.position = units.to_local(granule.position.to_array());
         }
         lichen.radius = units.length_to_local(1.0);
-        let borders = Borders::new(&substrate, &Winding::of(&substrate), HOLE * lichen.radius);
+        let borders = lichen.borders(&substrate, &Winding::of(&substrate));
         let far = 1e3 * lichen.radius;
         lichen.measure(far, true, &borders);
         let (mut at_border, mut at_arc) = (0, 0);
