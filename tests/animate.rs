@@ -82,6 +82,7 @@ fn volume(mesh: &TriMesh) -> f64 {
 fn without_a_window_frames_are_the_skins_of_the_first_elements() {
     let surfaces = [
         ("plane", plane(2.0), 0.01),
+        ("board that is nearly full", plane(0.6), 0.01),
         ("sphere", sphere(16), 0.012),
         ("rock", rock(24), 0.01),
         ("slab", slab(16, 1.0, 0.004), 0.007),

@@ -151,12 +151,12 @@ fn several_lichens_are_in_the_same_maps() {
     );
     let report: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!([&report["elements"], &report["lichens"]], [90, 2]);
-    let covers = |folder: &str| {
+    let highest = |folder: &str| {
         let sidecar = desk.read(&format!("{folder}/maps.json"));
         let sidecar: serde_json::Value = serde_json::from_slice(&sidecar).unwrap();
         sidecar["highest_meters"].as_f64().unwrap()
     };
-    assert!(covers("two") > covers("one"));
+    assert!(highest("two") > highest("one"));
     for map in ["mask", "base_color"] {
         let [one, two] = ["one", "two"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
         assert_ne!(one, two, "{map}");
@@ -165,9 +165,14 @@ fn several_lichens_are_in_the_same_maps() {
     assert!(text.contains("90 elements of 2 lichens"), "{text}");
     desk.done("rock.obj --radius 2% --elements 9 -o elsewhere");
     let wrong = [
-        ("gone", 1, ["gone", "there is no such file"]),
-        ("elsewhere", 1, ["--also elsewhere", "not on this mesh"]),
-        ("larger,puce", 2, ["puce", "--colormap"]),
+        ("gone", 1, ["--also gone", "there is no such file"]),
+        (
+            "elsewhere",
+            1,
+            ["--also elsewhere", "another mesh than the first"],
+        ),
+        ("larger,puce", 2, ["puce", "--also larger,puce"]),
+        (",xanthoria", 2, ["--also ,xanthoria", "no folder is named"]),
     ];
     for (also, code, parts) in wrong {
         refused(&desk, &format!("out --also {also} -o x"), code, &parts);

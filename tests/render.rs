@@ -546,6 +546,18 @@ fn several_lichens_share_a_picture() {
         &format!("out -o a.png {SMALL} --also under,xanthoria"),
     );
     assert_eq!(report["elements"], 400);
+    desk.done("rock.obj --radius 0.9% --elements 60 --seed 5 -o large");
+    for what in ["skin", "points"] {
+        let picture = |words: &str| {
+            made(&desk, &format!("{words} -o c.png {SMALL} --what {what}"));
+            desk.read("c.png")
+        };
+        let alone = picture("out --colormap xanthoria");
+        assert!(picture("out --also out,xanthoria") == alone, "{what}");
+        let over = picture("out --colormap parmelia --also large,xanthoria");
+        let under = picture("large --colormap xanthoria --also out,parmelia");
+        assert!(over != under, "{what}");
+    }
     made(
         &desk,
         &format!("out -o b.png {SMALL} --background transparent"),

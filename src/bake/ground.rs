@@ -128,17 +128,24 @@ impl<'a> Ground<'a> {
         Vec3::from(ground.albedo(place, self.along)).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
+    /// The mean over places spread evenly over the surface.
     fn mean_drawn(&self, ground: picture::Ground) -> Vec3 {
-        const PLACES: usize = 4096;
-        let all = self.substrate.triangles().len();
-        let some = (0..all).step_by(all.div_ceil(PLACES));
-        let middle = |t: usize| self.substrate.corners(t as u32).iter().sum::<DVec3>() / 3.0;
-        let area = |t: usize| self.substrate.area(t as u32) as f32;
-        let (sum, weight) = some.fold((Vec3::ZERO, 0.0), |(sum, weight), t| {
-            let color = self.drawn_at(ground, middle(t));
-            (sum + area(t) * color, weight + area(t))
-        });
-        sum / weight
+        const PLACES: f64 = 4096.0;
+        let all = 0..self.substrate.triangles().len() as u32;
+        let apart = all.clone().map(|t| self.substrate.area(t)).sum::<f64>() / PLACES;
+        let (mut sum, mut count, mut left) = (Vec3::ZERO, 0u32, 0.5 * apart);
+        for t in all {
+            left += self.substrate.area(t);
+            let [a, b, c] = self.substrate.corners(t);
+            while left >= apart {
+                left -= apart;
+                let [u, v] = evenly_spread(count);
+                let place = a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v);
+                sum += self.drawn_at(ground, place);
+                count += 1;
+            }
+        }
+        sum / count.max(1) as f32
     }
 
     /// Everything else there.
@@ -181,4 +188,13 @@ impl<'a> Ground<'a> {
         let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
         Some((image, texture.strength, place))
     }
+}
+
+/// The n-th place of a triangle in a sequence that fills it evenly: the share of the way from a corner and the share of
+/// the way across there (R2, M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018).
+fn evenly_spread(n: u32) -> [f64; 2] {
+    const PLASTIC: f64 = 1.324_717_957_244_746;
+    let n = f64::from(n) + 0.5;
+    let [s, t] = [n / PLASTIC, n / (PLASTIC * PLASTIC)].map(f64::fract);
+    [s.sqrt(), t]
 }

@@ -162,15 +162,18 @@ fn seen<'b, 'a>(
     askers: &'b mut [Asker<'a>],
     at: &SurfacePoint,
 ) -> Option<(&'b mut Asker<'a>, Sample)> {
-    let near = askers.iter_mut().filter(|asker| asker.is_near);
-    let felt = near.filter_map(|asker| {
+    let mut most: Option<(&mut Asker, Sample)> = None;
+    for asker in askers.iter_mut().rev().filter(|asker| asker.is_near) {
         let sample = asker.probe.sample(at);
-        sample.is_near_lichen().then_some((asker, sample))
-    });
-    felt.reduce(|before, later| {
-        let covers = later.1.level > 0.0 || later.1.level > before.1.level;
-        if covers { later } else { before }
-    })
+        let felt = most.as_ref().map_or(f32::NEG_INFINITY, |m| m.1.level);
+        if sample.level > 0.0 || sample.level > felt {
+            most = Some((asker, sample));
+        }
+        if sample.level > 0.0 {
+            break;
+        }
+    }
+    most.filter(|(_, sample)| sample.is_near_lichen())
 }
 
 impl Asker<'_> {

@@ -17,7 +17,7 @@ use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing, load_textured};
 
-use super::also::Also;
+use super::also::{Also, OTHER_MESH};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::check;
@@ -58,8 +58,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         load: started.elapsed().as_secs_f64(),
         ..Seconds::default()
     };
-    let under = (&base, args.maps.base.as_ref());
-    let baked = lichens.bake(under, &settings, voice, &mut seconds)?;
+    let baked = lichens.bake(args, &base, &settings, &mut seconds)?;
     warn(&lichens, &baked, voice);
     let writer = Writer {
         baked: &baked,
@@ -144,7 +143,8 @@ impl Lichens {
             grown: vec![first],
         };
         for text in &args.also {
-            let another = lichens.another(args, &Also::parse(text, &args.color))?;
+            let also = Also::parse(text, &args.color);
+            let another = lichens.another(args, &also).map_err(|e| also.failed(e))?;
             lichens.grown.push(another);
         }
         Ok(lichens)
@@ -155,7 +155,7 @@ impl Lichens {
         grown.tell_of_more(args.run.voice());
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let found = grown.elements.to_cluster_on_turned(&self.substrate);
-        let (cluster, _) = found.with_context(|| also.flag())?;
+        let (cluster, _) = found.context(OTHER_MESH)?;
         Lichen::new(&self.substrate, cluster, &args.relief, &also.color)
     }
 
@@ -166,18 +166,19 @@ impl Lichens {
 
     fn bake(
         &self,
-        (base, image): (&Base, Option<&String>),
+        args: &BakeArgs,
+        base: &Base,
         settings: &Settings,
-        voice: Voice,
         seconds: &mut Seconds,
     ) -> Result<Baked<'_>, Failure> {
         let started = Instant::now();
         let elements = elements(self.elements());
-        let spinner = spinner(voice, &format!("baking {elements}"));
+        let spinner = spinner(args.run.voice(), &format!("baking {elements}"));
         let looks: Vec<Look> = self.grown.iter().map(Lichen::look).collect();
         let baked = bake::bake(&self.substrate, &self.texturing, &looks, base, settings);
         spinner.finish_and_clear();
         seconds.bake = started.elapsed().as_secs_f64();
+        let image = args.maps.base.as_ref();
         let named = image.filter(|_| matches!(baked, Err(BakeError::Base(_))));
         let named = named.cloned();
         let named = || named.unwrap_or_else(|| self.mesh.display().to_string());

@@ -28,6 +28,15 @@ impl Failure {
         Self::Usage(anyhow::Error::msg(message.into()))
     }
 
+    /// The same, where that was.
+    pub(crate) fn at(self, place: String) -> Self {
+        match self {
+            Self::Failed(error) => Self::Failed(error.context(place)),
+            Self::Usage(error) => Self::Usage(error.context(place)),
+            other => other,
+        }
+    }
+
     /// What went wrong, in one line.
     pub(crate) fn reason(&self) -> String {
         match self {

@@ -202,11 +202,10 @@ fn check_within(free: Option<f64>, needed: f64, what: &str, cure: &str) -> Resul
 /// Refuses skins, all of which are there at a time, that do not fit.
 pub(super) fn check_skins<'a>(
     substrate: &Substrate,
-    clusters: impl IntoIterator<Item = &'a Cluster>,
-    shape: &Shape,
+    skins: impl IntoIterator<Item = (&'a Cluster, &'a Shape)>,
 ) -> Result<(), Failure> {
-    let triangles = |cluster| expected_triangles(substrate, cluster, shape);
-    let triangles = clusters.into_iter().map(triangles).sum();
+    let triangles = |(cluster, shape)| expected_triangles(substrate, cluster, shape);
+    let triangles = skins.into_iter().map(triangles).sum();
     check_triangles(triangles, SKIN_BYTES * triangles)
 }
 

@@ -2,6 +2,7 @@
 
 use std::borrow::Borrow;
 use std::cell::LazyCell;
+use std::iter::zip;
 use std::path::Path;
 use std::time::Instant;
 
@@ -18,7 +19,7 @@ use thallus::run::Length;
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::Substrate;
 
-use super::also::Also;
+use super::also::{Also, OTHER_MESH};
 use super::failure::Failure;
 use super::grown::Grown;
 use super::interrupt::leave_no_part;
@@ -29,6 +30,7 @@ use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
 use super::render_camera::{CameraText, warn_unseen};
 use super::skin::{check_free, shape, spinner, start_threads};
+use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
 use super::terminal::{self, Voice};
 
@@ -96,10 +98,11 @@ fn spin<T>(voice: Voice, doing: &str, work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// One lichen and its colours.
+/// One lichen and how it looks.
 struct Lichen {
     elements: Elements,
     cluster: Cluster,
+    shape: Shape,
     paint: Paint,
 }
 
@@ -107,14 +110,17 @@ struct Lichen {
 struct Lichens {
     substrate: Substrate,
     grown: Vec<Lichen>,
-    shape: Shape,
+    /// Those but the first, each of which lies over those before.
+    covers: Vec<Cover>,
 }
 
 /// Lichens with colours.
 #[derive(Default)]
 struct Colored {
-    /// Every element: where the camera looks, and the picture itself where it is of points.
+    /// Every element: where the camera looks.
     discs: Vec<Disc>,
+    /// Those that no later lichen hides: the picture itself where it is of points.
+    seen: Vec<Disc>,
     coloring: Option<(Coloring, Vec<f64>)>,
 }
 
@@ -149,62 +155,62 @@ impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
     }
 }
 
-impl Lichens {
-    fn read(args: &RenderArgs) -> Result<Self, Failure> {
-        let first = Grown::read(&args.from)?;
-        first.tell_of_more(args.run.voice());
-        let (substrate, cluster) = first.on_mesh(&args.mesh)?;
-        let diagonal = substrate.units().diagonal();
-        let radius = first.elements.radius;
+impl Lichen {
+    fn new(
+        substrate: &Substrate,
+        elements: Elements,
+        cluster: Cluster,
+        args: &RenderArgs,
+        color: &ColorArgs,
+    ) -> Result<Self, Failure> {
+        let (diagonal, radius) = (substrate.units().diagonal(), elements.radius);
         let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;
         let shape = shape(&args.shape, &in_radii);
         shape.check().map_err(|e| Failure::Usage(e.into()))?;
         let paint = match args.by.by {
             Some(_) => Paint::default(),
-            None => paint(&args.color, &in_radii)?,
+            None => paint(color, &in_radii)?,
         };
-        let first = Lichen {
-            elements: first.elements,
+        Ok(Self {
+            elements,
             cluster,
+            shape,
             paint,
-        };
+        })
+    }
+}
+
+impl Lichens {
+    fn read(args: &RenderArgs) -> Result<Self, Failure> {
+        let first = Grown::read(&args.from)?;
+        first.tell_of_more(args.run.voice());
+        let (substrate, cluster) = first.on_mesh(&args.mesh)?;
+        let first = Lichen::new(&substrate, first.elements, cluster, args, &args.color)?;
         let mut lichens = Self {
             substrate,
             grown: vec![first],
-            shape,
+            covers: Vec::new(),
         };
         for text in &args.also {
-            let another = lichens.another(&Also::parse(text, &args.color))?;
+            let also = Also::parse(text, &args.color);
+            let another = lichens.another(args, &also).map_err(|e| also.failed(e))?;
+            let cover = Cover::new(&lichens.substrate, &another.cluster, &another.shape);
+            let cover = cover.map_err(|e| Failure::Usage(e.into()))?;
+            lichens.covers.push(cover);
             lichens.grown.push(another);
         }
         Ok(lichens)
     }
 
-    fn another(&self, also: &Also) -> Result<Lichen, Failure> {
+    fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {
         let elements = also.read()?.elements;
         let cluster = elements.to_cluster(&self.substrate);
-        let cluster = cluster.with_context(|| also.flag())?;
-        let radius = elements.radius;
-        let diagonal = self.substrate.units().diagonal();
-        let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;
-        Ok(Lichen {
-            elements,
-            cluster,
-            paint: paint(&also.color, &in_radii)?,
-        })
-    }
-
-    /// Those but the first, each of which lies over those before.
-    fn covers(&self, shape: &Shape) -> Result<Vec<Cover>, Failure> {
-        let later = self.grown.iter().skip(1);
-        let cover = |lichen: &Lichen| Cover::new(&self.substrate, &lichen.cluster, shape);
-        let covers: Result<_, _> = later.map(cover).collect();
-        covers.map_err(|e| Failure::Usage(e.into()))
+        let cluster = cluster.context(OTHER_MESH)?;
+        Lichen::new(&self.substrate, elements, cluster, args, &also.color)
     }
 
     fn colored(&self, args: &RenderArgs) -> Result<Colored, Failure> {
         let mut colored = Colored::default();
-        let covers = self.covers(&self.shape)?;
         if let Some(by) = args.by.by {
             let values = by.values(&self.grown[0].elements);
             let colormap = args.color.colormap.as_deref();
@@ -217,45 +223,64 @@ impl Lichens {
                 What::Points => colored.colors().unwrap_or_else(natural),
                 What::Skin => vec![[0; 3]; cluster.len()],
             };
-            let discs = granules(&self.substrate, cluster, colors).into_iter();
-            let hides = covers[k..]
-                .iter()
-                .map(|c| c.hides(&self.substrate, cluster));
-            let hides: Vec<Vec<bool>> = hides.collect();
-            let is_seen = |i: usize| hides.iter().all(|hides| !hides[i]);
-            let discs = discs.enumerate().filter(|(i, _)| is_seen(*i));
-            colored.discs.extend(discs.map(|(_, disc)| disc));
+            let discs = granules(&self.substrate, cluster, colors);
+            if args.what == What::Points {
+                colored.seen.extend(self.seen(k, &discs));
+            }
+            colored.discs.extend(discs);
         }
         Ok(colored)
     }
 
-    /// The shape with triangles as fine as a picture shows in which a pixel is so wide, local units.
-    fn shape_at(&self, pixel: f64) -> Shape {
-        let clusters = || self.grown.iter().map(|lichen| &lichen.cluster);
-        let radius = clusters()
-            .map(Cluster::radius)
-            .fold(f64::INFINITY, f64::min);
-        let shown = LONGEST_EDGE * pixel / radius;
-        let at = |resolution: f64| Shape {
-            resolution: resolution.clamp(FINEST, self.shape.resolution),
-            ..self.shape
-        };
-        let shape = at(shown);
-        if shape == self.shape {
-            return shape;
+    /// Those elements of a lichen that no later one hides.
+    fn seen(&self, k: usize, discs: &[Disc]) -> Vec<Disc> {
+        let hides = |cover: &Cover| cover.hides(&self.substrate, &self.grown[k].cluster);
+        let hides: Vec<Vec<bool>> = self.covers[k..].iter().map(hides).collect();
+        let is_seen = |i: usize| hides.iter().all(|hides| !hides[i]);
+        let seen = discs.iter().enumerate().filter(|(i, _)| is_seen(*i));
+        seen.map(|(_, disc)| *disc).collect()
+    }
+
+    /// The shapes with triangles as fine as a picture shows in which a pixel is so wide, local units.
+    fn shapes_at(&self, pixel: f64) -> Vec<Shape> {
+        let radii = self.grown.iter().map(|lichen| lichen.cluster.radius());
+        let least = radii.fold(f64::INFINITY, f64::min);
+        let usual = Shape::default().resolution;
+        let shown = (LONGEST_EDGE * pixel / least).clamp(FINEST, usual);
+        let shapes = self.shapes(shown);
+        if shown == usual {
+            return shapes;
         }
-        let triangles = |cluster| expected_triangles(&self.substrate, cluster, &shape);
-        let triangles: f64 = clusters().map(triangles).sum();
-        at(shape.resolution * (triangles / MOST_TRIANGLES).sqrt().max(1.0))
+        let triangles = zip(&self.grown, &shapes)
+            .map(|(l, shape)| expected_triangles(&self.substrate, &l.cluster, shape));
+        match (triangles.sum::<f64>() / MOST_TRIANGLES).sqrt() {
+            coarser if coarser > 1.0 => self.shapes((shown * coarser).min(usual)),
+            _ => shapes,
+        }
+    }
+
+    /// Shapes with triangles of this longest edge, in radii; finer beneath a lichen of smaller elements, down to a
+    /// third, so that they are cut off where it begins.
+    fn shapes(&self, resolution: f64) -> Vec<Shape> {
+        let shape = |(k, lichen): (usize, &Lichen)| {
+            let radii = self.grown[k..].iter().map(|l| l.cluster.radius());
+            let finest = radii.fold(f64::INFINITY, f64::min);
+            let share = (finest / lichen.cluster.radius()).max(LEAST_SHARE);
+            Shape {
+                resolution: resolution * share,
+                ..lichen.shape
+            }
+        };
+        self.grown.iter().enumerate().map(shape).collect()
     }
 
     /// Refuses skins that do not fit.
-    fn skins(&self, shape: &Shape, colored: &Colored) -> Result<Vec<Skin>, Failure> {
+    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin>, Failure> {
         let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
-        memory::check_skins(&self.substrate, clusters, shape)?;
-        let covers = self.covers(shape)?;
-        let all = self.grown.iter().enumerate();
-        let skin = |(k, lichen)| self.skin(lichen, shape, colored.colors(), &covers[k..]);
+        memory::check_skins(&self.substrate, zip(clusters, shapes))?;
+        let all = zip(&self.grown, shapes).enumerate();
+        let skin =
+            |(k, (lichen, shape))| self.skin(lichen, shape, colored.colors(), &self.covers[k..]);
         let skins: Result<Vec<Skin>, Failure> = all.map(skin).collect();
         let is_seen = |skin: &Skin| !skin.triangles.is_empty();
         Ok(skins?.into_iter().filter(is_seen).collect())
@@ -358,6 +383,9 @@ const LONGEST_EDGE: f64 = 6.0;
 /// The finest resolution that is gone to for that, in element radii: it is as smooth as elements are.
 const FINEST: f64 = 0.7;
 
+/// Beneath smaller elements they are no finer than this share of what they are elsewhere.
+const LEAST_SHARE: f64 = 1.0 / 3.0;
+
 /// Triangles that are made for that, about, at most.
 const MOST_TRIANGLES: f64 = 3e6;
 
@@ -392,15 +420,22 @@ impl Shot<'_> {
         let doing = "taking the picture";
         if self.args.what == What::Points {
             dressed();
+            let discs = &self.colored.seen;
+            let image = match discs.len() == self.colored.discs.len() {
+                true => spin(voice, doing, || picture(&granular)),
+                false => spin(voice, doing, || {
+                    picture(&World::new(&Scene { discs, ..bare }))
+                }),
+            };
             return Ok(Taken {
-                image: spin(voice, doing, || picture(&granular)),
+                image,
                 camera,
                 skin_triangles: 0,
             });
         }
         drop(granular);
-        let shape = self.shape(&camera);
-        let skins = || self.lichens.skins(&shape, self.colored);
+        let shapes = self.shapes(&camera);
+        let skins = || self.lichens.skins(&shapes, self.colored);
         let skins = spin(voice, "dressing the lichen", skins)?;
         dressed();
         let painted: Vec<Painted> = skins.iter().map(Skin::painted).collect();
@@ -416,13 +451,13 @@ impl Shot<'_> {
     }
 
     /// As it is said, or as fine as the camera shows it.
-    fn shape(&self, camera: &Camera) -> Shape {
+    fn shapes(&self, camera: &Camera) -> Vec<Shape> {
         let size = &self.args.view.size;
         let depth = camera.depth(middle(&self.colored.discs));
         let width = f64::from(camera.width_at(depth, size.aspect()));
         match self.args.shape.resolution {
-            None if width > 0.0 => self.lichens.shape_at(width / f64::from(size.width)),
-            _ => self.lichens.shape,
+            None if width > 0.0 => self.lichens.shapes_at(width / f64::from(size.width)),
+            _ => self.lichens.grown.iter().map(|l| l.shape).collect(),
         }
     }
 

@@ -30,7 +30,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) what: What,
     /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. It lies over those
-    /// before. May be repeated
+    /// before. May be repeated; not with --by
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     #[command(flatten)]

@@ -50,7 +50,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let shape = shape(&args.shape, &in_radii);
     shape.check().map_err(|e| Failure::Usage(e.into()))?;
     let paint = paint(&args.color, &in_radii)?;
-    memory::check_skins(&substrate, [&cluster], &shape)?;
+    memory::check_skins(&substrate, [(&cluster, &shape)])?;
     let mut report = Report::new(cluster.len());
     report.seconds.load = started.elapsed().as_secs_f64();
     let mut mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;

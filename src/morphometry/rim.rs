@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Neighbours;
@@ -23,38 +23,63 @@ pub fn is_rim(neighbours: &Neighbours) -> Vec<bool> {
     is_rim_where(neighbours, |_| true, |_| Vec::new())
 }
 
-/// The same for some of them, and false for the others; with ways to more neighbours of each, no longer than the
-/// neighbours' distance.
+/// The same for some of them, and false for the others; with more directions in which no disc may lie, each lot from
+/// one to another by less than half a turn.
 ///
 /// Where a disc can touch, so can every smaller one: a rim by wide discs is part of that by narrower ones.
 pub(crate) fn is_rim_where(
     neighbours: &Neighbours,
     is_asked: impl Fn(usize) -> bool + Sync,
-    more: impl Fn(usize) -> Vec<DVec3> + Sync,
+    closed: impl Fn(usize) -> Vec<[DVec3; 2]> + Sync,
 ) -> Vec<bool> {
     /// Inside the lichen the nearest neighbours take all directions, and others need not be asked.
     const SHARES: [f64; 3] = [0.3, 0.5, 1.0];
     neighbours.map(|i| {
-        let ways = is_asked(i).then(|| ways(neighbours, i, &more(i)));
-        ways.is_some_and(|ways| {
-            let covered = |share| cover(&mut blocked(&ways, share));
-            !SHARES.into_iter().any(covered)
-        })
+        if !is_asked(i) {
+            return false;
+        }
+        let ways = ways(neighbours, i);
+        let closed = closed_arcs(neighbours, i, &closed(i));
+        let covered = |share| {
+            let mut arcs = blocked(&ways, share);
+            arcs.extend(&closed);
+            cover(&mut arcs)
+        };
+        !SHARES.into_iter().any(covered)
     })
 }
 
-/// The ways to an element's neighbours, and more ways, in its tangent plane, and how long they are, in
-/// the neighbours' distance.
-fn ways(neighbours: &Neighbours, of: usize, more: &[DVec3]) -> Vec<[f64; 3]> {
-    let normal = neighbours.normal(of).as_dvec3();
-    let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-    let flat = |way: DVec3| {
+/// The ways to an element's neighbours in its tangent plane, and how long they are, in the
+/// neighbours' distance.
+fn ways(neighbours: &Neighbours, of: usize) -> Vec<[f64; 3]> {
+    let (x, y) = axes(neighbours, of);
+    let mut ways = Vec::new();
+    neighbours.visit(of, |_, way, _| {
         let distance = way.length() / neighbours.within();
-        [way.dot(x), way.dot(y), distance]
-    };
-    let mut ways: Vec<[f64; 3]> = more.iter().copied().map(flat).collect();
-    neighbours.visit(of, |_, way, _| ways.push(flat(way)));
+        ways.push([way.dot(x), way.dot(y), distance]);
+    });
     ways
+}
+
+/// Two axes of an element's tangent plane.
+fn axes(neighbours: &Neighbours, of: usize) -> (DVec3, DVec3) {
+    let normal = neighbours.normal(of).as_dvec3();
+    normal.normalize_or(DVec3::Z).any_orthonormal_pair()
+}
+
+/// The arcs between directions, by the shorter way round; one that begins where another ends leaves no gap.
+fn closed_arcs(neighbours: &Neighbours, of: usize, closed: &[[DVec3; 2]]) -> Vec<[f64; 2]> {
+    const ROUNDED: f64 = 1e-9;
+    let (x, y) = axes(neighbours, of);
+    let arc = |ends: &[DVec3; 2]| {
+        let [a, b] = ends.map(|way| DVec2::new(way.dot(x), way.dot(y)));
+        let turn = libm::atan2(a.perp_dot(b), a.dot(b));
+        let first = if turn < 0.0 { b } else { a };
+        let start = libm::atan2(first.y, first.x);
+        let start = if start < 0.0 { start + TAU } else { start };
+        [start, start + turn.abs() + ROUNDED]
+    };
+    closed.iter().map(arc).collect()
 }
 
 /// The arcs of directions that neighbours take away: those within a share of the neighbours' distance.
@@ -69,7 +94,7 @@ fn blocked(ways: &[[f64; 3]], share: f64) -> Vec<[f64; 2]> {
 /// outline of all discs together. Directions and distances as for [`is_rim`], of whose elements it
 /// is positive.
 pub fn exposed_angles(neighbours: &Neighbours) -> Vec<f64> {
-    neighbours.map(|i| uncovered(&mut blocked(&ways(neighbours, i, &[]), 1.0)))
+    neighbours.map(|i| uncovered(&mut blocked(&ways(neighbours, i), 1.0)))
 }
 
 /// For each element the number of elements up to which it is on the rim of the lichen as it grew: on
@@ -81,21 +106,26 @@ pub fn rim_until(neighbours: &Neighbours) -> Vec<u32> {
     rim_until_with(neighbours, |_| Vec::new())
 }
 
-/// The same with ways to more neighbours of each that are there from the beginning, no longer than the
-/// neighbours' distance; 0 where an element is never on the rim.
+/// The same with more directions in which no disc may lie, from the beginning, as for [`is_rim_where`]; 0 where an
+/// element is never on the rim.
 pub(crate) fn rim_until_with(
     neighbours: &Neighbours,
-    more: impl Fn(usize) -> Vec<DVec3> + Sync,
+    closed: impl Fn(usize) -> Vec<[DVec3; 2]> + Sync,
 ) -> Vec<u32> {
     let of = |i: usize| {
-        let normal = neighbours.normal(i).as_dvec3();
-        let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-        let flat = |way: DVec3| (way.dot(x), way.dot(y), way.length());
-        let mut met: Vec<_> = more(i).into_iter().map(|way| (0, flat(way))).collect();
-        neighbours.visit(i, |j, way, _| met.push((j, flat(way))));
+        let (x, y) = axes(neighbours, i);
+        let mut met = Vec::new();
+        neighbours.visit(i, |j, way, _| {
+            met.push((j, way.dot(x), way.dot(y), way.length()));
+        });
         met.sort_unstable_by_key(|(j, ..)| *j);
         let mut open = vec![[0.0, TAU]];
-        for (j, (x, y, length)) in met {
+        let arcs = closed_arcs(neighbours, i, &closed(i)).into_iter();
+        arcs.for_each(|arc| close(&mut open, Some(arc)));
+        if open.is_empty() {
+            return 0;
+        }
+        for (j, x, y, length) in met {
             close(&mut open, arc(x, y, length / neighbours.within()));
             if open.is_empty() {
                 return j;

@@ -1,15 +1,17 @@
 //! Lichen that lies over another and hides it.
 
+use std::sync::{Mutex, PoisonError};
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::base::Winding;
-use super::field::{Field, NOTHING, cutoff};
+use super::field::{Field, NOTHING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::lichen::Lichen;
 use super::sheet::Sheet;
 use super::{Shape, SkinError};
-use crate::cluster::Cluster;
+use crate::cluster::{Cluster, Element};
 use crate::substrate::Substrate;
 
 /// Where a lichen is, for others beneath it.
@@ -29,7 +31,7 @@ impl std::fmt::Debug for Cover {
 }
 
 impl Cover {
-    /// Of a lichen with a skin of this shape.
+    /// Of a lichen, of whose skin this should be the shape too.
     ///
     /// # Errors
     /// When a number of `shape` is out of its range, or when there are no elements.
@@ -52,40 +54,41 @@ impl Cover {
     }
 
     /// For each element of another lichen on the same substrate, in birth order, whether this one lies over it.
+    ///
+    /// # Panics
+    /// When an element is in a triangle that the substrate does not have.
     pub fn hides(&self, substrate: &Substrate, other: &Cluster) -> Vec<bool> {
         let winding = Winding::of(substrate);
-        let elements = other.elements().par_iter();
-        let hides = |over: &mut Over, e: &crate::cluster::Element| {
+        let hides = |over: &mut Over, e: &Element| {
             let facing = winding.normal(substrate, e.at.triangle).as_vec3();
             over.level(e.position, e.at.triangle, facing) > 0.0
         };
-        let over = || self.over(substrate);
-        elements.map_init(over, hides).collect()
-    }
-
-    /// What tells where it is, one for each thread.
-    pub(super) fn over<'a>(&'a self, substrate: &'a Substrate) -> Over<'a> {
-        Over {
-            field: Field::new(substrate, &self.lichen, &self.grid, &self.shape),
-            sheet: Sheet::new(substrate, self.lichen.radius),
-            nearness: &self.nearness,
-            felt: cutoff(&self.shape) * self.lichen.radius,
-        }
+        let over = || Over::new(self, substrate);
+        other.elements().par_iter().map_init(over, hides).collect()
     }
 }
 
 /// Asks a cover.
-pub(super) struct Over<'a> {
+struct Over<'a> {
     field: Field<'a>,
     sheet: Sheet<'a>,
     nearness: &'a Nearness,
     felt: f64,
 }
 
-impl Over<'_> {
+impl<'a> Over<'a> {
+    fn new(cover: &'a Cover, substrate: &'a Substrate) -> Self {
+        Self {
+            field: Field::new(substrate, &cover.lichen, &cover.grid, &cover.shape),
+            sheet: Sheet::new(substrate, cover.lichen.radius),
+            nearness: &cover.nearness,
+            felt: cutoff(&cover.shape) * cover.lichen.radius,
+        }
+    }
+
     /// The level of the cover at a place that lies on a triangle of the substrate, whose normal is `facing`: positive
     /// beneath it.
-    pub(super) fn level(&mut self, place: DVec3, home: u32, facing: Vec3) -> f32 {
+    fn level(&mut self, place: DVec3, home: u32, facing: Vec3) -> f32 {
         match self.nearness.within(place, self.felt) {
             true => {
                 self.field
@@ -93,6 +96,41 @@ impl Over<'_> {
                     .level
             }
             false => NOTHING,
+        }
+    }
+}
+
+/// All that lies over a lichen.
+pub(super) struct Roof<'a> {
+    substrate: &'a Substrate,
+    covers: &'a [Cover],
+    /// What asks them, while nobody uses it.
+    spare: Mutex<Vec<Vec<Over<'a>>>>,
+}
+
+impl<'a> Roof<'a> {
+    pub(super) fn new(substrate: &'a Substrate, covers: &'a [Cover]) -> Self {
+        Self {
+            substrate,
+            covers,
+            spare: Mutex::default(),
+        }
+    }
+
+    /// What is left of a sample at a place: beneath covers its level is negative.
+    pub(super) fn cut(&self, sample: Sample, place: DVec3, home: u32, facing: Vec3) -> Sample {
+        if self.covers.is_empty() || sample.level <= 0.0 {
+            return sample;
+        }
+        let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = || self.covers.iter().map(|c| Over::new(c, self.substrate));
+        let mut asked = spare().pop().unwrap_or_else(|| all().collect());
+        let over = asked.iter_mut().map(|over| over.level(place, home, facing));
+        let hidden = over.fold(NOTHING, f32::max);
+        spare().push(asked);
+        Sample {
+            level: sample.level.min(-hidden),
+            ..sample
         }
     }
 }

@@ -74,7 +74,7 @@ impl History {
             rim_until: rim_until(&neighbours),
             shares: lichen.shares(borders),
             outline_until: has_margin
-                .then(|| rim_until_with(&lichen.neighbours(HOLE), |i| lichen.mirrored(i, borders))),
+                .then(|| rim_until_with(&lichen.neighbours(HOLE), |i| lichen.closed(i, borders))),
             farthest,
         }
     }

@@ -130,7 +130,7 @@ impl Lichen {
             let outermost = is_rim_where(
                 &self.neighbours(HOLE),
                 |i| is_rim_at[i],
-                |i| self.mirrored(i, borders),
+                |i| self.closed(i, borders),
             );
             let outermost = rim_distance(&outermost, &neighbours);
             let beside = |way| in_radii(way) < BESIDE;
@@ -149,15 +149,13 @@ impl Lichen {
 
     /// Borders near it.
     pub(super) fn borders(&self, substrate: &Substrate, winding: &Winding) -> Borders {
-        let places = || self.granules.iter().map(|g| g.position);
-        let low = places().fold(DVec3::INFINITY, DVec3::min);
-        let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
-        Borders::new(substrate, winding, [low, high], HOLE * self.radius)
+        let places: Vec<DVec3> = self.granules.iter().map(|g| g.position).collect();
+        Borders::new(substrate, winding, &places, 0.5 * HOLE * self.radius)
     }
 
-    /// The ways from an element to its mirror images beyond borders.
-    pub(super) fn mirrored(&self, i: usize, borders: &Borders) -> Vec<DVec3> {
-        borders.mirrored(self.granules[i].position, self.granules[i].normal)
+    /// The directions in which borders close in an element.
+    pub(super) fn closed(&self, i: usize, borders: &Borders) -> Vec<[DVec3; 2]> {
+        borders.closed(self.granules[i].position, self.granules[i].normal)
     }
 
     /// For each element the share of the surface about it that is there.
@@ -218,21 +216,33 @@ pub(super) mod tests {
         }
     }
 
-    /// A square in the plane z = 0 from y = 0 on, which is one of its borders.
-    fn half() -> Substrate {
-        let at = |x: f64, y: f64| [x, y, 0.0];
-        let positions = vec![
-            at(-500.0, 0.0),
-            at(500.0, 0.0),
-            at(500.0, 900.0),
-            at(-500.0, 900.0),
-        ];
+    /// A board in the plane z = 0 from y = 0 to so much, whose borders there are of edges so long.
+    fn board(width: f64, length: f64) -> Substrate {
+        let count = (1000.0 / length) as u32;
+        let column = |i: u32| {
+            let x = length * f64::from(i) - 500.0;
+            [[x, 0.0, 0.0], [x, width, 0.0]]
+        };
+        let square = |i: u32| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]];
         let soup = Soup {
-            positions,
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            positions: (0..=count).flat_map(column).collect(),
+            triangles: (0..count).flat_map(square).collect(),
             notes: Vec::new(),
         };
-        Substrate::from_soup(soup).expect("a square")
+        Substrate::from_soup(soup).expect("a board")
+    }
+
+    /// Measured on a board, with a margin.
+    fn measured(substrate: &Substrate, is_lichen: impl Fn(DVec3) -> bool) -> Lichen {
+        let units = substrate.units();
+        let mut lichen = packed(is_lichen);
+        for granule in &mut lichen.granules {
+            granule.position = units.to_local(granule.position.to_array());
+        }
+        lichen.radius = units.length_to_local(1.0);
+        let borders = lichen.borders(substrate, &Winding::of(substrate));
+        lichen.measure(1e3 * lichen.radius, true, &borders);
+        lichen
     }
 
     pub(in crate::skin) fn no_borders() -> Borders {
@@ -240,39 +250,44 @@ pub(super) mod tests {
         packed(|p| p.length() < 3.0).borders(&closed, &Winding::of(&closed))
     }
 
-    /// Half a disc, cut off by the border: the outline is the arc.
+    /// Half a disc, cut off by the border: the outline is the arc, however the border is divided.
     #[test]
     fn where_the_surface_ends_there_is_no_outline() {
-        let substrate = half();
-        let units = substrate.units();
-        let mut lichen = packed(|p| p.length() < 60.0 && p.y > 0.5);
-        for granule in &mut lichen.granules {
-            granule.position = units.to_local(granule.position.to_array());
-        }
-        lichen.radius = units.length_to_local(1.0);
-        let borders = lichen.borders(&substrate, &Winding::of(&substrate));
-        let far = 1e3 * lichen.radius;
-        lichen.measure(far, true, &borders);
-        let (mut at_border, mut at_arc) = (0, 0);
-        for granule in &lichen.granules {
-            let p = units.to_file(granule.position);
-            let arc = (60.0 - p.length()) as f32;
-            // It goes on along the border for as far as the rim counts that is beside it.
-            let error = granule.outline - arc;
-            assert!((-BESIDE..5.0).contains(&error), "{p}: {error}");
-            if arc > 9.0 {
-                assert!(
-                    (0.75..1.08).contains(&granule.density),
-                    "{p}: {}",
-                    granule.density
-                );
+        for length in [500.0, 20.0, 1.0] {
+            let substrate = board(900.0, length);
+            let lichen = measured(&substrate, |p| p.length() < 60.0 && p.y > 0.5);
+            let (mut at_border, mut at_arc) = (0, 0);
+            for granule in &lichen.granules {
+                let p = substrate.units().to_file(granule.position);
+                let arc = (60.0 - p.length()) as f32;
+                // It goes on along the border for as far as the rim counts that is beside it.
+                let error = granule.outline - arc;
+                assert!((-BESIDE..5.0).contains(&error), "{p}: {error}");
+                if arc > 9.0 {
+                    let density = granule.density;
+                    assert!((0.75..1.08).contains(&density), "{p}: {density}");
+                }
+                at_border += usize::from(granule.rim < 1.0 && granule.outline > 10.0);
+                at_arc += usize::from(granule.outline == 0.0);
             }
-            at_border += usize::from(granule.rim < 1.0 && granule.outline > 10.0);
-            at_arc += usize::from(granule.outline == 0.0);
+            assert!(at_border > 20 && at_arc > 50, "{at_border}, {at_arc}");
         }
-        assert!(at_border > 20 && at_arc > 50, "{at_border}, {at_arc}");
-        lichen.measure(far, true, &no_borders());
-        assert!(lichen.granules.iter().all(|g| g.outline - g.rim < 5.0));
+    }
+
+    /// Lichen all over a narrow strip: the outline is at its ends.
+    #[test]
+    fn a_narrow_strip_has_its_outline_at_the_ends() {
+        for length in [500.0, 20.0, 1.0] {
+            let substrate = board(9.0, length);
+            let lichen = measured(&substrate, |p| {
+                p.x.abs() < 50.0 && (0.5..8.8).contains(&p.y)
+            });
+            for granule in &lichen.granules {
+                let p = substrate.units().to_file(granule.position);
+                let error = granule.outline - (50.0 - p.x.abs()) as f32;
+                assert!((-BESIDE..5.0).contains(&error), "{p}: {error}");
+            }
+        }
     }
 
     #[test]

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use super::base::{Face, NONE, Winding};
 use super::cortex::Dress;
-use super::cover::{Cover, Over};
-use super::field::{Attributes, Field, NOTHING, Sample};
+use super::cover::{Cover, Roof};
+use super::field::{Attributes, Field, Sample};
 use super::refine::{ALL, Tree, side_key, sides};
 use super::sheet::Sheet;
 
@@ -57,14 +57,16 @@ pub(super) fn march(
     dress: Option<Dress>,
     above: &[Cover],
 ) -> Marched {
-    let (levels, inside) = sample_all(field, winding, tree, above);
+    let roof = Roof::new(field.substrate, above);
+    let (levels, inside) = sample_all(field, winding, tree, &roof);
     let leaves = tree.leaves(|leaf| is_touched(leaf, &levels));
     let leaves: Vec<&Face> = leaves.iter().collect();
     let samples = Samples::new(&levels, &inside, &leaves);
     let read = |place: DVec3, [inner, _]: [u32; 2], sheet: &mut Sheet| {
         let home = tree.homes[inner as usize];
         let facing = winding.normal(field.substrate, home).as_vec3();
-        field.sample(place, home, facing, sheet)
+        let sample = field.sample(place, home, facing, sheet);
+        roof.cut(sample, place, home, facing)
     };
     let cross = |sides| Outline::default().moved(field, tree, &samples, sides, &|_, _| true, &read);
     close(tree, ALL, &leaves, &samples, underside, dress, cross).0
@@ -171,37 +173,27 @@ fn sample_all(
     field: &Field,
     winding: &Winding,
     tree: &Tree,
-    above: &[Cover],
+    roof: &Roof,
 ) -> (Vec<f32>, Vec<Sample>) {
     let batches = tree
         .positions
         .par_chunks(BATCH)
         .zip(tree.homes.par_chunks(BATCH));
-    type Scratch<'a> = (Sheet<'a>, Vec<Over<'a>>);
-    let batch = |(sheet, above): &mut Scratch, (positions, homes): (&[DVec3], &[u32])| {
+    let batch = |sheet: &mut Sheet, (positions, homes): (&[DVec3], &[u32])| {
         let (mut levels, mut inside) = (Vec::with_capacity(positions.len()), Vec::new());
         for (&p, &home) in positions.iter().zip(homes) {
             let facing = winding.normal(field.substrate, home).as_vec3();
             let sample = field.sample(p, home, facing, sheet);
-            let mut hidden = NOTHING;
+            let sample = roof.cut(sample, p, home, facing);
+            levels.push(sample.level);
             if sample.level > 0.0 {
-                let over = above.iter_mut().map(|over| over.level(p, home, facing));
-                hidden = over.fold(hidden, f32::max);
-            }
-            let is_hidden = hidden > 0.0;
-            levels.push(if is_hidden { -hidden } else { sample.level });
-            if sample.level > 0.0 && !is_hidden {
                 inside.push(sample);
             }
         }
         (levels, inside)
     };
-    let scratch = || {
-        let above = above.iter().map(|cover| cover.over(field.substrate));
-        let sheet = Sheet::new(field.substrate, field.lichen.radius);
-        (sheet, above.collect::<Vec<_>>())
-    };
-    let batches: Vec<_> = batches.map_init(scratch, batch).collect();
+    let sheet = || Sheet::new(field.substrate, field.lichen.radius);
+    let batches: Vec<_> = batches.map_init(sheet, batch).collect();
     let (mut levels, mut inside) = (Vec::new(), Vec::new());
     for (more_levels, more_inside) in batches {
         levels.extend(more_levels);

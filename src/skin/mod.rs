@@ -230,11 +230,14 @@ impl std::fmt::Debug for Parts {
     }
 }
 
-/// The same as [`skin`], in parts, and cut off where others lie over it, but for the length of an edge. The mesh is
-/// empty where they hide all of it.
+/// The same as [`skin`], in parts, and cut off where others lie over it: there it comes down to the substrate, as at its
+/// outline. What of them is narrower than its own edges is not seen. The mesh is empty where they hide all of it.
 ///
 /// # Errors
 /// Those of [`skin`].
+///
+/// # Panics
+/// Those of [`skin`], for the others too.
 pub fn skin_in_parts(
     substrate: &Substrate,
     cluster: &Cluster,
@@ -282,11 +285,13 @@ fn made(
         Beside::Dressed => (cortex.as_ref().map(dress), &[][..]),
         Beside::Parts(above) => (None, above),
     };
-    let marched = march(&field, &winding, &tree, UNDERSIDE * radius, dress, above);
-    drop(tree);
-    if marched.triangles.is_empty() && above.is_empty() {
+    let under = |above| march(&field, &winding, &tree, UNDERSIDE * radius, dress, above);
+    let marched = under(above);
+    let shows_nothing = marched.triangles.is_empty();
+    if shows_nothing && (above.is_empty() || under(&[]).triangles.is_empty()) {
         return Err(SkinError::TooCoarse);
     }
+    drop(tree);
     let strongest = marched.attributes.par_iter().map(|a| a.strongest).collect();
     let mesh = finish(substrate, radius, cluster.len(), marched, paint);
     Ok(Parts {
