@@ -503,6 +503,28 @@ fn square(low: f64, high: f64) -> [[f64; 2]; 4] {
     [[low, low], [low, high], [high, high], [high, low]]
 }
 
+#[test]
+fn beyond_the_gutter_is_the_mean_of_the_stone() {
+    let (substrate, texturing) = written(&squares(&[square(0.2, 0.8)]), "square.obj");
+    let growth = grow(&substrate, &recipe(0.01, 2), &Execution::default(), &mut ()).unwrap();
+    let look = Look {
+        cluster: &growth.cluster,
+        shape: &Shape::default(),
+        paint: &Paint::default(),
+    };
+    for base in [Base::Mesh, Base::Ground(Ground::Bark)] {
+        let baked = bake(&substrate, &texturing, &[look], &base, &settings(256, 1)).unwrap();
+        let color = |x, y| Vec3::from_array(baked.value(map("base_color"), x, y));
+        let on_it = (0..128 * 128).map(|i| (64 + i % 128, 64 + i / 128));
+        let bare = on_it.filter(|&(x, y)| baked.value(map("mask"), x, y)[0] == 0.0);
+        let bare: Vec<Vec3> = bare.map(|(x, y)| color(x, y)).collect();
+        let mean = bare.iter().sum::<Vec3>() / bare.len() as f32;
+        assert!(bare.len() > 10_000);
+        assert!(color(0, 0).distance(mean) < 0.02, "{} {mean}", color(0, 0));
+        assert_eq!(color(0, 0), color(255, 3));
+    }
+}
+
 fn bake_squares(text: &str) -> Result<(usize, [usize; 3]), BakeError> {
     let (substrate, texturing) = written(text, "squares.obj");
     let growth = grow(&substrate, &recipe(0.1, 3), &Execution::default(), &mut ()).unwrap();

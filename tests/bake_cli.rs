@@ -87,6 +87,14 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
         let [a, b] = ["as-grown", "turned"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
         assert_eq!(a, b, "{map}");
     }
+    for (command, out) in [
+        ("render --also out --size 64x48", "t.png"),
+        ("skin", "t.ply"),
+    ] {
+        let words = format!("out -o {out} --mesh turned.obj --quiet");
+        let output = desk.call(command, &words).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", said(&output));
+    }
     let wider = |line: &str| match line.starts_with("v ") {
         true => line.replace('1', "1.5") + "\n",
         false => format!("{line}\n"),

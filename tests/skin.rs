@@ -633,3 +633,24 @@ fn a_skin_ends_where_another_lies_over_it() {
     let none = skin_in_parts(&surface, &cluster, &shape, &paint, &[own]).expect("a skin");
     assert!(none.mesh.triangles.is_empty());
 }
+
+/// Walkers cannot cross a gap, so neither does the skin, whatever it is wide.
+#[test]
+fn a_skin_ends_with_the_piece_that_it_is_on() {
+    let corners = |from: f64, to: f64| {
+        let at = |x: f64, z: f64| [x, 0.0, z];
+        [at(from, -1.0), at(to, -1.0), at(to, 1.0), at(from, 1.0)]
+    };
+    let positions = [corners(-1.0, 0.0), corners(1e-3, 1.0)].concat();
+    let triangles = vec![[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]];
+    let surface = substrate(positions, triangles);
+    let here = Recipe {
+        at: SeedPlace::Point([-0.01, 0.0, 0.0]),
+        ..recipe(0.02, 150)
+    };
+    let cluster = grow(&surface, &here, &Execution::default(), &mut ());
+    let cluster = cluster.expect("grows").cluster;
+    let made = skin(&surface, &cluster, &Shape::default(), &Paint::default()).expect("a skin");
+    let farthest = made.positions.iter().map(|p| p[0]).fold(f64::MIN, f64::max);
+    assert!(farthest.abs() < 5e-4, "{farthest}");
+}

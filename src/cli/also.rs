@@ -20,9 +20,9 @@ pub(crate) struct Also {
 impl Also {
     /// One as it is typed; colours that it does not name are those of the first.
     pub(crate) fn parse(text: &str, first: &ColorArgs) -> Self {
-        let (from, colormap) = match text.rsplit_once(',') {
-            Some((from, map)) if !Path::new(text).exists() => (from, Some(map.to_owned())),
-            _ => (text, first.colormap.clone()),
+        let (from, colormap) = match split(text) {
+            Some((from, map)) => (from, Some(map.to_owned())),
+            None => (text, first.colormap.clone()),
         };
         Self {
             text: text.to_owned(),
@@ -46,5 +46,38 @@ impl Also {
     /// What is wrong with it, and that it is of this one.
     pub(crate) fn failed(&self, failure: Failure) -> Failure {
         failure.at(format!("--also {}", self.text))
+    }
+}
+
+/// What is there, and the colour map; both may have commas in them.
+fn split(text: &str) -> Option<(&str, &str)> {
+    let is_there = |from: &str| !from.is_empty() && Path::new(from).exists();
+    if is_there(text) {
+        return None;
+    }
+    let commas = text.match_indices(',').map(|(at, _)| at).rev();
+    let mut ways = commas.map(|at| (&text[..at], &text[at + 1..]));
+    ways.find(|(from, _)| is_there(from))
+        .or_else(|| text.split_once(','))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn folders_and_colour_maps_may_have_commas() {
+        let folder = tempfile::tempdir().unwrap();
+        let there = folder.path().join("a,b");
+        std::fs::create_dir(&there).unwrap();
+        let there = there.to_str().unwrap();
+        let split = |rest: &str| {
+            let text = format!("{there}{rest}");
+            super::split(&text).map(|(from, map)| (from == there, map.to_owned()))
+        };
+        assert_eq!(split(""), None);
+        assert_eq!(split(",xanthoria"), Some((true, "xanthoria".to_owned())));
+        let stops = "0:#202020,1:#ffffff";
+        assert_eq!(split(&format!(",{stops}")), Some((true, stops.to_owned())));
+        assert_eq!(super::split("gone,puce"), Some(("gone", "puce")));
+        assert_eq!(super::split(",puce"), Some(("", "puce")));
     }
 }

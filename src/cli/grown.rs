@@ -152,10 +152,7 @@ impl Grown {
     /// The lichen on its mesh.
     pub(crate) fn on_mesh(&self, mesh: &MeshArgs) -> Result<(Substrate, Cluster), Failure> {
         let file = self.file_of(mesh)?;
-        let substrate = load(&file)?.with_up(self.up(mesh));
-        self.tell_of_change(mesh.file.as_deref(), &file, &substrate);
-        let cluster = self.cluster(&substrate, &file)?;
-        Ok((substrate, cluster))
+        self.on_turned(load(&file)?, mesh, &file)
     }
 
     /// Says so where the mesh that the recipe names is not the one that this grew on any more. One that is given
@@ -171,12 +168,6 @@ impl Grown {
                 self.recipe_file.display()
             ));
         }
-    }
-
-    /// The elements on a mesh, which came from this file.
-    pub(crate) fn cluster(&self, substrate: &Substrate, file: &Path) -> Result<Cluster, Failure> {
-        let cluster = self.elements.to_cluster(substrate);
-        Ok(cluster.with_context(|| file.display().to_string())?)
     }
 
     /// A mesh that came from this file, with its up axis, and the elements on it: a program that it went through

@@ -204,8 +204,8 @@ impl Lichens {
 
     fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {
         let elements = also.read()?.elements;
-        let cluster = elements.to_cluster(&self.substrate);
-        let cluster = cluster.context(OTHER_MESH)?;
+        let found = elements.to_cluster_on_turned(&self.substrate);
+        let (cluster, _) = found.context(OTHER_MESH)?;
         Lichen::new(&self.substrate, elements, cluster, args, &also.color)
     }
 

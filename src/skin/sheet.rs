@@ -1,8 +1,10 @@
 //! Whether the lichen at one place belongs to the surface at another.
 //!
-//! Lichen is felt through space, and on a thin plate the other face is near. Two places belong
+//! Lichen is felt through space, and on a thin plate the other face is near. Two places of one piece belong
 //! together when they are nearly in one plane; where that is in doubt the surface is asked whether
 //! it joins them nearby (`docs/architecture.md`).
+
+use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
@@ -29,6 +31,8 @@ const BALL: f64 = 0.75;
 pub(super) struct Sheet<'a> {
     substrate: &'a Substrate,
     radius: f32,
+    /// Triangles of the piece that was asked for last.
+    piece: Range<u32>,
     search: Connectivity,
 }
 
@@ -38,6 +42,7 @@ impl<'a> Sheet<'a> {
         Self {
             substrate,
             radius: radius as f32,
+            piece: 0..0,
             search: Connectivity::new(),
         }
     }
@@ -47,6 +52,12 @@ impl<'a> Sheet<'a> {
     pub(super) fn joins(&mut self, p: DVec3, normal: Vec3, home: u32, element: &Granule) -> bool {
         if home == element.home {
             return true;
+        }
+        if !self.piece.contains(&home) {
+            self.piece = self.substrate.component_of(home).triangles.clone();
+        }
+        if !self.piece.contains(&element.home) {
+            return false;
         }
         let along = normal.dot(element.normal);
         if along < FACED_AWAY {
