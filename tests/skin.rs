@@ -579,8 +579,8 @@ fn the_elements_near_a_vertex_are_foreseen() {
     assert_eq!(expected_near(&Cluster::new(0.01), &Shape::default()), 0.0);
 }
 
-/// Whether a place is over or under a mesh, seen from above.
-fn is_beside(mesh: &TriMesh, [x, z]: [f64; 2]) -> bool {
+/// Whether a mesh is over a place, or under it.
+fn is_over(mesh: &TriMesh, [x, z]: [f64; 2]) -> bool {
     mesh.triangles.iter().any(|t| {
         let corners = t.map(|v| mesh.positions[v as usize]);
         let side = |k: usize| {
@@ -621,9 +621,9 @@ fn a_skin_ends_where_another_lies_over_it() {
         [0.0, -0.02],
     ];
     let is_under = |[x, y, z]: &&[f64; 3]| {
-        let is_beside = |[dx, dz]: &[f64; 2]| is_beside(&over, [x + dx, z + dz]);
+        let is_under = |[dx, dz]: &[f64; 2]| is_over(&over, [x + dx, z + dz]);
         // Not of the underside.
-        *y > -1e-6 && about.iter().all(is_beside)
+        *y > -1e-6 && about.iter().all(is_under)
     };
     let under = [&whole, &cut].map(|mesh| mesh.positions.iter().filter(is_under).count());
     assert!(under[0] > 200 && under[1] == 0, "{under:?}");

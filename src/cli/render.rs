@@ -247,31 +247,40 @@ impl Lichens {
         let least = radii.fold(f64::INFINITY, f64::min);
         let usual = Shape::default().resolution;
         let shown = (LONGEST_EDGE * pixel / least).clamp(FINEST, usual);
-        let shapes = self.shapes(shown);
+        let shares = self.shares();
+        let shapes = self.shapes(shown, &shares);
         if shown == usual {
             return shapes;
         }
         let triangles = zip(&self.grown, &shapes)
             .map(|(l, shape)| expected_triangles(&self.substrate, &l.cluster, shape));
         match (triangles.sum::<f64>() / MOST_TRIANGLES).sqrt() {
-            coarser if coarser > 1.0 => self.shapes((shown * coarser).min(usual)),
+            coarser if coarser > 1.0 => self.shapes((shown * coarser).min(usual), &shares),
             _ => shapes,
         }
     }
 
-    /// Shapes with triangles of this longest edge, in radii; finer beneath a lichen of smaller elements, down to a
-    /// third, so that they are cut off where it begins.
-    fn shapes(&self, resolution: f64) -> Vec<Shape> {
-        let shape = |(k, lichen): (usize, &Lichen)| {
-            let radii = self.grown[k..].iter().map(|l| l.cluster.radius());
-            let finest = radii.fold(f64::INFINITY, f64::min);
-            let share = (finest / lichen.cluster.radius()).max(LEAST_SHARE);
-            Shape {
-                resolution: resolution * share,
-                ..lichen.shape
-            }
+    /// How much finer the triangles of each are beneath smaller elements, down to a third, so that they are cut off where
+    /// those begin.
+    fn shares(&self) -> Vec<f64> {
+        let share = |(k, lichen): (usize, &Lichen)| {
+            let later = zip(&self.grown[k + 1..], &self.covers[k..]);
+            let hides = |cover: &Cover| cover.hides(&self.substrate, &lichen.cluster);
+            let over = later.filter(|(_, cover)| hides(cover).contains(&true));
+            let radii = over.map(|(later, _)| later.cluster.radius());
+            let share = radii.fold(f64::INFINITY, f64::min) / lichen.cluster.radius();
+            share.clamp(LEAST_SHARE, 1.0)
         };
-        self.grown.iter().enumerate().map(shape).collect()
+        self.grown.iter().enumerate().map(share).collect()
+    }
+
+    /// Shapes with triangles of this longest edge, in radii, times these shares.
+    fn shapes(&self, resolution: f64, shares: &[f64]) -> Vec<Shape> {
+        let shape = |(lichen, share): (&Lichen, &f64)| Shape {
+            resolution: resolution * share,
+            ..lichen.shape
+        };
+        zip(&self.grown, shares).map(shape).collect()
     }
 
     /// Refuses skins that do not fit.

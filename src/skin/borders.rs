@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::base::Winding;
 use super::grid::Nearness;
-use crate::substrate::Substrate;
+use crate::substrate::{Substrate, way_from_segment};
 
 /// The open edges of a substrate near a lichen, to be found by place.
 pub(super) struct Borders {
@@ -107,7 +107,7 @@ impl Borders {
         near.sort_unstable();
         near.dedup();
         let edges = near.into_iter().map(|number| &self.edges[number as usize]);
-        let way = |edge: &Edge| nearest_on(edge.ends, place) - place;
+        let way = |Edge { ends: [a, b], .. }: &Edge| -way_from_segment(place, *a, *b);
         let ways = edges.map(|edge| (edge, way(edge)));
         ways.filter(|(edge, way)| edge.belongs(*way, normal, self.reach))
             .collect()
@@ -200,18 +200,19 @@ fn part_within([a, b]: [DVec3; 2], radius: f64) -> Option<[DVec3; 2]> {
     (from < to).then(|| [a + way * from, a + way * to])
 }
 
-fn nearest_on([a, b]: [DVec3; 2], p: DVec3) -> DVec3 {
-    let along = (p - a).dot(b - a) / (b - a).length_squared();
-    a.lerp(b, along.clamp(0.0, 1.0))
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
     use crate::rng::{Purpose, Stream};
-    use crate::substrate::Soup;
+    use crate::substrate::{Soup, segment_distance_sq};
+
+    /// Directions in the plane z = 0, none along the board's squares.
+    fn directions() -> impl Iterator<Item = DVec3> {
+        let angle = |k: u32| TAU * (f64::from(k) + 0.37) / 90.0;
+        (0..90).map(move |k| DVec3::new(angle(k).cos(), angle(k).sin(), 0.0))
+    }
 
     /// A flat board of squares, each of which is there or not.
     fn board(is_there: impl Fn(u32, u32) -> bool) -> Substrate {
@@ -272,15 +273,13 @@ mod tests {
             let mut seen = [0, 0];
             for &p in &places {
                 let closed = borders.closed(p, Vec3::Z);
-                for k in 0..90 {
-                    let (sin, cos) = (TAU * (f64::from(k) + 0.37) / 90.0).sin_cos();
-                    let way = DVec3::new(cos, sin, 0.0) * reach;
+                for way in directions().map(|direction| direction * reach) {
                     let meets = edges.iter().any(|edge| cross([p, p + way], *edge));
-                    assert_eq!(is_closed(&closed, way), meets, "{p} {k}");
+                    assert_eq!(is_closed(&closed, way), meets, "{p} {way}");
                     seen[usize::from(meets)] += 1;
                 }
-                let nearest = edges.iter().map(|e| nearest_on(*e, p).distance(p));
-                let nearest = nearest.fold(f64::INFINITY, f64::min);
+                let away = edges.iter().map(|&[a, b]| segment_distance_sq(p, a, b));
+                let nearest = away.fold(f64::INFINITY, f64::min).sqrt();
                 let share = borders.share(p, Vec3::Z, reach);
                 assert!((0.5..=1.0).contains(&share) && (share == 1.0) == (nearest >= reach));
             }
@@ -298,14 +297,8 @@ mod tests {
         let place = low.with_x(low.midpoint(high).x + 0.3 * unit);
         let borders = Borders::new(&substrate, &winding, &[place], 3.0 * unit);
         let closed = borders.closed(place, Vec3::Z);
-        for k in 0..90 {
-            let (sin, cos) = (TAU * (f64::from(k) + 0.37) / 90.0).sin_cos();
-            let is_beyond = sin < 0.0;
-            assert_eq!(
-                is_closed(&closed, DVec3::new(cos, sin, 0.0)),
-                is_beyond,
-                "{k}"
-            );
+        for way in directions() {
+            assert_eq!(is_closed(&closed, way), way.y < 0.0, "{way}");
         }
         assert!((borders.share(place, Vec3::Z, unit) - 0.5).abs() < 1e-6);
     }

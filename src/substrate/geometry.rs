@@ -157,7 +157,13 @@ fn ratio(a: f64, b: f64) -> f64 {
 
 /// Squared distance from p to the segment ab.
 pub(crate) fn segment_distance_sq(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    way_from_segment(p, a, b).length_squared()
+}
+
+/// The way to p from the nearest point of the segment ab.
+#[inline]
+pub(crate) fn way_from_segment(p: DVec3, a: DVec3, b: DVec3) -> DVec3 {
     let e = b - a;
     let t = ratio((p - a).dot(e), e.length_squared()).clamp(0.0, 1.0);
-    (p - a - e * t).length_squared()
+    p - a - e * t
 }

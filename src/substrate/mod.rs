@@ -36,7 +36,7 @@ use rayon::prelude::*;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::Coarse;
 pub use geometry::{Chart, Crossing, Frame};
-pub(crate) use geometry::{nearest_weights, segment_distance_sq};
+pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};
 pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
