@@ -19,6 +19,14 @@ fn decode(x: f32) -> f32 {
     }
 }
 
+/// The same of any number, beyond them that of the nearest; 0 of none.
+pub(crate) fn decode_any(x: f64) -> f32 {
+    match x > 0.0 {
+        true => decode(x.min(1.0) as f32),
+        false => 0.0,
+    }
+}
+
 /// sRGB of linear light, 0 to 1 each.
 pub(crate) fn encode(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);

@@ -63,6 +63,7 @@
 mod ahead;
 pub mod analysis;
 pub mod animate;
+pub mod appearance;
 pub mod bake;
 pub mod cluster;
 mod color;

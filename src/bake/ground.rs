@@ -4,9 +4,9 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3, Vec3A};
 
-use super::image::Image;
+use crate::appearance::Appearance;
 use crate::picture::{self, longest_axis};
-use crate::substrate::{Material, Substrate, Texture, Texturing};
+use crate::substrate::{Substrate, SurfacePoint, Texturing};
 
 /// How the bare substrate at a place throws light back, besides its colour.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ pub(super) struct Surface {
 /// What is under the lichen where no file says it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Base {
-    /// The mesh file's material, or grey stone where it has none.
+    /// The mesh file's material and colours of vertices, or grey stone where it has neither.
     #[default]
     Mesh,
     /// Colour as pictures have it.
@@ -33,26 +33,19 @@ pub enum Base {
 /// Roughness of stone that no material describes.
 const ROUGH: f32 = 0.85;
 
-/// The materials of a substrate, ready to be sampled.
+/// What is under the lichen, ready to be sampled.
 pub(super) struct Ground<'a> {
     substrate: &'a Substrate,
+    own: Appearance<'a>,
     texturing: &'a Texturing,
-    images: Vec<Option<Image>>,
-    base: OwnBase,
+    /// What is drawn instead of its own material.
+    drawn: Option<picture::Ground>,
     middle: DVec3,
     size: f64,
     /// Where the mesh is longest.
     along: Vec3A,
-    /// The mean of what is drawn, once it is asked for.
+    /// The mean of what has no place in the layout, once it is asked for.
     mean: OnceLock<Vec3>,
-    /// Images that could not be read, in words for the user.
-    pub(super) notes: Vec<String>,
-}
-
-enum OwnBase {
-    Mesh,
-    Drawn(picture::Ground),
-    Image(Image),
 }
 
 impl<'a> Ground<'a> {
@@ -63,64 +56,73 @@ impl<'a> Ground<'a> {
         texturing: &'a Texturing,
         base: &Base,
     ) -> Result<Self, String> {
-        let mut notes = Vec::new();
-        let mut decode = |(i, bytes): (usize, &Vec<u8>)| {
-            let image = Image::decode(bytes);
-            image
-                .map_err(|e| notes.push(format!("image {i} of the mesh is passed over: {e}")))
-                .ok()
-        };
-        let images = texturing.images.iter().enumerate();
-        let images = images.map(&mut decode).collect();
-        let base = match base {
-            Base::Mesh => OwnBase::Mesh,
-            Base::Ground(ground) => OwnBase::Drawn(*ground),
-            Base::Image(bytes) => OwnBase::Image(Image::decode(bytes)?),
+        let own = Appearance::new(substrate, texturing);
+        let (own, drawn) = match base {
+            Base::Mesh => (own, None),
+            Base::Ground(ground) => (own, Some(*ground)),
+            Base::Image(bytes) => (own.with_image(bytes)?, None),
         };
         let [low, high] = substrate.bounds();
         Ok(Self {
             substrate,
+            own,
             texturing,
-            images,
-            base,
+            drawn,
             middle: 0.5 * (low + high),
             size: (high - low).length(),
             along: longest_axis([low, high].map(|c| c.as_vec3a())),
             mean: OnceLock::new(),
-            notes,
         })
     }
 
+    /// What of the mesh's material could not be used, in words for the user.
+    pub(super) fn notes(&self) -> impl Iterator<Item = &str> {
+        self.own.notes()
+    }
+
     /// Colour at a place of the image that a triangle owns, linear light; `place` is asked only where
-    /// colour depends on it.
+    /// colour depends on it. Beyond all charts it is the first triangle's material or, where that does not say it, the
+    /// mean: smaller levels of the texture mix it into their rims.
     pub(super) fn base_color(
         &self,
         triangle: Option<u32>,
         uv: [f64; 2],
-        place: impl FnOnce() -> Option<DVec3>,
+        place: impl Fn() -> Option<SurfacePoint>,
     ) -> Vec3 {
-        match (&self.base, self.material(triangle)) {
-            (OwnBase::Image(image), _) => image.color(uv),
-            (OwnBase::Mesh, Some(material)) => {
-                let factor = Vec3::from_array(material.base_color);
-                let texture = self.image(&material.base_color_texture, uv);
-                texture.map_or(factor, |(image, _, uv)| factor * image.color(uv))
-            }
-            (OwnBase::Drawn(ground), _) => self.drawn(*ground, place),
-            (OwnBase::Mesh, None) => self.drawn(picture::Ground::default(), place),
+        match self.drawn {
+            Some(ground @ picture::Ground::Color(_)) => return self.drawn_at(ground, self.middle),
+            Some(ground) => return self.at_or_mean(place(), |at| self.drawn_on(ground, at)),
+            None => {}
+        }
+        let textured = self.own.textured(triangle.unwrap_or(0), Some(uv));
+        match (textured, self.own.has_painted_vertices()) {
+            (Some(color), false) => color,
+            (Some(color), true) => color * self.at_or_mean(place(), |at| self.painted(at)),
+            (None, _) => self.at_or_mean(place(), |at| self.bare(at)),
         }
     }
 
-    /// What pictures draw at a place; beyond all charts, whose mean it is: smaller levels of the texture mix it
-    /// into their rims.
-    fn drawn(&self, ground: picture::Ground, place: impl FnOnce() -> Option<DVec3>) -> Vec3 {
-        match ground {
-            picture::Ground::Color(_) => self.drawn_at(ground, self.middle),
-            _ => place().map_or_else(
-                || *self.mean.get_or_init(|| self.mean_drawn(ground)),
-                |p| self.drawn_at(ground, p),
-            ),
+    /// That of a place, or the mean of all.
+    fn at_or_mean(&self, at: Option<SurfacePoint>, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
+        match at {
+            Some(at) => of(&at),
+            None => *self.mean.get_or_init(|| self.mean(of)),
         }
+    }
+
+    /// Of a place without a material.
+    fn bare(&self, at: &SurfacePoint) -> Vec3 {
+        let drawn = || self.drawn_on(picture::Ground::default(), at);
+        self.own.painted(at).unwrap_or_else(drawn)
+    }
+
+    fn painted(&self, at: &SurfacePoint) -> Vec3 {
+        self.own.painted(at).unwrap_or(Vec3::ONE)
+    }
+
+    /// What pictures draw there.
+    fn drawn_on(&self, ground: picture::Ground, at: &SurfacePoint) -> Vec3 {
+        self.drawn_at(ground, self.substrate.position(at))
     }
 
     fn drawn_at(&self, ground: picture::Ground, place: DVec3) -> Vec3 {
@@ -129,19 +131,18 @@ impl<'a> Ground<'a> {
     }
 
     /// The mean over places spread evenly over the surface.
-    fn mean_drawn(&self, ground: picture::Ground) -> Vec3 {
+    fn mean(&self, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
         const PLACES: f64 = 4096.0;
         let all = 0..self.substrate.triangles().len() as u32;
         let apart = all.clone().map(|t| self.substrate.area(t)).sum::<f64>() / PLACES;
         let (mut sum, mut count, mut left) = (Vec3::ZERO, 0u32, 0.5 * apart);
         for t in all {
             left += self.substrate.area(t);
-            let [a, b, c] = self.substrate.corners(t);
             while left >= apart {
                 left -= apart;
                 let [u, v] = evenly_spread(count);
-                let place = a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v);
-                sum += self.drawn_at(ground, place);
+                let weights = [1.0 - u, u * (1.0 - v), u * v];
+                sum += of(&SurfacePoint::from_weights(t, weights));
                 count += 1;
             }
         }
@@ -156,37 +157,23 @@ impl<'a> Ground<'a> {
             normal: Vec3::Z,
             occlusion: 1.0,
         };
-        let Some(material) = self.material(triangle) else {
+        let material = self
+            .texturing
+            .material_of(self.substrate, triangle.unwrap_or(0));
+        let Some(material) = material else {
             return surface;
         };
         (surface.metallic, surface.roughness) = (material.metallic, material.roughness);
-        if let Some((image, _, uv)) = self.image(&material.metallic_roughness_texture, uv) {
+        if let Some((image, _, uv)) = self.own.image(&material.metallic_roughness_texture, uv) {
             let [_, roughness, metallic] = image.values(uv).to_array();
             surface.roughness *= roughness;
             surface.metallic *= metallic;
         }
-        if let Some((image, strength, uv)) = self.image(&material.normal_texture, uv) {
-            let n = image.values(uv) * 2.0 - 1.0;
-            surface.normal = Vec3::new(n.x * strength, n.y * strength, n.z).normalize_or(Vec3::Z);
-        }
-        if let Some((image, strength, uv)) = self.image(&material.occlusion_texture, uv) {
+        surface.normal = self.own.relief(material, uv).unwrap_or(Vec3::Z);
+        if let Some((image, strength, uv)) = self.own.image(&material.occlusion_texture, uv) {
             surface.occlusion = 1.0 + strength * (image.values(uv).x - 1.0);
         }
         surface
-    }
-
-    /// The material of a triangle; where there is none, that of the first.
-    fn material(&self, triangle: Option<u32>) -> Option<&Material> {
-        let source = self.substrate.source_triangle(triangle.unwrap_or(0)) as usize;
-        let material = self.texturing.material_of.get(source).copied().flatten()?;
-        self.texturing.materials.get(material as usize)
-    }
-
-    fn image(&self, texture: &Option<Texture>, uv: [f64; 2]) -> Option<(&Image, f32, [f64; 2])> {
-        let texture = texture.as_ref()?;
-        let image = self.images.get(texture.image)?.as_ref()?;
-        let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
-        Some((image, texture.strength, place))
     }
 }
 

@@ -10,7 +10,6 @@
 
 mod frame;
 mod ground;
-mod image;
 mod layout;
 mod map;
 mod mesh;
@@ -275,8 +274,7 @@ impl Baked<'_> {
 
     /// What of the mesh's material could not be used, in words for the user.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
-        let notes = self.texturing.notes.iter().chain(&self.ground.notes);
-        notes.map(String::as_str)
+        self.ground.notes()
     }
 
     /// Half-edges where the layout is cut, each with its ends as UVs: those of the substrate's
@@ -324,7 +322,7 @@ impl Baked<'_> {
             };
             let corners = self.layout.corners[owner? as usize]?;
             let place = placer.place(owner?, &corners, self.layout.middle(texel));
-            Some(self.substrate.position(&place.at))
+            Some(place.at)
         })
     }
 

@@ -1,6 +1,6 @@
 //! `thallus animate`: the growth of a run's lichen, a frame after the other.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
@@ -14,7 +14,7 @@ use thallus::export::{
 use thallus::morphometry::measure;
 use thallus::picture::age_color;
 use thallus::skin::{Shape, SkinError, SkinFrames};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, Texturing};
 
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
 use super::animate_out::{Folder, Target, nearest_folder};
@@ -34,7 +34,7 @@ pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
     let target = Target::of(args)?;
     start_threads(args.run.threads)?;
     let started = Instant::now();
-    let lichen = Growth::read(args)?;
+    let lichen = Growth::read(args, target.subject() == Subject::Picture)?;
     let moments = timing(&args.time, &lichen.cluster)?.moments(&lichen.cluster);
     let moments = moments.map_err(|e| Failure::Usage(e.into()))?;
     let stop = Stop::listen();
@@ -63,19 +63,32 @@ pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
 /// A lichen on its mesh.
 pub(super) struct Growth {
     grown: Grown,
+    pub(super) mesh: PathBuf,
     pub(super) substrate: Substrate,
+    /// Where pictures are made.
+    pub(super) texturing: Texturing,
     pub(super) cluster: Cluster,
 }
 
 impl Growth {
-    fn read(args: &AnimateArgs) -> Result<Self, Failure> {
+    fn read(args: &AnimateArgs, is_pictured: bool) -> Result<Self, Failure> {
+        let voice = args.run.voice();
         let grown = Grown::read(&args.from)?;
-        grown.tell_of_more(args.run.voice());
+        grown.tell_of_more(voice);
         grown.spare(&args.output, &args.mesh)?;
-        let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
+        let mesh = grown.file_of(&args.mesh)?;
+        let (substrate, cluster, texturing) = match is_pictured {
+            true => grown.on_dressed(&args.mesh, args.picture.shot.ground.as_ref(), voice)?,
+            false => {
+                let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
+                (substrate, cluster, Texturing::default())
+            }
+        };
         Ok(Self {
             grown,
+            mesh,
             substrate,
+            texturing,
             cluster,
         })
     }

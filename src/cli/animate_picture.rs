@@ -8,17 +8,19 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
+use thallus::appearance::Appearance;
 use thallus::cluster::Presence;
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Disc, GifPacker, GifPalette, GifWriter, Ground, Image, Painted, Scene, Settings, Stone,
-    Structure, TimeLapse, World,
+    Camera, Disc, Finish, GifPacker, GifPalette, GifWriter, Ground, Image, Painted, Scene,
+    Settings, Stone, Structure, TimeLapse, World,
 };
 use thallus::skin::{Cortex, SkinError, SkinFrames};
 
 use super::animate::{Growth, bar};
 use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Target, nearest_folder};
+use super::dress::{self, made_up};
 use super::failure::Failure;
 use super::interrupt::Stop;
 use super::memory::Frames;
@@ -120,6 +122,7 @@ fn sides(args: &AnimateArgs) -> [u32; 2] {
 struct Shots<'a> {
     lichen: &'a Growth,
     ground: Ground,
+    own: Option<Appearance<'a>>,
     stone: Stone,
     discs: Vec<Disc>,
     camera: Camera,
@@ -138,6 +141,8 @@ impl<'a> Shots<'a> {
             })
         });
         let view = &args.picture.shot;
+        let dress = view.ground.as_ref();
+        let looks = (&lichen.substrate, &lichen.texturing);
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
         let camera = view.zoomed(&camera, middle(&discs), aspect);
@@ -146,7 +151,8 @@ impl<'a> Shots<'a> {
         Ok(Self {
             camera,
             lichen,
-            ground: view.ground,
+            ground: made_up(dress),
+            own: dress::appearance(dress, looks, &lichen.mesh, args.run.voice())?,
             stone,
             discs,
             settings: Settings {
@@ -165,6 +171,10 @@ impl<'a> Shots<'a> {
             self.ground,
             &self.discs,
         );
+        let bare = Scene {
+            finish: self.own.as_ref().map(|own| own as &dyn Finish),
+            ..bare
+        };
         TimeLapse::new(bare, self.camera, self.settings)
     }
 

@@ -15,16 +15,15 @@ use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis
 use thallus::input;
 use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
-use thallus::substrate::{Substrate, Texturing, load_textured};
+use thallus::substrate::{Substrate, Texturing};
 
 use super::also::{Also, OTHER_MESH};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
-use super::check;
 use super::failure::Failure;
-use super::grown::Grown;
+use super::grown::{Grown, load_textured};
 use super::interrupt::{Held, Stop};
-use super::memory::{self, Room};
+use super::memory;
 use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
 use super::render_args::ground;
@@ -129,11 +128,7 @@ impl Lichens {
         grown.tell_of_more(args.run.voice());
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
-        let room = Room::now();
-        let (loaded, texturing) = load_textured(&mesh).map_err(anyhow::Error::new)?;
-        room.check(&mesh, &loaded)?;
-        let failed = |e| anyhow::Error::msg(check::load_error(&mesh, &e));
-        let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
+        let (substrate, texturing) = load_textured(&mesh)?;
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
         let first = Lichen::new(&substrate, cluster, &args.relief, &args.color)?;
         let mut lichens = Self {

@@ -7,8 +7,11 @@ use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings, shell_path};
-use thallus::substrate::{Format, Substrate, SubstrateError, UpAxis, load_soup};
+use thallus::substrate::{
+    self, Format, LoadError, Loaded, Substrate, SubstrateError, Texturing, UpAxis, load_soup,
+};
 
+use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
 use super::memory::Room;
 use super::mesh_args::MeshArgs;
@@ -155,6 +158,19 @@ impl Grown {
         self.on_turned(load(&file)?, mesh, &file)
     }
 
+    /// The lichen on its mesh, with what the mesh's file says of its looks.
+    pub(crate) fn on_dressed(
+        &self,
+        mesh: &MeshArgs,
+        dress: Option<&Dress>,
+        voice: Voice,
+    ) -> Result<(Substrate, Cluster, Texturing), Failure> {
+        let file = self.file_of(mesh)?;
+        let (substrate, texturing) = load_dressed(&file, dress, voice)?;
+        let (substrate, cluster) = self.on_turned(substrate, mesh, &file)?;
+        Ok((substrate, cluster, texturing))
+    }
+
     /// Says so where the mesh that the recipe names is not the one that this grew on any more. One that is given
     /// by name is taken as it is.
     pub(crate) fn tell_of_change(&self, given: Option<&Path>, file: &Path, substrate: &Substrate) {
@@ -260,9 +276,20 @@ impl Grown {
 
 /// The mesh that a lichen grew on.
 pub(crate) fn load(mesh: &Path) -> Result<Substrate, Failure> {
-    let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
     let room = Room::now();
-    let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
+    ready(mesh, room, load_soup(mesh))
+}
+
+/// The same, with what the file says about textures.
+pub(crate) fn load_textured(mesh: &Path) -> Result<(Substrate, Texturing), Failure> {
+    let room = Room::now();
+    let (loaded, texturing) = substrate::load_textured(mesh).map_err(anyhow::Error::new)?;
+    Ok((ready(mesh, room, Ok(loaded))?, texturing))
+}
+
+fn ready(mesh: &Path, room: Room, loaded: Result<Loaded, LoadError>) -> Result<Substrate, Failure> {
+    let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
+    let loaded = loaded.map_err(|e| failed(e.into()))?;
     room.check(mesh, &loaded)?;
     Ok(Substrate::from_loaded(loaded).map_err(failed)?)
 }

@@ -15,6 +15,7 @@ mod axes;
 mod bake;
 mod bake_args;
 mod check;
+mod dress;
 mod ended;
 mod export;
 mod failure;

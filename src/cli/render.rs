@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::cell::LazyCell;
 use std::iter::zip;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
@@ -12,14 +12,15 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Image, Key, Painted, Scene, Settings, Structure, World, draw_legend,
-    number, round_below,
+    Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Structure, World,
+    draw_legend, number, round_below,
 };
 use thallus::run::Length;
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, Texturing};
 
 use super::also::{Also, OTHER_MESH};
+use super::dress::{self, made_up};
 use super::failure::Failure;
 use super::grown::Grown;
 use super::interrupt::leave_no_part;
@@ -108,7 +109,9 @@ struct Lichen {
 
 /// What is to be in the picture.
 struct Lichens {
+    mesh: PathBuf,
     substrate: Substrate,
+    texturing: Texturing,
     grown: Vec<Lichen>,
     /// Those but the first, each of which lies over those before.
     covers: Vec<Cover>,
@@ -184,10 +187,14 @@ impl Lichens {
     fn read(args: &RenderArgs) -> Result<Self, Failure> {
         let first = Grown::read(&args.from)?;
         first.tell_of_more(args.run.voice());
-        let (substrate, cluster) = first.on_mesh(&args.mesh)?;
+        let mesh = first.file_of(&args.mesh)?;
+        let (dress, voice) = (args.view.shot.ground.as_ref(), args.run.voice());
+        let (substrate, cluster, texturing) = first.on_dressed(&args.mesh, dress, voice)?;
         let first = Lichen::new(&substrate, first.elements, cluster, args, &args.color)?;
         let mut lichens = Self {
+            mesh,
             substrate,
+            texturing,
             grown: vec![first],
             covers: Vec::new(),
         };
@@ -418,7 +425,14 @@ impl Shot<'_> {
         let (view, voice) = (&self.args.view, self.args.run.voice());
         let (substrate, discs) = (&self.lichens.substrate, &self.colored.discs);
         let stone = spin(voice, "dressing the stone", || stone(substrate))?;
-        let bare = staged(substrate, &stone, view.shot.ground, discs);
+        let lichens = self.lichens;
+        let dress = view.shot.ground.as_ref();
+        let looks = (substrate, &lichens.texturing);
+        let own = dress::appearance(dress, looks, &lichens.mesh, voice)?;
+        let bare = Scene {
+            finish: own.as_ref().map(|own| own as &dyn Finish),
+            ..staged(substrate, &stone, made_up(dress), discs)
+        };
         let granular = LazyCell::new(|| World::new(&Scene { discs, ..bare }));
         let aspect = view.size.aspect();
         let camera = view.shot.camera.camera(substrate, &granular, aspect)?;

@@ -10,6 +10,7 @@ use thallus::picture::{Background, Camera, Ground, unwritable};
 use thallus::skin::parse_color;
 
 use super::args::choice;
+use super::dress::Dress;
 use super::mesh_args::MeshArgs;
 use super::render_by::Quantity;
 use super::render_camera::View;
@@ -94,9 +95,10 @@ pub(crate) struct ShotArgs {
     /// Behind everything: a pale sheet with a shadow on it; nothing, in a PNG; or one colour
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
     pub(crate) background: Background,
-    /// What the mesh is drawn as: granite; bark, with furrows along its longest side; or one colour
-    #[arg(long, value_parser = ground, value_name = "stone|bark|#RRGGBB", default_value = "stone")]
-    pub(crate) ground: Ground,
+    /// What the mesh is drawn as: by the colours and textures of its own file; granite; bark, with furrows along its
+    /// longest side; one colour; or an image in the layout of its UVs [default: mesh where it has colours, or stone]
+    #[arg(long, value_parser = Dress::parse, value_name = "mesh|stone|bark|#RRGGBB|IMAGE")]
+    pub(crate) ground: Option<Dress>,
 }
 
 impl ShotArgs {

@@ -99,6 +99,28 @@ pub struct Detail {
     pub slope: [f32; 3],
 }
 
+/// What the substrate looks like by itself, read at every sample.
+pub trait Finish: Sync {
+    /// At a place of a triangle, by the number it has in [`Stone::new`] and by weights of its corners, where the smooth
+    /// surface has this unit normal. None where nothing is known: there it is the scene's [`Ground`].
+    fn at(&self, triangle: u32, weights: [f32; 3], normal: [f32; 3]) -> Option<Coat>;
+}
+
+impl fmt::Debug for dyn Finish + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Finish")
+    }
+}
+
+/// What a place of the substrate looks like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// Share of the light that comes back, linear.
+    pub albedo: [f32; 3],
+    /// Unit normal for shading.
+    pub normal: [f32; 3],
+}
+
 /// What is to be drawn. Parts that cannot be (not finite, no area) are left out.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
@@ -108,8 +130,10 @@ pub struct Scene<'a> {
     pub discs: &'a [Disc],
     /// The lichen as meshes, in the same units.
     pub skins: &'a [Painted<'a>],
-    /// What the substrate is drawn as.
+    /// What the substrate is drawn as, where `finish` does not say it.
     pub ground: Ground,
+    /// What the substrate looks like by itself, if it is to be drawn so.
+    pub finish: Option<&'a dyn Finish>,
     /// The direction away from the floor; +y where it has no length.
     pub up: [f32; 3],
     /// Where it stands, if not on a stage of its own.
@@ -130,6 +154,7 @@ impl<'a> Scene<'a> {
             discs: &[],
             skins: &[],
             ground: Ground::default(),
+            finish: None,
             up,
             stage: None,
         }

@@ -2,9 +2,10 @@
 
 use glam::Vec3A;
 
+use super::material::{self, Look};
 use super::sample::{Sampler, cone_about, cosine_about};
 use super::trace::{Hit, InWay, Material, Starts, World};
-use super::{Background, Camera, material};
+use super::{Background, Camera};
 
 const KEY: Vec3A = Vec3A::new(1.75, 1.60, 1.38);
 const ROOM: Vec3A = Vec3A::new(0.44, 0.465, 0.515);
@@ -148,6 +149,10 @@ impl<'a> Studio<'a> {
                 let (ground, along) = self.world.ground;
                 ground.look(p / self.world.stage.size, hit.normal, along)
             }
+            Material::Own(albedo) => Look {
+                albedo,
+                normal: hit.normal,
+            },
             Material::Lichen {
                 color,
                 grain,

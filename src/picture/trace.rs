@@ -8,7 +8,7 @@ use super::shape::{Dome, Domes, HEIGHT, Triangles, triangle_box};
 use super::smooth::corner_normals;
 use super::stage::{measured, upward};
 use super::wide::{Group, Ray, Tree, WIDTH, WORTH_OPTIMIZING};
-use super::{Disc, Ground, Painted, Scene, Stage, color, longest_axis};
+use super::{Coat, Disc, Finish, Ground, Painted, Scene, Stage, color, longest_axis};
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
 const CLEAR: f32 = 4e-6;
@@ -33,6 +33,8 @@ struct Granules {
 pub(super) enum Material {
     /// The substrate.
     Ground,
+    /// The substrate where it has an albedo of its own.
+    Own(Vec3A),
     /// Lichen of this albedo, in linear light.
     Lichen {
         color: Vec3A,
@@ -82,6 +84,8 @@ pub struct Stone {
     mesh: Mesh,
     /// At the corners of the triangles that are not left out.
     normals: Vec<[Vec3; 3]>,
+    /// What numbers these had, if any is left out.
+    numbers: Option<Vec<u32>>,
 }
 
 impl std::fmt::Debug for Stone {
@@ -103,9 +107,19 @@ impl Stone {
             1
         };
         let mesh = Mesh::new(&numbers, together, corners);
-        let sound = sound.iter().map(|&t| triangles[t as usize]);
-        let normals = corner_normals(vertices, &sound.collect::<Vec<_>>());
-        Self { mesh, normals }
+        let drawn = sound.iter().map(|&t| triangles[t as usize]);
+        let normals = corner_normals(vertices, &drawn.collect::<Vec<_>>());
+        Self {
+            mesh,
+            normals,
+            numbers: (sound.len() < triangles.len()).then_some(sound),
+        }
+    }
+
+    /// The number that a triangle was given with.
+    fn number(&self, spot: &Spot) -> u32 {
+        let numbers = self.numbers.as_ref();
+        numbers.map_or(spot.number, |numbers| numbers[spot.number as usize])
     }
 
     /// The corners of the box about it, turned inside out where there is nothing.
@@ -126,6 +140,7 @@ pub struct World<'a> {
     granules: Granules,
     /// What the substrate is drawn as, and where it is longest.
     pub(super) ground: (Ground, Vec3A),
+    finish: Option<&'a dyn Finish>,
     pub(super) up: Vec3A,
     /// The diagonal of the box about everything; 1 where there is nothing.
     pub(super) size: f32,
@@ -155,6 +170,7 @@ impl<'a> World<'a> {
         let (bounds, size) = measured(bounds);
         let mut world = Self {
             ground: (scene.ground, longest_axis(stone.mesh.boxed)),
+            finish: scene.finish,
             stone,
             skins,
             granules,
@@ -265,12 +281,18 @@ impl<'a> World<'a> {
             lichen: facing.place + off,
             stone: facing.place + off + facing.lift(&spot.corners),
         };
+        let number = self.stone.number(spot);
+        let coat = |finish: &dyn Finish| finish.at(number, spot.weights, facing.smooth.to_array());
+        let (normal, material) = match self.finish.and_then(coat) {
+            Some(Coat { albedo, normal }) => (normal.into(), Material::Own(albedo.into())),
+            None => (facing.smooth, Material::Ground),
+        };
         Hit {
             end: met.end,
             place: facing.place,
-            normal: facing.smooth,
+            normal,
             horizon: facing.smooth,
-            material: Material::Ground,
+            material,
             starts,
         }
     }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Substrate;
 
-/// Texture coordinates, normals and materials, by the number that a triangle has in the file
+/// Texture coordinates, normals, colours and materials, by the number that a triangle has in the file
 /// ([`Substrate::source_triangle`](super::Substrate::source_triangle)).
 ///
 /// Coordinates are glTF's: (0, 0) is the upper left corner of the image, (1, 1) the lower right one.
@@ -15,9 +15,12 @@ pub struct Texturing {
     /// For each triangle the unit normals of its corners, in the order of `uvs`; none where a corner has none that is a
     /// direction. Of glTF and OBJ, but not of skinned meshes.
     pub normals: Vec<Option<[Vec3; 3]>>,
+    /// For each triangle the colours of its corners, linear light, in the order of `uvs`; none where a corner has none.
+    /// Empty where no triangle has any, and as long as they need.
+    pub colors: Vec<Option<[[f32; 3]; 3]>>,
     /// For each triangle its place in `materials`, if it has one.
     pub material_of: Vec<Option<u32>>,
-    /// As glTF has them. Those of OBJ's libraries are not read.
+    /// As glTF has them, or as near as OBJ's libraries come to that.
     pub materials: Vec<Material>,
     /// Encoded image files, by the place that a [`Texture`] names.
     pub images: Vec<Vec<u8>>,
@@ -75,6 +78,22 @@ impl Texturing {
         Some(normals.map(|normal| normal * 1f64.copysign(along)))
     }
 
+    /// Colours of the corners of a substrate's triangle, linear light, as far as the file has any.
+    pub fn colors_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f32; 3]; 3]> {
+        let source = substrate.source_triangle(triangle) as usize;
+        let colors = self.colors.get(source).copied().flatten()?;
+        let colors = colors.map(|color| Vec3::from_array(color).as_dvec3());
+        let at_corners = at_corners(colors, substrate, triangle);
+        Some(at_corners.map(|color| color.as_vec3().to_array()))
+    }
+
+    /// The material of a substrate's triangle, if it has one.
+    pub fn material_of(&self, substrate: &Substrate, triangle: u32) -> Option<&Material> {
+        let source = substrate.source_triangle(triangle) as usize;
+        let material = self.material_of.get(source).copied().flatten()?;
+        self.materials.get(material as usize)
+    }
+
     /// Adds the next triangle.
     pub(super) fn push(&mut self, corners: [Corner; 3], material: Option<u32>) {
         let uv = |corner: &Corner| corner.uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
@@ -84,6 +103,10 @@ impl Texturing {
         };
         self.uvs.push(all(corners.each_ref().map(uv)));
         self.normals.push(all(corners.each_ref().map(normal)));
+        if let Some(colors) = all(corners.map(|corner| corner.color)) {
+            self.colors.resize(self.material_of.len(), None);
+            self.colors.push(Some(colors));
+        }
         self.material_of.push(material);
     }
 }
@@ -93,6 +116,8 @@ impl Texturing {
 pub(super) struct Corner {
     pub(super) uv: Option<[f64; 2]>,
     pub(super) normal: Option<[f64; 3]>,
+    /// Linear light.
+    pub(super) color: Option<[f32; 3]>,
 }
 
 fn all<T>([a, b, c]: [Option<T>; 3]) -> Option<[T; 3]> {

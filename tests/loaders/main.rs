@@ -6,6 +6,7 @@ mod gltf_compression;
 mod gltf_doc;
 mod gltf_errors;
 mod gltf_skins;
+mod looks;
 mod obj;
 mod ply;
 mod polygons;

@@ -9,8 +9,8 @@ use serde::Deserialize;
 
 use crate::substrate::{Material, Texture, Texturing};
 
+use super::encoded_image;
 use super::gltf_buffers::Buffers;
-use super::text::quoted;
 
 /// Materials, and which primitives have them.
 #[derive(Default, Deserialize)]
@@ -244,10 +244,6 @@ impl Images<'_> {
             (None, Some(uri)) => self.buffers.outside(uri)?,
             (None, None) => return Err("it has no data".into()),
         };
-        let known = bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8");
-        let start = quoted(&bytes[..bytes.len().min(12)]);
-        known
-            .then_some(bytes)
-            .ok_or_else(|| format!("it is neither PNG nor JPEG (it begins with {start})"))
+        encoded_image(bytes)
     }
 }

@@ -188,6 +188,7 @@ impl<'a> Collector<'a> {
         };
         let uvs = self.texcoords(primitive, vertices, place)?;
         let normals = self.normals(primitive, place);
+        let colors = self.colors(primitive, place);
         for &(mirrored, turn) in copies {
             let mut triangles = Vec::new();
             assemble(primitive.mode, corners, &mut triangles, |[a, b, c]| {
@@ -197,6 +198,7 @@ impl<'a> Collector<'a> {
             let corner = |v: u32| Corner {
                 uv: uvs.as_ref().map(|uvs| uvs[v as usize]),
                 normal: normals.get(v as usize).and_then(turned),
+                color: colors.get(v as usize).copied(),
             };
             triangles
                 .into_iter()
@@ -225,6 +227,20 @@ impl<'a> Collector<'a> {
             return Err(self.fault(place, problem));
         }
         Ok(Some(uvs))
+    }
+
+    /// Those of the vertices, which are of linear light. A mesh can do without them, so broken ones are passed over.
+    fn colors(&self, primitive: &Primitive, place: &str) -> Vec<[f32; 3]> {
+        let Some(&accessor) = primitive.attributes.get("COLOR_0") else {
+            return Vec::new();
+        };
+        let (mut three, mut four) = (Vec::new(), Vec::new());
+        let read = self.accessors.append_vectors(accessor, place, &mut three);
+        let read = read.or_else(|_| self.accessors.append_vectors(accessor, place, &mut four));
+        three.extend(four.iter().map(|&[r, g, b, _]| [r, g, b]));
+        let light = |color: [f64; 3]| color.map(|x| x.clamp(0.0, 1.0) as f32);
+        let is_sound = read.is_ok() && three.iter().flatten().all(|x| x.is_finite());
+        three.into_iter().filter(|_| is_sound).map(light).collect()
     }
 
     /// Those of the vertices. A mesh can do without them, so broken ones are passed over.

@@ -14,6 +14,7 @@ mod gltf_primitive;
 mod gltf_schema;
 mod gltf_skin;
 mod meshopt;
+mod mtl;
 mod obj;
 mod ply;
 mod ply_header;
@@ -88,7 +89,8 @@ pub fn load_soup(path: &Path) -> Result<Loaded, LoadError> {
 /// Reads a mesh file of any supported format, with what it says about textures.
 ///
 /// # Errors
-/// As [`load_soup`], and when texture coordinates are malformed.
+/// As [`load_soup`], and when texture coordinates are malformed. A material, its library or an image that cannot be
+/// read is a note.
 pub fn load_textured(path: &Path) -> Result<(Loaded, Texturing), LoadError> {
     let mut texturing = Texturing::default();
     let loaded = load(path, Some(&mut texturing));
@@ -114,7 +116,7 @@ fn parse(
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
     match format {
-        Format::Obj => obj::parse(bytes, texturing),
+        Format::Obj => obj::parse(bytes, base, texturing),
         Format::Gltf => gltf::parse_gltf(bytes, base, hasher, texturing),
         Format::Glb => gltf::parse_glb(bytes, base, hasher, texturing),
         Format::Stl => stl::parse(bytes),
@@ -193,6 +195,15 @@ fn no_triangles(points: usize, passed_over: &[String]) -> LoadFault {
         _ => format!("the file holds only {}", held.join(", ")),
     };
     LoadFault::NoTriangles { held }
+}
+
+/// Refuses bytes that are no image of a kind that is read.
+fn encoded_image(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    let is_known = bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8");
+    let start = text::quoted(&bytes[..bytes.len().min(12)]);
+    is_known
+        .then_some(bytes)
+        .ok_or_else(|| format!("it is neither PNG nor JPEG (it begins with {start})"))
 }
 
 /// A number with its noun.

@@ -10,14 +10,20 @@
 //! rewritten before `tobj` saw it, which is the parser below. Passes over the
 //! text: positions first, so that a face may come before its vertices, then faces. Tolerated:
 //! negative indices, `\` at a line's end, CRLF or lone CR, tabs, comments anywhere, rational
-//! weights and vertex colours after the position, missing materials.
+//! weights after the position, missing materials. Vertex colours after the position are read where textures are asked
+//! for, as are materials (`mtl.rs`).
 //! Free-form curves and surfaces are not evaluated.
 
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::color;
 use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
+use super::mtl;
 use super::polygon::{Triangulator, check_corners};
 use super::text::{integer, line_of, number, quoted, used_are_finite};
 use super::{counted, exclusive_index, no_triangles};
@@ -34,16 +40,20 @@ const OTHER_GEOMETRY: [(&[u8], &str, &str); 7] = [
 ];
 
 /// Reads an OBJ file's bytes.
-pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<Soup> {
+pub(super) fn parse(
+    bytes: &[u8],
+    base: Option<&Path>,
+    texturing: Option<&mut Texturing>,
+) -> Parsed<Soup> {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let positions = read_positions(text)?;
     let mut reader = FaceReader::new(text, positions);
-    let texcoords = texturing.is_some().then(|| Texcoords::read(text));
-    reader.texcoords = texcoords.filter(|texcoords| !texcoords.places.is_empty());
+    let attributes = texturing.is_some().then(|| Attributes::read(text, base));
+    reader.attributes = attributes.filter(Attributes::has_some);
     for statement in Statements::new(text) {
         reader.statement(&statement)?;
     }
-    if let (Some(out), Some(read)) = (texturing, reader.texcoords.take()) {
+    if let (Some(out), Some(read)) = (texturing, reader.attributes.take()) {
         *out = read.texturing;
     }
     reader.finish()
@@ -217,7 +227,7 @@ struct FaceReader<'a> {
     corners: Vec<u32>,
     triangulator: Triangulator,
     /// Where they are asked for.
-    texcoords: Option<Texcoords>,
+    attributes: Option<Attributes>,
     two_cornered: usize,
     others: [usize; OTHER_GEOMETRY.len()],
 }
@@ -236,7 +246,7 @@ impl<'a> FaceReader<'a> {
             vertices_above: 0,
             corners: Vec::new(),
             triangulator: Triangulator::new(),
-            texcoords: None,
+            attributes: None,
             two_cornered: 0,
             others: [0; OTHER_GEOMETRY.len()],
         }
@@ -250,9 +260,8 @@ impl<'a> FaceReader<'a> {
         if is_face(statement.bytes) {
             return self.face(statement);
         }
-        if let Some(texcoords) = &mut self.texcoords {
-            texcoords.above += usize::from(is_texcoord(statement.bytes));
-            texcoords.normals_above += usize::from(is_normal(statement.bytes));
+        if let Some(attributes) = &mut self.attributes {
+            attributes.statement(statement);
         }
         let word = statement.bytes.trim_ascii_start();
         if word.first().is_some_and(|first| b"lpcsb".contains(first))
@@ -278,8 +287,8 @@ impl<'a> FaceReader<'a> {
         let before = self.soup.triangles.len();
         self.triangulator
             .polygon(&self.soup.positions, &corners, &mut self.soup.triangles);
-        if let Some(texcoords) = &mut self.texcoords {
-            texcoords.face(statement, &corners, &self.soup.triangles[before..]);
+        if let Some(attributes) = &mut self.attributes {
+            attributes.face(statement, &corners, &self.soup.triangles[before..]);
         }
         self.corners = corners;
         Ok(())
@@ -350,18 +359,23 @@ impl<'a> FaceReader<'a> {
     }
 }
 
-/// Texture coordinates and normals of faces.
-struct Texcoords {
+/// Texture coordinates, normals, colours and materials of faces.
+struct Attributes {
     places: Vec<Option<[f64; 2]>>,
     normals: Vec<Option<[f64; 3]>>,
+    /// Of vertices, linear light; empty where none has any.
+    colors: Vec<Option<[f32; 3]>>,
     /// Those defined above the current line, for negative indices.
     above: usize,
     normals_above: usize,
+    /// The materials by name, and that of the next face.
+    materials: HashMap<Vec<u8>, u32>,
+    material: Option<u32>,
     texturing: Texturing,
 }
 
-impl Texcoords {
-    fn read(text: &[u8]) -> Self {
+impl Attributes {
+    fn read(text: &[u8], base: Option<&Path>) -> Self {
         let place = |statement: Statement| {
             let [u, v] = numbers(&statement)?;
             // Rows of OBJ's images are counted from below.
@@ -369,26 +383,47 @@ impl Texcoords {
         };
         let places = Statements::new(text).filter(|s| is_texcoord(s.bytes));
         let normals = Statements::new(text).filter(|s| is_normal(s.bytes));
+        let mut texturing = Texturing::default();
+        let libraries = Statements::new(text).filter_map(|s| rest_of(&s, b"mtllib"));
         Self {
             places: places.map(place).collect(),
             normals: normals.map(|s| numbers(&s)).collect(),
+            colors: colors(text),
             above: 0,
             normals_above: 0,
-            texturing: Texturing::default(),
+            materials: mtl::read(libraries, base, &mut texturing),
+            material: None,
+            texturing,
         }
     }
 
-    /// Those of the triangles that a face was cut into. A face that comes to a vertex twice has the
+    fn has_some(&self) -> bool {
+        !self.places.is_empty() || !self.colors.is_empty() || !self.materials.is_empty()
+    }
+
+    /// Anything but a vertex or a face.
+    fn statement(&mut self, statement: &Statement) {
+        self.above += usize::from(is_texcoord(statement.bytes));
+        self.normals_above += usize::from(is_normal(statement.bytes));
+        if let Some(name) = rest_of(statement, b"usemtl") {
+            self.material = self.materials.get(name).copied();
+        }
+    }
+
+    /// Adds those of the triangles that a face was cut into. A face that comes to a vertex twice has the
     /// first's there.
     fn face(&mut self, statement: &Statement, corners: &[u32], triangles: &[[u32; 3]]) {
         let said = statement.tokens().skip(1).map(|token| self.corner(token));
         let said: Vec<_> = said.collect();
         let of = |vertex: u32| {
             let corner = corners.iter().position(|&c| c == vertex);
-            corner.map_or_else(Corner::default, |corner| said[corner])
+            let said = corner.map_or_else(Corner::default, |corner| said[corner]);
+            let color = self.colors.get(vertex as usize).copied().flatten();
+            Corner { color, ..said }
         };
         for triangle in triangles {
-            self.texturing.push(triangle.map(of), None);
+            let corners = triangle.map(of);
+            self.texturing.push(corners, self.material);
         }
     }
 
@@ -399,8 +434,36 @@ impl Texcoords {
         Corner {
             uv: uv.and_then(|at| *self.places.get(at)?),
             normal: normal.and_then(|at| *self.normals.get(at)?),
+            color: None,
         }
     }
+}
+
+/// What stands after a keyword, up to a comment or the end of the line.
+fn rest_of<'a>(statement: &Statement<'a>, keyword: &[u8]) -> Option<&'a [u8]> {
+    let rest = statement.bytes.trim_ascii_start().strip_prefix(keyword)?;
+    let rest = rest
+        .first()
+        .is_some_and(u8::is_ascii_whitespace)
+        .then_some(rest)?;
+    Some(rest.trim_ascii())
+}
+
+/// Colours of vertices (`v x y z r g b`), linear light; none where no vertex has one. They go to 1, or to 255 in a
+/// file where one is more than 1.
+fn colors(text: &[u8]) -> Vec<Option<[f32; 3]>> {
+    let vertices = Statements::new(text).filter(|s| is_vertex(s.bytes));
+    let said = vertices.map(|s| numbers::<6>(&s).map(|[_, _, _, r, g, b]| [r, g, b]));
+    let said: Vec<_> = said.collect();
+    let greatest = said.iter().flatten().flatten().fold(None, |greatest, &x| {
+        Some(greatest.map_or(x, |greatest: f64| greatest.max(x)))
+    });
+    let Some(greatest) = greatest else {
+        return Vec::new();
+    };
+    let most = if greatest > 1.0 { 255.0 } else { 1.0 };
+    let light = |color: Option<[f64; 3]>| color.map(|c| c.map(|x| color::decode_any(x / most)));
+    said.into_iter().map(light).collect()
 }
 
 /// The number, from 0, that a corner names in this part of it, if it does.

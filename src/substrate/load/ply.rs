@@ -5,6 +5,7 @@
 //! and properties are passed over, in any order; faces may stand before their vertices. Positions
 //! declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
+use crate::color;
 use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
@@ -28,20 +29,22 @@ pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<S
 
 fn read<B: Body>(header: &Header, body: B, texturing: Option<&mut Texturing>) -> Parsed<Soup> {
     let mut reader = Reader::new(header, body);
-    let has_some = texturing.is_some() && header.elements.iter().any(Texcoords::are_in);
-    reader.texcoords = has_some.then(Texcoords::default);
-    let (soup, texcoords) = reader.read()?;
-    if let (Some(out), Some(read)) = (texturing, texcoords) {
+    let has_some = texturing.is_some() && header.elements.iter().any(Attributes::are_in);
+    reader.attributes = has_some.then(Attributes::default);
+    let (soup, attributes) = reader.read()?;
+    if let (Some(out), Some(read)) = (texturing, attributes) {
         *out = read.texturing;
     }
     Ok(soup)
 }
 
 /// Texture coordinates, of vertices (`s t`, `u v`, `texture_u texture_v`) or of the corners of faces
-/// (a list `texcoord`).
+/// (a list `texcoord`), and colours of vertices.
 #[derive(Default)]
-struct Texcoords {
+struct Attributes {
     of_vertices: Vec<[f64; 2]>,
+    /// Linear light.
+    colors: Vec<[f32; 3]>,
     /// Of the current face's corners, one after the other.
     of_corners: Vec<f64>,
     texturing: Texturing,
@@ -50,11 +53,39 @@ struct Texcoords {
 /// Names of a vertex's texture coordinates.
 const TEXCOORDS: [[&[u8]; 2]; 3] = [[b"s", b"t"], [b"u", b"v"], [b"texture_u", b"texture_v"]];
 
-impl Texcoords {
+/// Names of a vertex's colour, sRGB: whole numbers as far as their type goes, others to 1.
+const COLORS: [[&[u8]; 3]; 3] = [
+    [b"red", b"green", b"blue"],
+    [b"diffuse_red", b"diffuse_green", b"diffuse_blue"],
+    [b"r", b"g", b"b"],
+];
+
+/// Where an element has single properties of these names, those of the first set that it has whole.
+fn places<const N: usize>(element: &Element, names: &[[&[u8]; N]]) -> Option<[usize; N]> {
+    let is_single = |&at: &usize| matches!(element.properties[at].kind, Kind::One(_));
+    names.iter().find_map(|names| {
+        let all = names.map(|name| element.position(name).filter(is_single));
+        all.iter()
+            .all(Option::is_some)
+            .then(|| all.map(Option::unwrap_or_default))
+    })
+}
+
+/// Linear light of a property's number.
+fn light(kind: Kind, number: f64) -> f32 {
+    let most = match kind {
+        Kind::One(Scalar::F32 | Scalar::F64) => 1.0,
+        Kind::One(Scalar::U16) => 65_535.0,
+        _ => 255.0,
+    };
+    color::decode_any(number / most)
+}
+
+impl Attributes {
     /// Whether an element has properties with these names.
     fn are_in(element: &Element) -> bool {
-        let has = |name: &[u8]| element.position(name).is_some();
-        has(b"texcoord") || TEXCOORDS.iter().any(|[s, t]| has(s) && has(t))
+        let has_some = places(element, &TEXCOORDS).is_some() || places(element, &COLORS).is_some();
+        has_some || element.position(b"texcoord").is_some()
     }
 
     /// Adds those of the triangles that a face was cut into.
@@ -70,6 +101,7 @@ impl Texcoords {
         };
         let corner = |vertex: u32| Corner {
             uv: place(vertex),
+            color: self.colors.get(vertex as usize).copied(),
             normal: None,
         };
         for triangle in triangles {
@@ -221,7 +253,7 @@ struct Reader<'a, B> {
     soup: Soup,
     triangulator: Triangulator,
     /// Where they are asked for.
-    texcoords: Option<Texcoords>,
+    attributes: Option<Attributes>,
     /// Lists of fewer than three corners.
     too_short: usize,
     /// Elements that hold points or edges, for the message when there is nothing else.
@@ -242,14 +274,14 @@ impl<'a, B: Body> Reader<'a, B> {
             body,
             soup,
             triangulator,
-            texcoords: None,
+            attributes: None,
             too_short: 0,
             others: Vec::new(),
             unfit: Vec::new(),
         }
     }
 
-    fn read(mut self) -> Parsed<(Soup, Option<Texcoords>)> {
+    fn read(mut self) -> Parsed<(Soup, Option<Attributes>)> {
         let mut before_vertices = Vec::new();
         let mut have_vertices = false;
         for element in &self.header.elements {
@@ -275,8 +307,8 @@ impl<'a, B: Body> Reader<'a, B> {
             self.body = body;
             self.faces(element)?;
         }
-        let texcoords = self.texcoords.take();
-        Ok((self.finish(end.left())?, texcoords))
+        let attributes = self.attributes.take();
+        Ok((self.finish(end.left())?, attributes))
     }
 
     /// Holds the header's count against the bytes that are there.
@@ -311,40 +343,43 @@ impl<'a, B: Body> Reader<'a, B> {
                 return Err(self.fault(problem));
             }
         }
-        let mut texture_axes = None;
-        if self.texcoords.is_some() {
-            let named = |[s, t]: [&[u8]; 2]| Some([element.position(s)?, element.position(t)?]);
-            texture_axes = TEXCOORDS.into_iter().find_map(named);
-        }
+        let asked = self.attributes.is_some();
+        let texcoords = places(element, &TEXCOORDS).filter(|_| asked);
+        let colors = places(element, &COLORS).filter(|_| asked);
+        let mut wanted = vec![false; element.properties.len()];
+        let others = texcoords.iter().flatten().chain(colors.iter().flatten());
+        axes.iter().chain(others).for_each(|&at| wanted[at] = true);
+        let mut row = vec![0.0; element.properties.len()];
         self.soup.positions.reserve_exact(element.count);
         for vertex in 0..element.count {
-            let mut position = [0.0; 3];
-            let mut texture = [0.0; 2];
-            let of_texture = |at: usize| texture_axes?.iter().position(|&axis| axis == at);
-            for (at, property) in element.properties.iter().enumerate() {
-                let value = match property.kind {
-                    Kind::One(scalar) if axes.contains(&at) || of_texture(at).is_some() => {
-                        self.body.real(scalar)
-                    }
-                    kind => self.skip(kind).map(|()| 0.0),
-                };
-                let value = value.ok_or_else(|| self.broken("vertex", vertex))?;
-                if let Some(axis) = axes.iter().position(|&axis| axis == at) {
-                    position[axis] = value;
-                }
-                if let Some(axis) = of_texture(at) {
-                    texture[axis] = value;
-                }
-            }
+            self.row(element, &wanted, &mut row)
+                .ok_or_else(|| self.broken("vertex", vertex))?;
+            let position = axes.map(|at| row[at]);
             if position.iter().any(|x| !x.is_finite()) {
                 self.unfit.push((vertex, self.body.place()));
             }
             self.soup.positions.push(position);
-            if let Some(texcoords) = self.texcoords.as_mut().filter(|_| texture_axes.is_some()) {
-                texcoords.of_vertices.push(texture);
+            if let Some(attributes) = &mut self.attributes {
+                let texcoords = texcoords.map(|places| places.map(|at| row[at]));
+                attributes.of_vertices.extend(texcoords);
+                let light = |at: usize| light(element.properties[at].kind, row[at]);
+                attributes
+                    .colors
+                    .extend(colors.map(|places| places.map(light)));
             }
         }
         Ok(())
+    }
+
+    /// Reads those of an element's next numbers that are wanted, each into its own place.
+    fn row(&mut self, element: &Element, wanted: &[bool], row: &mut [f64]) -> Option<()> {
+        for ((property, wanted), value) in element.properties.iter().zip(wanted).zip(row) {
+            match property.kind {
+                Kind::One(scalar) if *wanted => *value = self.body.real(scalar)?,
+                kind => self.skip(kind)?,
+            }
+        }
+        Some(())
     }
 
     fn faces(&mut self, element: &Element) -> Parsed<()> {
@@ -354,7 +389,7 @@ impl<'a, B: Body> Reader<'a, B> {
         })?;
         let texture_list = element
             .position(b"texcoord")
-            .filter(|_| self.texcoords.is_some());
+            .filter(|_| self.attributes.is_some());
         let strips = element.name == b"tristrips";
         if !strips {
             self.soup.triangles.reserve_exact(element.count);
@@ -404,8 +439,8 @@ impl<'a, B: Body> Reader<'a, B> {
         for _ in 0..length {
             read.push(self.body.real(item)?);
         }
-        if let Some(texcoords) = &mut self.texcoords {
-            texcoords.of_corners = read;
+        if let Some(attributes) = &mut self.attributes {
+            attributes.of_corners = read;
         }
         Some(())
     }
@@ -423,8 +458,8 @@ impl<'a, B: Body> Reader<'a, B> {
         let before = self.soup.triangles.len();
         self.triangulator
             .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
-        if let Some(texcoords) = &mut self.texcoords {
-            texcoords.face(corners, &self.soup.triangles[before..]);
+        if let Some(attributes) = &mut self.attributes {
+            attributes.face(corners, &self.soup.triangles[before..]);
         }
         Ok(())
     }
@@ -441,9 +476,9 @@ impl<'a, B: Body> Reader<'a, B> {
                 if a != b && b != c && c != a {
                     let triangle = if i % 2 == 0 { [a, b, c] } else { [a, c, b] };
                     self.soup.triangles.push(triangle);
-                    if let Some(texcoords) = &mut self.texcoords {
-                        texcoords.of_corners.clear();
-                        texcoords.face(&[], &[triangle]);
+                    if let Some(attributes) = &mut self.attributes {
+                        attributes.of_corners.clear();
+                        attributes.face(&[], &[triangle]);
                     }
                 }
             }

@@ -11,7 +11,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use crate::color::to_linear;
 
 /// Texels of 8 bits a channel, rows from the top.
-pub(super) struct Image {
+pub(crate) struct Image {
     width: usize,
     height: usize,
     rgb: Vec<[u8; 3]>,
@@ -21,7 +21,7 @@ pub(super) struct Image {
 const MOST_TEXELS: usize = 1 << 28;
 
 impl Image {
-    pub(super) fn decode(bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn decode(bytes: &[u8]) -> Result<Self, String> {
         let image = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes)?,
             [0xff, 0xd8, ..] => jpeg(bytes)?,
@@ -34,12 +34,12 @@ impl Image {
     }
 
     /// Linear light at a place from (0, 0), the upper left corner, to (1, 1), and repeated beyond.
-    pub(super) fn color(&self, uv: [f64; 2]) -> Vec3 {
+    pub(crate) fn color(&self, uv: [f64; 2]) -> Vec3 {
         self.bilinear(uv, |rgb| Vec3::from_array(rgb.map(to_linear)))
     }
 
     /// The same as numbers from 0 to 1.
-    pub(super) fn values(&self, uv: [f64; 2]) -> Vec3 {
+    pub(crate) fn values(&self, uv: [f64; 2]) -> Vec3 {
         self.bilinear(uv, |rgb| {
             Vec3::from_array(rgb.map(|byte| f32::from(byte) / 255.0))
         })

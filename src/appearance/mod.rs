@@ -1,0 +1,178 @@
+//! What a mesh looks like by its own file: colours of vertices, materials and their textures, ready to be sampled by
+//! [maps](crate::bake) and [pictures](crate::picture).
+
+mod image;
+
+use glam::{DVec2, DVec3, Vec3};
+
+pub(crate) use image::Image;
+
+use crate::picture::{Coat, Finish};
+use crate::substrate::{Material, Substrate, SurfacePoint, Texture, Texturing};
+
+/// The colours, materials and textures of a substrate.
+pub struct Appearance<'a> {
+    substrate: &'a Substrate,
+    texturing: &'a Texturing,
+    images: Vec<Option<Image>>,
+    /// Instead of the materials' colours, in the layout of the mesh.
+    instead: Option<Image>,
+    /// Images that could not be read, in words for the user.
+    notes: Vec<String>,
+}
+
+impl std::fmt::Debug for Appearance<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Appearance").finish_non_exhaustive()
+    }
+}
+
+impl<'a> Appearance<'a> {
+    /// Of a substrate and what its file says. Images that cannot be read are passed over, with a [note](Self::notes).
+    pub fn new(substrate: &'a Substrate, texturing: &'a Texturing) -> Self {
+        let mut notes = Vec::new();
+        let mut decode = |(i, bytes): (usize, &Vec<u8>)| {
+            let image = Image::decode(bytes);
+            image
+                .map_err(|e| notes.push(format!("image {i} of the mesh is passed over: {e}")))
+                .ok()
+        };
+        let images = texturing.images.iter().enumerate();
+        let images = images.map(&mut decode).collect();
+        Self {
+            substrate,
+            texturing,
+            images,
+            instead: None,
+            notes,
+        }
+    }
+
+    /// The same, with the colours of an encoded PNG or JPEG image in the layout of the mesh.
+    ///
+    /// # Errors
+    /// When the image cannot be read.
+    pub fn with_image(self, bytes: &[u8]) -> Result<Self, String> {
+        Ok(Self {
+            instead: Some(Image::decode(bytes)?),
+            ..self
+        })
+    }
+
+    /// What could not be used, in words for the user.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        let notes = self.texturing.notes.iter().chain(&self.notes);
+        notes.map(String::as_str)
+    }
+
+    /// Whether anything but grey is said: an image, a colour of a vertex, or one of a material that a triangle has.
+    pub fn has_color(&self) -> bool {
+        const GREY: f32 = 0.02;
+        let is_colorful = |material: &Material| {
+            let [r, g, b] = material.base_color;
+            let texture = material.base_color_texture.as_ref();
+            let is_read =
+                texture.is_some_and(|t| self.images.get(t.image).is_some_and(Option::is_some));
+            is_read || r.max(g).max(b) - r.min(g).min(b) > GREY
+        };
+        let materials: Vec<bool> = self.texturing.materials.iter().map(is_colorful).collect();
+        let mut used = self.texturing.material_of.iter().flatten();
+        self.instead.is_some()
+            || self.has_painted_vertices()
+            || used.any(|&m| materials.get(m as usize).copied().unwrap_or(false))
+    }
+
+    /// Whether triangles have colours at their corners.
+    pub(crate) fn has_painted_vertices(&self) -> bool {
+        self.instead.is_none() && !self.texturing.colors.is_empty()
+    }
+
+    /// Linear light of a place's texture and material, if it has any of them.
+    pub(crate) fn textured(&self, triangle: u32, uv: Option<[f64; 2]>) -> Option<Vec3> {
+        if let Some(image) = &self.instead {
+            return uv.map(|uv| image.color(uv));
+        }
+        let material = self.texturing.material_of(self.substrate, triangle)?;
+        let factor = Vec3::from_array(material.base_color);
+        let texture = uv.and_then(|uv| self.image(&material.base_color_texture, uv));
+        Some(texture.map_or(factor, |(image, _, uv)| factor * image.color(uv)))
+    }
+
+    /// Linear light of a place between painted vertices.
+    pub(crate) fn painted(&self, at: &SurfacePoint) -> Option<Vec3> {
+        if !self.has_painted_vertices() {
+            return None;
+        }
+        let [a, b, c] = self.texturing.colors_of(self.substrate, at.triangle)?;
+        let [s, t, u] = at.weights().map(|w| w as f32);
+        Some(Vec3::from(a) * s + Vec3::from(b) * t + Vec3::from(c) * u)
+    }
+
+    /// The normal of a normal texture there, tangent space.
+    pub(crate) fn relief(&self, material: &Material, uv: [f64; 2]) -> Option<Vec3> {
+        let (image, strength, uv) = self.image(&material.normal_texture, uv)?;
+        let n = image.values(uv) * 2.0 - 1.0;
+        Vec3::new(n.x * strength, n.y * strength, n.z).try_normalize()
+    }
+
+    /// The image of a texture, its strength and the place in it.
+    pub(crate) fn image(
+        &self,
+        texture: &Option<Texture>,
+        uv: [f64; 2],
+    ) -> Option<(&Image, f32, [f64; 2])> {
+        let texture = texture.as_ref()?;
+        let image = self.images.get(texture.image)?.as_ref()?;
+        let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
+        Some((image, texture.strength, place))
+    }
+
+    /// A normal tilted as a normal texture says.
+    fn tilted(
+        &self,
+        at: &SurfacePoint,
+        uvs: &[[f64; 2]; 3],
+        uv: [f64; 2],
+        normal: Vec3,
+    ) -> Option<Vec3> {
+        let material = self.texturing.material_of(self.substrate, at.triangle)?;
+        let relief = self.relief(material, uv)?;
+        let [right, top] = axes(self.substrate.corners(at.triangle), uvs)?;
+        let along = |axis: Vec3| (axis - normal * normal.dot(axis)).try_normalize();
+        (along(right)? * relief.x + along(top)? * relief.y + normal * relief.z).try_normalize()
+    }
+}
+
+impl Finish for Appearance<'_> {
+    fn at(&self, triangle: u32, weights: [f32; 3], normal: [f32; 3]) -> Option<Coat> {
+        let at = SurfacePoint::from_weights(triangle, weights.map(f64::from));
+        let uvs = self.texturing.uvs_of(self.substrate, triangle);
+        let uv = uvs.as_ref().map(|uvs| place(uvs, at.weights()));
+        let (textured, painted) = (self.textured(triangle, uv), self.painted(&at));
+        let albedo = textured.or(painted.map(|_| Vec3::ONE))? * painted.unwrap_or(Vec3::ONE);
+        let smooth = Vec3::from(normal);
+        let tilted = uvs
+            .zip(uv)
+            .and_then(|(uvs, uv)| self.tilted(&at, &uvs, uv, smooth));
+        Some(Coat {
+            albedo: albedo.to_array(),
+            normal: tilted.unwrap_or(smooth).to_array(),
+        })
+    }
+}
+
+/// The mean of corners by weight.
+fn place(corners: &[[f64; 2]; 3], weights: [f64; 3]) -> [f64; 2] {
+    [0, 1].map(|axis| (0..3).map(|k| weights[k] * corners[k][axis]).sum())
+}
+
+/// The ways on a triangle to the right and to the top of its image; none where it has no area there.
+fn axes([a, b, c]: [DVec3; 3], uvs: &[[f64; 2]; 3]) -> Option<[Vec3; 2]> {
+    let [p, q, r] = uvs.map(DVec2::from);
+    let (ab, ac) = (q - p, r - p);
+    let area = ab.perp_dot(ac);
+    let right = ((b - a) * ac.y - (c - a) * ab.y) / area;
+    let down = ((c - a) * ab.x - (b - a) * ac.x) / area;
+    let axes = [right, -down].map(|axis| axis.as_vec3());
+    axes.iter().all(|axis| axis.is_finite()).then_some(axes)
+}

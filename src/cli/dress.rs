@@ -1,0 +1,109 @@
+//! What the mesh is drawn as in pictures: by what its own file says, by an image, or made up.
+
+use std::path::{Path, PathBuf};
+
+use thallus::appearance::Appearance;
+use thallus::input;
+use thallus::picture::Ground;
+use thallus::substrate::{Substrate, Texturing};
+
+use super::failure::Failure;
+use super::grown::{load, load_textured};
+use super::render_args::ground;
+use super::terminal::Voice;
+
+/// As it is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Dress {
+    /// What the mesh's file says.
+    Own,
+    /// An image in the layout of the mesh.
+    Image(PathBuf),
+    Drawn(Ground),
+}
+
+impl Dress {
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "mesh" => Ok(Self::Own),
+            _ if is_image(Path::new(text)) => Ok(Self::Image(text.into())),
+            _ => ground(text)
+                .map(Self::Drawn)
+                .map_err(|e| format!("{e}, mesh, or a PNG or JPEG file")),
+        }
+    }
+}
+
+fn is_image(file: &Path) -> bool {
+    let extension = file.extension().and_then(|e| e.to_str());
+    let kinds = ["png", "jpg", "jpeg"];
+    extension.is_some_and(|e| kinds.iter().any(|kind| e.eq_ignore_ascii_case(kind)))
+}
+
+/// What is made up where nothing else is said.
+pub(super) fn made_up(dress: Option<&Dress>) -> Ground {
+    match dress {
+        Some(Dress::Drawn(ground)) => *ground,
+        _ => Ground::default(),
+    }
+}
+
+/// A mesh, with what its file says of its looks as far as that is asked for. Where nobody asks, a fault in that is
+/// only told.
+pub(super) fn load_dressed(
+    file: &Path,
+    dress: Option<&Dress>,
+    voice: Voice,
+) -> Result<(Substrate, Texturing), Failure> {
+    if let Some(Dress::Drawn(_)) = dress {
+        return Ok((load(file)?, Texturing::default()));
+    }
+    match (dress, load_textured(file)) {
+        (None, Err(fault)) => {
+            let substrate = load(file)?;
+            voice.warn(&format!("{}: the mesh is drawn as stone", fault.reason()));
+            Ok((substrate, Texturing::default()))
+        }
+        (_, loaded) => loaded,
+    }
+}
+
+/// The mesh's own looks, where it is to be drawn by them.
+pub(super) fn appearance<'a>(
+    dress: Option<&Dress>,
+    (substrate, texturing): (&'a Substrate, &'a Texturing),
+    mesh: &Path,
+    voice: Voice,
+) -> Result<Option<Appearance<'a>>, Failure> {
+    let mesh = mesh.display();
+    let own = match dress {
+        Some(Dress::Drawn(_)) => return Ok(None),
+        Some(Dress::Image(file)) => {
+            if texturing.uvs.iter().all(Option::is_none) {
+                return Err(Failure::Failed(anyhow::anyhow!(
+                    "{mesh}: there are no UVs to lay {} on it by: unwrap the mesh, or write --ground stone",
+                    file.display()
+                )));
+            }
+            let own = Appearance::new(substrate, texturing);
+            let bytes = input::bytes(file).map_err(|e| e.to_string());
+            let own = bytes.and_then(|bytes| own.with_image(&bytes));
+            own.map_err(|e| anyhow::anyhow!("--ground {}: {e}", file.display()))?
+        }
+        Some(Dress::Own) | None => Appearance::new(substrate, texturing),
+    };
+    let notes = own.notes().collect::<Vec<_>>();
+    notes
+        .iter()
+        .for_each(|note| voice.warn(&format!("{mesh}: {note}")));
+    match dress {
+        None => Ok(Some(own).filter(Appearance::has_color)),
+        Some(Dress::Own) if texturing.materials.is_empty() && !own.has_color() => {
+            Err(Failure::Failed(anyhow::anyhow!(
+                "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
+                 name an image in the layout of its UVs"
+            )))
+        }
+        Some(_) => Ok(Some(own)),
+    }
+}

@@ -1,0 +1,273 @@
+//! Material libraries of Wavefront OBJ: the colour and the texture of each material and, as Blender and others write
+//! them, its roughness, metal and normal map.
+//!
+//! Read here and not with `tobj`, which refuses a whole library for one word that is not its number, takes the options
+//! before a file's name for a part of it, and knows no normal maps. A fault here is a note, and never keeps lichen from
+//! growing. Where there is a texture, `Kd` is passed over, for programs write any colour beside one.
+
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::input;
+use crate::substrate::{Material, Texture, Texturing};
+
+use super::encoded_image;
+use super::text::number;
+
+/// Roughness of a material that does not say it: that of stone.
+const ROUGH: f32 = 0.85;
+
+/// Reads libraries of these names: materials and their images are added, and their numbers are told by name. Of two
+/// of one name the first counts. `base` is the folder in which they lie; without it none is read.
+pub(super) fn read<'a>(
+    names: impl Iterator<Item = &'a [u8]>,
+    base: Option<&Path>,
+    out: &mut Texturing,
+) -> HashMap<Vec<u8>, u32> {
+    let mut library = Library {
+        out,
+        numbers: HashMap::new(),
+        images: HashMap::new(),
+    };
+    let files = |name| base.map_or_else(Vec::new, |base| files(base, name));
+    let mut all = Vec::new();
+    for file in names.flat_map(files) {
+        if !all.contains(&file) {
+            library.add(&file);
+            all.push(file);
+        }
+    }
+    library.numbers
+}
+
+/// The files that a statement names: one, with spaces in its name, or several.
+fn files(base: &Path, names: &[u8]) -> Vec<PathBuf> {
+    let whole = found(base, names);
+    let parts = words(names).map(|name| found(base, name));
+    let parts: Vec<PathBuf> = parts.collect();
+    match !whole.is_file() && parts.iter().any(|file| file.is_file()) {
+        true => parts,
+        false => vec![whole],
+    }
+}
+
+/// A file by the name that another gives it: where it says, else beside that other, as files are moved together.
+fn found(folder: &Path, name: &[u8]) -> PathBuf {
+    let name = String::from_utf8_lossy(name);
+    let as_said = folder.join(&*name);
+    let with_slashes = name.replace('\\', "/");
+    let last = Path::new(&with_slashes).file_name().map(OsStr::to_owned);
+    let beside = last.map(|last| folder.join(last));
+    let others = [Some(folder.join(&with_slashes)), beside];
+    let is_there = |file: &PathBuf| !as_said.is_file() && file.is_file();
+    others
+        .into_iter()
+        .flatten()
+        .find(is_there)
+        .unwrap_or(as_said)
+}
+
+fn bytes(file: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    input::regular(file)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let words = text.split(u8::is_ascii_whitespace);
+    words.filter(|word| !word.is_empty())
+}
+
+/// The first word, and what follows it.
+fn first_word(text: &[u8]) -> (&[u8], &[u8]) {
+    let text = text.trim_ascii();
+    let end = text.iter().position(u8::is_ascii_whitespace);
+    let (word, rest) = text.split_at(end.unwrap_or(text.len()));
+    (word, rest.trim_ascii())
+}
+
+struct Library<'a> {
+    out: &'a mut Texturing,
+    numbers: HashMap<Vec<u8>, u32>,
+    /// Where images of the files went; none for one that cannot be read.
+    images: HashMap<PathBuf, Option<usize>>,
+}
+
+impl Library<'_> {
+    fn add(&mut self, file: &Path) {
+        let text = match bytes(file) {
+            Ok(text) => text,
+            Err(e) => {
+                let note = format!("the materials in {} cannot be read: {e}", file.display());
+                return self.out.notes.push(note);
+            }
+        };
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let mut material = None;
+        for line in text.split(|b| b"\r\n".contains(b)) {
+            match (first_word(line), material) {
+                ((b"newmtl", name), _) => material = self.begin(name),
+                ((word, rest), Some(number)) => self.say(number, word, rest, folder),
+                _ => {}
+            }
+        }
+    }
+
+    /// Begins a material, if there is none of its name yet.
+    fn begin(&mut self, name: &[u8]) -> Option<usize> {
+        if self.numbers.contains_key(name) {
+            return None;
+        }
+        let number = self.out.materials.len();
+        self.numbers.insert(name.to_owned(), number as u32);
+        self.out.materials.push(Material {
+            base_color: [1.0; 3],
+            metallic: 0.0,
+            roughness: ROUGH,
+            base_color_texture: None,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            occlusion_texture: None,
+        });
+        Some(number)
+    }
+
+    /// Takes what a line says of a material.
+    fn say(&mut self, number: usize, word: &[u8], rest: &[u8], folder: &Path) {
+        let texture = match word {
+            b"map_Kd" | b"norm" => self.texture(rest, folder),
+            _ => None,
+        };
+        let material = &mut self.out.materials[number];
+        let mut shares = words(rest).map_while(share);
+        let first = shares.next();
+        match (word, first, texture) {
+            (b"Kd", Some(red), _) if material.base_color_texture.is_none() => {
+                let [green, blue] = [(); 2].map(|()| shares.next().unwrap_or(red));
+                material.base_color = [red, green, blue];
+            }
+            (b"Pr", Some(rough), _) => material.roughness = rough,
+            (b"Pm", Some(metal), _) => material.metallic = metal,
+            (b"norm", _, Some(texture)) => material.normal_texture = Some(texture),
+            (b"map_Kd", _, Some(texture)) => {
+                material.base_color = [1.0; 3];
+                material.base_color_texture = Some(texture);
+            }
+            _ => {}
+        }
+    }
+
+    fn texture(&mut self, text: &[u8], folder: &Path) -> Option<Texture> {
+        let said = Said::read(text);
+        let file = found(folder, said.file);
+        let image = match self.images.get(&file) {
+            Some(known) => *known,
+            None => {
+                let image = self.image(&file);
+                self.images.insert(file, image);
+                image
+            }
+        };
+        Some(Texture {
+            image: image?,
+            strength: said.strength,
+            transform: said.transform(),
+        })
+    }
+
+    fn image(&mut self, file: &Path) -> Option<usize> {
+        let read = bytes(file).map_err(|e| e.to_string());
+        match read.and_then(encoded_image) {
+            Ok(bytes) => {
+                self.out.images.push(bytes);
+                Some(self.out.images.len() - 1)
+            }
+            Err(problem) => {
+                let note = format!("the image {} is passed over: {problem}", file.display());
+                self.out.notes.push(note);
+                None
+            }
+        }
+    }
+}
+
+/// A number from 0 to 1, or the nearest of these.
+fn share(word: &[u8]) -> Option<f32> {
+    let number = number(word).filter(|x| x.is_finite())?;
+    Some(number.clamp(0.0, 1.0) as f32)
+}
+
+/// What a statement says of a texture: its file, after options.
+struct Said<'a> {
+    file: &'a [u8],
+    /// `-bm`.
+    strength: f32,
+    /// `-s` and `-o`, along the image's rows and, from below, along its columns.
+    scale: [f64; 2],
+    offset: [f64; 2],
+}
+
+impl<'a> Said<'a> {
+    fn read(text: &'a [u8]) -> Self {
+        let mut said = Self {
+            file: text.trim_ascii(),
+            strength: 1.0,
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+        };
+        while let (option @ [b'-', _, ..], rest) = first_word(said.file) {
+            said.file = said.option(option, rest);
+        }
+        said
+    }
+
+    /// Takes an option; what follows it.
+    fn option(&mut self, option: &[u8], rest: &'a [u8]) -> &'a [u8] {
+        let most = match option {
+            b"-s" | b"-o" | b"-t" => 3,
+            b"-mm" => 2,
+            b"-bm" => 1,
+            _ => return first_word(rest).1,
+        };
+        let mut rest = rest;
+        let mut numbers = Vec::new();
+        while let (Some(x), true) = (number(first_word(rest).0), numbers.len() < most) {
+            numbers.push(if x.is_finite() { x } else { 0.0 });
+            rest = first_word(rest).1;
+        }
+        match (option, &numbers[..]) {
+            (b"-s", [u, others @ ..]) => self.scale = [*u, others.first().copied().unwrap_or(1.0)],
+            (b"-o", [u, others @ ..]) => self.offset = [*u, others.first().copied().unwrap_or(0.0)],
+            (b"-bm", [strength]) => self.strength = *strength as f32,
+            _ => {}
+        }
+        rest
+    }
+
+    /// For coordinates that are counted from above.
+    fn transform(&self) -> [[f64; 3]; 2] {
+        let ([su, sv], [ou, ov]) = (self.scale, self.offset);
+        [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_before_the_file_are_taken() {
+        let said = Said::read(b" -colorspace sRGB -blendu on -s 2 3 1 -o 0.25 a stone 01.png ");
+        assert_eq!(said.file, b"a stone 01.png");
+        // The image's lower left corner is at (0.25, 0), three from below to above.
+        assert_eq!(said.transform(), [[2.0, 0.0, 0.25], [0.0, 3.0, -2.0]]);
+        let said = Said::read(b"-bm 0.5 -mm 0 1 -t 1 -clamp off n.png");
+        assert_eq!((said.file, said.strength), (&b"n.png"[..], 0.5));
+        assert_eq!(said.transform(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        for empty in [&b""[..], b"-s", b"-s 1 2 3", b"-clamp", b"-bm x"] {
+            assert!(Said::read(empty).file.len() < 2, "{empty:?}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What files say of the looks of their triangles: colours of vertices, and OBJ's material libraries.
+
+use super::gltf_doc::*;
+use super::*;
+use serde_json::json;
+use thallus::substrate::{Texturing, load_textured};
+
+/// Files of these names in a folder; the first is the mesh.
+fn textured(files: &[(&str, &[u8])]) -> (Texturing, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let read = load_textured(&folder.path().join(files[0].0));
+    (read.unwrap().1, folder)
+}
+
+/// Linear light of an sRGB number (IEC 61966-2-1).
+fn linear(x: f32) -> f32 {
+    match x <= 0.040_45 {
+        true => x / 12.92,
+        false => ((x + 0.055) / 1.055).powf(2.4),
+    }
+}
+
+/// The colours of the only triangle are these, sRGB.
+fn assert_colors(texturing: &Texturing, srgb: [[f32; 3]; 3], what: &str) {
+    let [Some(found)] = texturing.colors[..] else {
+        panic!("{what}: {:?}", texturing.colors)
+    };
+    let pairs = found.as_flattened().iter().zip(srgb.as_flattened());
+    for (&found, &expected) in pairs {
+        let expected = linear(expected);
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "{what}: {found} {expected}"
+        );
+    }
+}
+
+/// Red 1, green 0.4, blue 0 and so on.
+const COLORS: [[f32; 3]; 3] = [[1.0, 0.4, 0.0], [0.2, 0.0, 1.0], [0.0, 0.6, 0.8]];
+const PLACES: [&str; 3] = ["0 0 0", "1 0 0", "0 1 0"];
+
+/// Rows of vertices with colours that go up to `most`.
+fn rows(before: &str, most: f32) -> String {
+    let row = |k: usize| {
+        let [r, g, b] = COLORS[k].map(|x| x * most);
+        format!("{before}{} {r} {g} {b}\n", PLACES[k])
+    };
+    (0..3).map(row).collect()
+}
+
+#[test]
+fn colours_of_vertices_are_read_from_ply_by_their_type() {
+    for (kind, names, most) in [
+        ("uchar", ["red", "green", "blue"], 255.0),
+        (
+            "ushort",
+            ["diffuse_red", "diffuse_green", "diffuse_blue"],
+            65_535.0,
+        ),
+        ("float", ["r", "g", "b"], 1.0),
+        ("double", ["red", "green", "blue"], 1.0),
+    ] {
+        let [r, g, b] = names.map(|name| format!("property {kind} {name}\n"));
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{r}{g}{b}\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n{}3 0 1 2\n",
+            rows("", most)
+        );
+        let (texturing, _) = textured(&[("a.ply", text.as_bytes())]);
+        assert_colors(&texturing, COLORS, kind);
+        assert_eq!(texturing.uvs, [None], "{kind}");
+        // Without one of the three there is no colour; the mesh is the same.
+        let text = text.replace(names[1], "other");
+        let (texturing, _) = textured(&[("a.ply", text.as_bytes())]);
+        assert_eq!(texturing.colors, [], "{kind}");
+    }
+    let odd = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property float red\nproperty float green\nproperty float blue\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n0 0 0 nan 2 -1\n1 0 0 0 inf 1\n0 1 0 -inf 1 0\n3 0 1 2\n";
+    let (texturing, _) = textured(&[("a.ply", odd.as_bytes())]);
+    let clamped = [[0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0]];
+    assert_colors(&texturing, clamped, "not colours");
+}
+
+#[test]
+fn colours_of_vertices_are_read_from_obj_whatever_they_go_to() {
+    for most in [1.0, 255.0] {
+        let text = format!("{}f 1 2 3\n", rows("v ", most));
+        let (texturing, _) = textured(&[("a.obj", text.as_bytes())]);
+        assert_colors(&texturing, COLORS, "obj");
+    }
+    // A vertex with a weight has no colour, and a triangle with such a corner none.
+    let text =
+        "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 1 1 0 1\nf 4 3 2\nf 1 2 3\nf 2 4 3\n";
+    let (texturing, _) = textured(&[("a.obj", text.as_bytes())]);
+    let red = Some([[1.0, 0.0, 0.0]; 3]);
+    assert_eq!(texturing.colors, [None, red]);
+    assert_eq!(texturing.material_of, [None; 3]);
+}
+
+#[test]
+fn colours_of_vertices_are_read_from_gltf_as_linear_light() {
+    let color = |[r, g, b]: [f32; 3]| [r, g, b, 0.5].map(|x| (x * 255.0).round() as u8);
+    let bytes = COLORS.map(color);
+    for kind in ["float", "bytes"] {
+        let mut doc = Doc::new();
+        let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let colors = match kind {
+            "float" => doc.positions(&COLORS),
+            _ => {
+                let at = doc.accessor(bytes.as_flattened(), U8, "VEC4", 3);
+                doc.json["accessors"][at]["normalized"] = json!(true);
+                at
+            }
+        };
+        let attributes = json!({"POSITION": positions, "COLOR_0": colors});
+        doc.show(json!({"attributes": attributes}), json!({}));
+        let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+        assert_eq!(texturing.colors, [Some(COLORS)], "{kind}");
+        // Too few of them, or another type, are none.
+        doc.json["accessors"][colors]["count"] = json!(2);
+        let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+        assert_eq!(texturing.colors, [], "{kind}");
+        doc.json["accessors"][colors]["type"] = json!("MAT2");
+        let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+        assert_eq!(texturing.colors, [], "{kind}");
+    }
+}
+
+const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+const FACES: &str =
+    "usemtl Rock 1\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\nusemtl unknown\nf 1 2 4\n";
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+#[test]
+fn materials_of_obj_come_from_its_libraries() {
+    let library = "# of a scanner\n\tnewmtl Rock 1  \r\n Kd 0 0 0\r\nillum spectral\nmap_Kd -clamp on C:\\scan\\the rock.png\n\
+        norm -bm 0.5 n.png\nKd 0.1 0.1 0.1\nnewmtl plain\nKd 0.25\nPr 0.5\nPm 2\nnewmtl plain\nKd 1 1 1\n";
+    let obj = format!("mtllib my scan.mtl\n{QUAD}{FACES}");
+    let files: [(&str, &[u8]); 4] = [
+        ("a.obj", obj.as_bytes()),
+        ("my scan.mtl", library.as_bytes()),
+        ("the rock.png", PNG),
+        ("n.png", PNG),
+    ];
+    let (texturing, _) = textured(&files);
+    assert_eq!(texturing.notes, [""; 0]);
+    assert_eq!(texturing.material_of, [Some(0), Some(1), None]);
+    let [rock, plain] = &texturing.materials[..] else {
+        panic!("{:?}", texturing.materials)
+    };
+    let [base, normal] = [&rock.base_color_texture, &rock.normal_texture].map(|t| t.unwrap());
+    assert_eq!((base.image, base.strength), (0, 1.0));
+    assert_eq!((normal.image, normal.strength), (1, 0.5));
+    assert_eq!((rock.base_color, texturing.images.len()), ([1.0; 3], 2));
+    assert_eq!(plain.base_color, [0.25; 3]);
+    assert_eq!((plain.roughness, plain.metallic), (0.5, 1.0));
+
+    // Two libraries in a line, an image that is none, one that is not there, and a library that is not.
+    let obj = format!("mtllib one.mtl two.mtl\nmtllib three.mtl\n{QUAD}{FACES}");
+    let (texturing, _) = textured(&[
+        ("a.obj", obj.as_bytes()),
+        ("one.mtl", b"newmtl Rock 1\nmap_Kd gone.png\nmap_Kd a.obj"),
+        ("two.mtl", b"newmtl plain\nKd nan 1 1\nKd 2 0.5 -1\nmap_Kd"),
+    ]);
+    assert_eq!(texturing.material_of, [Some(0), Some(1), None]);
+    assert_eq!(texturing.materials[1].base_color, [1.0, 0.5, 0.0]);
+    let notes = texturing.notes.join("; ");
+    assert_says(
+        &notes,
+        &[
+            "gone.png",
+            "a.obj is passed over: it is neither PNG nor JPEG",
+            "three.mtl",
+        ],
+    );
+    assert_eq!(texturing.images.len(), 0);
+    // In memory there is no library, and that is no fault.
+    assert_eq!(parsed(&obj, Format::Obj).triangles.len(), 3);
+}
