@@ -8,13 +8,14 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
+use thallus::appearance::Appearance;
 use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
 use thallus::cluster::{Cluster, Element};
 use thallus::export::{MapImages, Texture};
-use thallus::picture::Ground;
+use thallus::picture::{Finish, Ground};
 use thallus::run::{Execution, Recipe, grow};
 use thallus::skin::{PALETTE, Paint, Shape, SkinError, skin};
-use thallus::substrate::{Soup, Substrate, SurfacePoint, Texturing, load_textured};
+use thallus::substrate::{Material, Soup, Substrate, SurfacePoint, Texturing, load_textured};
 
 use common::recipe;
 
@@ -522,6 +523,129 @@ fn beyond_the_gutter_is_the_mean_of_the_stone() {
         assert!(bare.len() > 10_000);
         assert!(color(0, 0).distance(mean) < 0.02, "{} {mean}", color(0, 0));
         assert_eq!(color(0, 0), color(255, 3));
+    }
+}
+
+/// Colours of vertices show between them, times the material's, and their mean beyond all triangles.
+#[test]
+fn colours_of_vertices_are_baked() {
+    let uvs = [square(0.2, 0.8)];
+    // Red rises along x.
+    let painted = squares(&uvs).lines().fold(String::new(), |text, line| {
+        let red = line
+            .strip_prefix("v ")
+            .map(|at| f32::from(at.starts_with('1')));
+        let color = red.map_or(String::new(), |red| format!(" {red} 1 0.5"));
+        text + line + &color + "\n"
+    });
+    let half = 0.214_041_14; // Linear light of sRGB 0.5.
+    let (substrate, mut texturing) = written(&painted, "square.obj");
+    let growth = grow(&substrate, &recipe(0.01, 2), &Execution::default(), &mut ()).unwrap();
+    let look = Look {
+        cluster: &growth.cluster,
+        shape: &Shape::default(),
+        paint: &Paint::default(),
+    };
+    for factor in [None, Some([0.5, 0.25, 1.0])] {
+        if let Some(base_color) = factor {
+            texturing.materials = vec![Material {
+                base_color,
+                ..plain()
+            }];
+            texturing.material_of = vec![Some(0); 2];
+        }
+        let [red, green, blue] = factor.unwrap_or([1.0; 3]);
+        let baked = bake(
+            &substrate,
+            &texturing,
+            &[look],
+            &Base::Mesh,
+            &settings(256, 1),
+        )
+        .unwrap();
+        let color = |x, y| Vec3::from_array(baked.value(map("base_color"), x, y));
+        let is_bare = |x, y| baked.value(map("mask"), x, y)[0] == 0.0;
+        let mut seen = 0;
+        for (x, y) in (60..196).flat_map(|x| [60, 100, 190].map(|y| (x, y))) {
+            // The first corner is at the lower left, and z rises along v: x along u.
+            let along = ((x as f32 + 0.5) / 256.0 - 0.2) / 0.6;
+            let expected = Vec3::new(red * along, green, blue * half);
+            if is_bare(x, y) {
+                assert!(
+                    color(x, y).distance(expected) < 1e-3,
+                    "{x} {y}: {} {expected}",
+                    color(x, y)
+                );
+                seen += 1;
+            }
+        }
+        assert!(seen > 300, "{seen}");
+        let mean = Vec3::new(red * 0.5, green, blue * half);
+        assert!(color(0, 0).distance(mean) < 1e-2, "{} {mean}", color(0, 0));
+    }
+}
+
+fn plain() -> Material {
+    Material {
+        base_color: [1.0; 3],
+        metallic: 0.0,
+        roughness: 1.0,
+        base_color_texture: None,
+        metallic_roughness_texture: None,
+        normal_texture: None,
+        occlusion_texture: None,
+    }
+}
+
+/// What a normal texture says is said in the axes of its image, however that lies on the surface.
+#[test]
+fn pictures_tilt_normals_as_the_image_lies() {
+    // (0.6, 0, 0.8) to the right and (0, 0.6, 0.8) to the top.
+    for (texel, [right, top]) in [([204, 128, 230], [0.6, 0.0]), ([128, 204, 230], [0.0, 0.6])] {
+        let mut image = Vec::new();
+        let mut encoder = png::Encoder::new(&mut image, 1, 1);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&texel).unwrap();
+        drop(writer);
+        for (turn, mirrored) in [(0, false), (1, false), (3, true), (2, true)] {
+            let corner = |k: usize| square(0.1, 0.9)[(k + turn) % 4];
+            let uvs: [[f64; 2]; 4] = std::array::from_fn(corner);
+            let uvs = uvs.map(|[u, v]| if mirrored { [v, u] } else { [u, v] });
+            let (substrate, mut texturing) = written(&squares(&[uvs]), "square.obj");
+            let normal_texture = Some(thallus::substrate::Texture {
+                image: 0,
+                strength: 1.0,
+                transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            });
+            texturing.materials = vec![Material {
+                normal_texture,
+                ..plain()
+            }];
+            texturing.material_of = vec![Some(0); 2];
+            texturing.images = vec![image.clone()];
+            let looks = Appearance::new(&substrate, &texturing);
+            // Along the edges from the first corner of the square: +z and +x.
+            let [u0, v0] = uvs[0];
+            let [[uz, vz], [ux, vx]] =
+                [uvs[1], uvs[3]].map(|[u, v]| [(u - u0) / 0.8, (v - v0) / 0.8]);
+            let expected = Vec3::new(
+                right * ux as f32 + top * vx as f32,
+                0.8,
+                right * uz as f32 + top * vz as f32,
+            );
+            for triangle in [0, 1] {
+                let coat = looks
+                    .at(triangle, [0.2, 0.3, 0.5], [0.0, 1.0, 0.0])
+                    .unwrap();
+                let found = Vec3::from(coat.normal);
+                assert!(
+                    found.distance(expected) < 0.01,
+                    "{turn} {mirrored}: {found} {expected}"
+                );
+                assert_eq!(coat.albedo, [1.0; 3]);
+            }
+        }
     }
 }
 

@@ -9,8 +9,8 @@ use std::process::Output;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::picture::{
-    Background, Camera, Detail, Disc, Ground, Image, Painted, Scene, Settings, Stone, Structure,
-    World, render,
+    Background, Camera, Coat, Detail, Disc, Finish, Ground, Image, Painted, Scene, Settings, Stone,
+    Structure, World, render,
 };
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
@@ -190,6 +190,73 @@ fn ground_of_one_colour_is_painted_like_a_mesh_of_it() {
     let ground = ground_of([20.0; 2], Ground::Color([160; 3]));
     let differ = |(a, b): (&u8, &u8)| a.abs_diff(*b);
     assert!(painted.rgb.iter().zip(&ground.rgb).map(differ).max() <= Some(1));
+}
+
+/// A finish of one triangle, by its number.
+struct Only(u32, Coat);
+
+impl Finish for Only {
+    fn at(&self, triangle: u32, weights: [f32; 3], _: [f32; 3]) -> Option<Coat> {
+        assert!(
+            (weights.iter().sum::<f32>() - 1.0).abs() < 1e-5,
+            "{weights:?}"
+        );
+        (triangle == self.0).then_some(self.1)
+    }
+}
+
+/// Triangles that cannot be drawn are left out, which changes no number.
+#[test]
+fn a_finish_colours_and_tilts_the_triangle_that_it_is_asked_for() {
+    let vertices = [
+        [-10.0, 0.0, -10.0],
+        [10.0, 0.0, -10.0],
+        [10.0, 0.0, 10.0],
+        [-10.0, 0.0, 10.0],
+    ];
+    let stone = Stone::new(&vertices, &[[0, 0, 1], [0, 2, 1], [1, 1, 1], [0, 3, 2]]);
+    // The key comes from +x.
+    let camera = Camera::look_at([0.0, 30.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0], 0.2);
+    // How bright a channel is on the side of +x and on that of −x.
+    let halves = |finish: Option<&dyn Finish>, channel: usize| {
+        let bare = Scene::bare(&stone, UP);
+        let ground = Ground::Color([0, 0, 160]);
+        let world = World::new(&Scene {
+            ground,
+            finish,
+            ..bare
+        });
+        let image = render(&world, &camera, &flat(64, 64, 8));
+        let row = &image.rgb[3 * 64 * 32..][..3 * 64];
+        let mean = |pixels: &[u8]| {
+            let all = pixels.chunks(3).map(|p| f64::from(p[channel]));
+            all.sum::<f64>() / (pixels.len() / 3) as f64
+        };
+        [mean(&row[3 * 34..]), mean(&row[..3 * 30])]
+    };
+    let red = |x: f32| Coat {
+        albedo: [0.4, 0.0, 0.0],
+        normal: [x, (1.0 - x * x).sqrt(), 0.0],
+    };
+    let [bare, other] = halves(None, 0);
+    assert!(bare < 30.0 && other < 30.0, "{bare} {other}");
+    let [first, rest] = [1, 3].map(|number| halves(Some(&Only(number, red(0.0))), 0));
+    let (lit, dark) = (first[0].max(first[1]), first[0].min(first[1]));
+    assert!(lit > 100.0 && dark < 30.0, "{first:?}");
+    assert!(
+        (first[0] > first[1]) != (rest[0] > rest[1]),
+        "{first:?} {rest:?}"
+    );
+    let most = |x: f32| {
+        let [a, b] = halves(Some(&Only(1, red(x))), 0);
+        a.max(b)
+    };
+    assert!(
+        most(0.5) > lit && lit > most(-0.5),
+        "{} {lit} {}",
+        most(0.5),
+        most(-0.5)
+    );
 }
 
 #[test]
@@ -563,6 +630,145 @@ fn several_lichens_share_a_picture() {
         &format!("out -o b.png {SMALL} --background transparent"),
     );
     assert_eq!(decoded(&desk, "b.png").2, 4);
+}
+
+/// A square of side 1 in OBJ, with UVs and a library of materials.
+const TEXTURED: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+    usemtl rock\nf 1/1 2/2 3/3 4/4\n";
+
+/// A PNG of two texels, one beside the other.
+fn two_texels(left: [u8; 3], right: [u8; 3]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer
+        .write_image_data([left, right].as_flattened())
+        .unwrap();
+    drop(writer);
+    bytes
+}
+
+const RED: [u8; 3] = [200, 0, 0];
+const GREEN: [u8; 3] = [0, 200, 0];
+const BLUE: [u8; 3] = [0, 0, 200];
+
+/// Which of red, green and blue there is most of a quarter from the left and from the right; none if it is about grey.
+/// The picture is of the unit square from above.
+fn channels(desk: &Desk, words: &str) -> [Option<usize>; 2] {
+    let camera = r#"{"eye":[0.5,3,-0.5],"target":[0.5,0,-0.5],"up":[0,0,-1],"opening":20}"#;
+    fs::write(desk.path("above.json"), camera).unwrap();
+    made(
+        desk,
+        &format!("{words} -o c.png --size 64x64 --background #000000 --camera above.json"),
+    );
+    let (_, _, _, bytes) = decoded(desk, "c.png");
+    [16, 48].map(|x| {
+        let at = 3 * (64 * 20 + x);
+        let pixel = &bytes[at..at + 3];
+        let most = (0..3).max_by_key(|&k| pixel[k]).unwrap();
+        let others = [1, 2].map(|k| u32::from(pixel[(most + k) % 3]));
+        (3 * u32::from(pixel[most]) > 4 * others[0].max(others[1])).then_some(most)
+    })
+}
+
+#[test]
+fn a_mesh_is_drawn_by_its_own_file() {
+    let desk = Desk::new();
+    fs::write(desk.path("a.obj"), TEXTURED).unwrap();
+    fs::write(
+        desk.path("a.mtl"),
+        "newmtl rock\nKd 0 0 0\nmap_Kd two.png\n",
+    )
+    .unwrap();
+    fs::write(desk.path("two.png"), two_texels(RED, GREEN)).unwrap();
+    fs::write(desk.path("other.png"), two_texels(GREEN, BLUE)).unwrap();
+    desk.done("a.obj --radius 0.2% --elements 20 -o a");
+    let (red, green, blue) = (Some(0), Some(1), Some(2));
+    for (ground, expected) in [
+        ("", [red, green]),
+        ("--ground mesh", [red, green]),
+        ("--ground other.png", [green, blue]),
+        ("--ground stone", [None; 2]),
+        ("--ground #0000ff", [blue; 2]),
+    ] {
+        for what in ["skin", "points"] {
+            let found = channels(&desk, &format!("a {ground} --what {what}"));
+            assert_eq!(found, expected, "{ground} {what}");
+        }
+    }
+    // What is not there is told, and drawn as stone.
+    fs::remove_file(desk.path("two.png")).unwrap();
+    assert_eq!(channels(&desk, "a"), [None; 2]);
+    assert!(said(&run(&desk, "a -o d.png")).contains("two.png"));
+
+    let painted = "v 0 0 0 .5 0 0\nv 1 0 0 0 .5 0\nv 1 0 -1 0 .5 0\nv 0 0 -1 .5 0 0\nf 1 2 3 4\n";
+    fs::write(desk.path("b.obj"), painted).unwrap();
+    desk.done("b.obj --radius 0.2% --elements 20 -o b");
+    assert_eq!(channels(&desk, "b"), [red, green]);
+    assert_eq!(channels(&desk, "b --ground bark"), [None; 2]);
+    let gif = "b -o b.gif --frames 2 --width 32";
+    let animated = |words: &str| {
+        let output = desk
+            .call("animate --force --quiet", &format!("{gif} {words}"))
+            .output();
+        assert!(output.unwrap().status.success(), "{words}");
+        desk.read("b.gif")
+    };
+    assert!(
+        animated("") == animated("--ground mesh") && animated("") != animated("--ground stone")
+    );
+    refused(
+        &desk,
+        "b -o e.png --ground other.png",
+        1,
+        &["b.obj", "UVs", "other.png"],
+    );
+    refused(&desk, "b -o e.png --ground gone.png", 1, &["gone.png"]);
+    refused(
+        &desk,
+        "b -o e.png --ground grey",
+        2,
+        &["--ground", "stone or bark", "mesh", "PNG"],
+    );
+
+    let plain = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1 2 3\n";
+    fs::write(desk.path("plain.obj"), plain).unwrap();
+    desk.done("plain.obj --radius 0.2% --elements 20 -o plain");
+    refused(
+        &desk,
+        "plain -o e.png --ground mesh",
+        1,
+        &["plain.obj", "no colours", "--ground"],
+    );
+}
+
+/// A fault in what only looks depend on keeps nobody from a picture.
+#[test]
+fn broken_texture_coordinates_are_told_and_drawn_as_stone() {
+    let desk = Desk::new();
+    let bytes: Vec<u8> = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    fs::write(desk.path("a.bin"), bytes).unwrap();
+    let gltf = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"uri":"a.bin"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3},
+                     {"bufferView":0,"componentType":5126,"type":"VEC2","count":2}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1}}]}],"nodes":[{"mesh":0}]}"#;
+    fs::write(desk.path("a.gltf"), gltf).unwrap();
+    desk.done("a.gltf --radius 0.2% --elements 20 -o a");
+    let output = run(&desk, &format!("a -o a.png {SMALL}"));
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(said(&output).contains("TEXCOORD_0"), "{}", said(&output));
+    refused(
+        &desk,
+        "a -o b.png --ground mesh",
+        1,
+        &["a.gltf", "TEXCOORD_0"],
+    );
 }
 
 #[test]
