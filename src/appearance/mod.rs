@@ -3,6 +3,8 @@
 
 mod image;
 
+use std::collections::BTreeSet;
+
 use glam::{DVec2, DVec3, Vec3};
 
 pub(crate) use image::Image;
@@ -65,21 +67,18 @@ impl<'a> Appearance<'a> {
         notes.map(String::as_str)
     }
 
-    /// Whether anything but grey is said: an image, a colour of a vertex, or one of a material that a triangle has.
-    pub fn has_color(&self) -> bool {
-        const GREY: f32 = 0.02;
-        let is_colorful = |material: &Material| {
-            let [r, g, b] = material.base_color;
-            let texture = material.base_color_texture.as_ref();
-            let is_read =
-                texture.is_some_and(|t| self.images.get(t.image).is_some_and(Option::is_some));
-            is_read || r.max(g).max(b) - r.min(g).min(b) > GREY
-        };
-        let materials: Vec<bool> = self.texturing.materials.iter().map(is_colorful).collect();
-        let mut used = self.texturing.material_of.iter().flatten();
+    /// Whether more than one colour is said: by an image, at vertices, or by materials.
+    pub fn has_colors(&self) -> bool {
+        let is_read = |t: Texture| self.images.get(t.image).is_some_and(Option::is_some);
+        let numbers: BTreeSet<&u32> = self.texturing.material_of.iter().flatten().collect();
+        let materials = &self.texturing.materials;
+        let all = numbers.iter().filter_map(|&&n| materials.get(n as usize));
+        let mut colors = all.clone().map(|material| material.base_color);
+        let first = colors.next();
         self.instead.is_some()
             || self.has_painted_vertices()
-            || used.any(|&m| materials.get(m as usize).copied().unwrap_or(false))
+            || all.filter_map(|m| m.base_color_texture).any(is_read)
+            || colors.any(|color| Some(color) != first)
     }
 
     /// Whether triangles have colours at their corners.

@@ -97,8 +97,8 @@ pub(super) fn appearance<'a>(
         .iter()
         .for_each(|note| voice.warn(&format!("{mesh}: {note}")));
     match dress {
-        None => Ok(Some(own).filter(Appearance::has_color)),
-        Some(Dress::Own) if texturing.materials.is_empty() && !own.has_color() => {
+        None => Ok(Some(own).filter(Appearance::has_colors)),
+        Some(Dress::Own) if texturing.materials.is_empty() && !own.has_colors() => {
             Err(Failure::Failed(anyhow::anyhow!(
                 "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
                  name an image in the layout of its UVs"

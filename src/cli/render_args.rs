@@ -96,7 +96,7 @@ pub(crate) struct ShotArgs {
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
     pub(crate) background: Background,
     /// What the mesh is drawn as: by the colours and textures of its own file; granite; bark, with furrows along its
-    /// longest side; one colour; or an image in the layout of its UVs [default: mesh where it has colours, or stone]
+    /// longest side; one colour; or an image in the layout of its UVs [default: mesh where that has several colours, or stone]
     #[arg(long, value_parser = Dress::parse, value_name = "mesh|stone|bark|#RRGGBB|IMAGE")]
     pub(crate) ground: Option<Dress>,
 }
