@@ -59,7 +59,7 @@ fn measure(substrate: &Substrate, cluster: &Cluster) {
     glb.write(&mesh, 1.0, &mut bytes).expect("written");
     let write = started.elapsed().as_secs_f64();
     let started = Instant::now();
-    let half = decimate(&mesh, mesh.triangles.len() / 2);
+    let half = decimate(&mesh, mesh.triangles.len() / 2).unwrap();
     assert!(half.triangles.len() < mesh.triangles.len());
     let halve = started.elapsed().as_secs_f64();
     println!(

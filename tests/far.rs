@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 use chi_square::homogeneity;
 use glam::DVec3;
 use thallus::cluster::{Cluster, SparseIndex};
-use thallus::growth::{Counts, GrowthModel, Parameters, Steps, WalkerModel};
+use thallus::growth::{Counts, GrowthModel, Parameters, SeedPlace, Steps, WalkerModel};
 use thallus::run::{Execution, Recipe, StopRule, grow};
 use thallus::substrate::Substrate;
 
@@ -232,4 +232,53 @@ fn shares_that_differ_by_a_tenth_are_seen() {
         .filter(|_| homogeneity(&draw(0.1), &draw(0.0)) < 1e-4)
         .count();
     assert!(seen >= 95, "{seen} of 100");
+}
+
+/// A plate of unit sides, this thick, each face a grid of so many squares along its sides, closed at the rim.
+fn plate(squares: usize, thickness: f64) -> Substrate {
+    let at = |i: usize| i as f64 / squares as f64;
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let mut add = |rows: usize, place: &dyn Fn(usize, usize) -> DVec3| {
+        let (more, faces) = shapes::patch(squares, rows, place, None);
+        let first = positions.len() as u32;
+        positions.extend(more);
+        triangles.extend(faces.into_iter().map(|t| t.map(|corner| first + corner)));
+    };
+    add(squares, &|i, j| DVec3::new(at(j), 0.0, at(i)));
+    add(squares, &|i, j| DVec3::new(at(i), -thickness, at(j)));
+    for side in 0..4 {
+        add(1, &|i, j| {
+            let (along, back, y) = (at(i), at(squares - i), -thickness * j as f64);
+            match side {
+                0 => DVec3::new(along, y, 0.0),
+                1 => DVec3::new(1.0, y, along),
+                2 => DVec3::new(back, y, 1.0),
+                _ => DVec3::new(0.0, y, back),
+            }
+        });
+    }
+    common::substrate(positions, triangles)
+}
+
+/// Below lichen on the other face of a thin plate steps are as long as its own face is free. That says nothing of
+/// space, so no such step may lead to a copy of the surface, where contacts are not asked for (the engine asserts
+/// that none comes there).
+#[test]
+fn walkers_below_lichen_of_the_other_face_stay_on_the_mesh() {
+    let diagonal = 2f64.sqrt();
+    let radius = diagonal / 250.0;
+    let plate = plate(130, 2.0 * radius);
+    assert!(plate.triangles().len() > 60_000);
+    for seed in 0..6 {
+        let recipe = Recipe {
+            at: SeedPlace::Random,
+            bias: 0.3 + 0.1 * seed as f64,
+            seed,
+            ..common::recipe(radius, 800)
+        };
+        let growth = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
+        assert_eq!(growth.cluster.len(), 800);
+        let made_after = CROSSINGS_PER_TRIANGLE * plate.triangles().len() as u64;
+        assert!(growth.counts.crossings > made_after, "no copies");
+    }
 }

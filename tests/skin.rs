@@ -415,7 +415,7 @@ fn threads_change_no_byte() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("threads").install(|| {
             let mesh = skinned(&surface, &cluster, &Shape::default());
-            let fewer = decimate(&mesh, mesh.triangles.len() / 4);
+            let fewer = decimate(&mesh, mesh.triangles.len() / 4).unwrap();
             let mut bytes = Vec::new();
             for format in thallus::export::MESH_FORMATS {
                 format.write(&mesh, 1.0, &mut bytes).expect("written");
@@ -473,7 +473,7 @@ fn decimating_keeps_to_the_count_and_the_surface() {
     let mesh = skinned(&surface, &cluster, &Shape::default());
     for share in [0.5, 0.2] {
         let goal = (mesh.triangles.len() as f64 * share) as usize;
-        let fewer = decimate(&mesh, goal);
+        let fewer = decimate(&mesh, goal).unwrap();
         assert!(fewer.triangles.len() <= goal + goal / 10);
         assert_whole(&fewer, &mesh, 0.1);
     }
@@ -494,7 +494,7 @@ fn a_skin_is_decimated_no_farther_than_it_keeps_its_shape() {
     let surface = sphere(24);
     let mesh = skinned(&surface, &grown(&surface, 0.02, 1500), &Shape::default());
     let counts = [10, 300, 1000, 3000].map(|goal| {
-        let fewer = decimate(&mesh, goal);
+        let fewer = decimate(&mesh, goal).unwrap();
         assert_whole(&fewer, &mesh, 0.15);
         fewer.triangles.len()
     });

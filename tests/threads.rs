@@ -2,9 +2,12 @@
 
 mod common;
 
-use thallus::cluster::Cluster;
-use thallus::growth::{Boundary, Counts, Join, Law, SeedPlace};
-use thallus::run::{Execution, Recipe, Stopped, grow};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use thallus::cluster::{Cluster, Element};
+use thallus::growth::{Boundary, Counts, GrowthModel, Halt, Join, Law, SeedPlace, WalkerModel};
+use thallus::run::{Execution, Progress, Recipe, Run, StopRule, Stopped, grow};
 use thallus::substrate::Substrate;
 
 /// By as many threads of the operating system: where these are more than the machine has cores, it is as loaded
@@ -165,4 +168,64 @@ fn lichen_that_open_edges_leave_no_walker_ends_at_the_same_one_on_any_number_of_
     assert_eq!((one.stopped, one.cluster.len()), (Stopped::Starved, 1));
     assert_eq!(one.counts.absorbed, 10_000_000);
     assert_eq!((two.stopped, &two.counts), (one.stopped, &one.counts));
+}
+
+/// A loop of one's own, in which every search for an element is cancelled after a few looks and then begun again.
+fn cancelled_now_and_then(substrate: &Substrate, recipe: &Recipe, threads: usize) -> Vec<Element> {
+    let model: WalkerModel = WalkerModel::new(substrate, recipe.parameters(substrate));
+    let mut model = model.on_threads(threads);
+    let mut cluster = Cluster::new(recipe.parameters(substrate).radius);
+    let seed = recipe
+        .at
+        .locate(substrate, recipe.seed, 0)
+        .expect("a place");
+    cluster.push(Element::seed(substrate, seed));
+    model.born(&cluster);
+    let StopRule::Elements(wanted) = recipe.stop else {
+        panic!("{:?}", recipe.stop)
+    };
+    let mut times = 0;
+    while (cluster.len() as u64) < wanted {
+        let asked = AtomicU64::new(0);
+        let cancelled = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
+        let next = model.next(&cluster, &cancelled).or_else(|halt| {
+            assert_eq!(halt, Halt::Cancelled);
+            times += 1;
+            model.next(&cluster, &|| false)
+        });
+        cluster.push(next.expect("nobody cancels"));
+        model.born(&cluster);
+    }
+    assert!(times > 100, "cancelled {times} times");
+    cluster.into_elements()
+}
+
+#[test]
+fn who_is_cancelled_goes_on_as_if_nothing_had_been() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 1500);
+    let (whole, ..) = grown(&rock, &recipe, ONE);
+    for threads in [1, 2, 5] {
+        let again = cancelled_now_and_then(&rock, &recipe, threads);
+        assert!(again == whole.elements(), "{threads} threads");
+    }
+    // And a run that was, from what it came to; by no thread at all, which counts as one.
+    let execution = Execution {
+        threads: 0,
+        uses_all_threads: true,
+        ..Execution::default()
+    };
+    let mut looks = 0;
+    let mut observer = |_: &Element, progress: &Progress| {
+        looks += 1;
+        if progress.elements == 700 {
+            execution.cancel.store(true, Ordering::Relaxed);
+        }
+        ControlFlow::Continue(())
+    };
+    let part = grow(&rock, &recipe, &execution, &mut observer).expect("grows");
+    assert_eq!((part.stopped, looks), (Stopped::Cancelled, 700));
+    let run = Run::new(&rock, &recipe, part.begun()).expect("goes on");
+    let rest = run.grow(&Execution::default(), &mut ());
+    assert!(rest.cluster.elements() == whole.elements());
 }

@@ -160,6 +160,7 @@ impl Baked<'_> {
     /// # Panics
     /// Beyond the image.
     pub fn value(&self, map: &Map, x: usize, y: usize) -> [f32; 3] {
+        assert!(x < self.size(), "column {x} of {}", self.size());
         (map.value)(self, y * self.size() + x)
     }
 

@@ -254,7 +254,7 @@ fn output(args: &GrowArgs, mesh: &Path, voice: Voice) -> Result<OutputDir, Outpu
         return OutputDir::create(folder, args.force);
     }
     let first = default_folder(mesh, 1);
-    for number in 1..MOST_FOLDERS {
+    for number in 1..=MOST_FOLDERS {
         let folder = default_folder(mesh, number);
         match OutputDir::create(&folder, args.force) {
             Err(OutputError::FolderExists(_) | OutputError::Locked { .. }) if !args.force => {}

@@ -105,7 +105,7 @@ pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     let copy = |out: &mut dyn Write| io::copy(&mut File::open(log)?, out).map(drop);
-    let numbered = (2..MOST_ASIDE).map(|n| format!("{LOG}.damaged-{n}"));
+    let numbered = (2..=MOST_ASIDE).map(|n| format!("{LOG}.damaged-{n}"));
     let mut names = iter::once(format!("{LOG}.damaged")).chain(numbered);
     let free = names.find_map(|name| {
         match write_file_atomically(&log.with_file_name(name), false, copy) {

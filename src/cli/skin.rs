@@ -200,7 +200,7 @@ fn write_all(
     for (level, file) in files.iter().enumerate() {
         let goal = (first >> level).max(FEWEST_TRIANGLES);
         if goal < mesh.triangles.len() {
-            mesh = simplify(&mesh, goal, file, voice, report);
+            mesh = simplify(&mesh, goal, file, voice, report)?;
         }
         write(&mesh, file, how, args.force, voice, report)?;
     }
@@ -213,7 +213,7 @@ fn simplify(
     file: &Path,
     voice: Voice,
     report: &mut Report,
-) -> TriMesh {
+) -> Result<TriMesh, Failure> {
     let started = Instant::now();
     let spinner = spinner(
         voice,
@@ -221,6 +221,7 @@ fn simplify(
     );
     let fewer = decimate(mesh, triangles);
     spinner.finish_and_clear();
+    let fewer = fewer.with_context(|| file.display().to_string())?;
     report.seconds.decimate += started.elapsed().as_secs_f64();
     let (made, shown) = (fewer.triangles.len(), file.display());
     if made as f64 > 1.1 * triangles as f64 {
@@ -230,7 +231,7 @@ fn simplify(
              would tear or lose its shape; --resolution makes a coarser skin"
         ));
     }
-    fewer
+    Ok(fewer)
 }
 
 fn write(

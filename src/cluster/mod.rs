@@ -28,8 +28,12 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// No elements yet, of this radius in the substrate's local units, which must be finite and positive.
+    /// No elements yet, of this radius in the substrate's local units.
+    ///
+    /// # Panics
+    /// When the radius is not finite and positive.
     pub fn new(radius: f64) -> Self {
+        assert!(radius > 0.0 && radius.is_finite(), "radius {radius}");
         Self {
             radius,
             elements: Vec::new(),
@@ -51,6 +55,11 @@ impl Cluster {
     /// The elements, oldest first.
     pub fn elements(&self) -> &[Element] {
         &self.elements
+    }
+
+    /// The same, to keep.
+    pub fn into_elements(self) -> Vec<Element> {
+        self.elements
     }
 
     /// How many there are.

@@ -79,7 +79,7 @@ impl Sharing {
     pub(super) fn new(most: usize, cores: usize) -> Self {
         let most = most.max(1);
         Self {
-            threads: most.min(cores),
+            threads: most.min(cores).max(1),
             most,
             tries: most > 1,
             phase: Phase::Settled,

@@ -201,7 +201,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             };
             // 4. Contact: stick, or go back to the last position and walk on.
             if look.touching {
-                debug_assert_eq!(now.level, 0, "copies end before contact");
+                assert_eq!(now.level, 0, "copies end before contact");
                 match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
@@ -214,9 +214,15 @@ impl<I: ElementIndex> Walk<'_, I> {
                 }
             }
             now.thrown_back = false;
+            if now.level > 0 {
+                now.cramped = 0;
+            }
             now.bound = self.step_bound(&moved.to, &look, &mut now.cramped);
+            let is_for_sheet = now.cramped >= PATIENCE;
             match self.far {
                 None => now.here = moved.to,
+                // On a copy nothing is asked of sheets: what holds for the walker's own alone does not lift it.
+                Some(_) if is_for_sheet => now.here = moved.to,
                 Some(far) => self.arrive(far, &mut now, moved.to),
             }
         }

@@ -134,6 +134,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
+    /// What it took up to the last birth.
+    pub fn counts_at_birth(&self) -> &Counts {
+        &self.counts_at_birth
+    }
+
     /// Walkers that walk at the same time: enough to share among the threads, but so few beside the
     /// lichen's tips that they seldom come in each other's way.
     fn fleet_size(&self, elements: usize) -> usize {
@@ -352,15 +357,18 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         self.weigh_far();
-        loop {
+        let halt = loop {
             match self.take(cluster, cancelled) {
                 Fate::Joined(element) => return Ok(element),
-                Fate::Halted(halt) => return Err(halt),
-                Fate::Lost if cancelled() => return Err(Halt::Cancelled),
-                Fate::Lost if self.is_starved() => return Err(Halt::Starved),
+                Fate::Halted(halt) => break halt,
+                Fate::Lost if cancelled() => break Halt::Cancelled,
+                Fate::Lost if self.is_starved() => break Halt::Starved,
                 Fate::Lost => {}
             }
-        }
+        };
+        // The others may have been told to stop too: if it goes on they begin anew, under their own numbers.
+        self.landed.extend(self.fleet.drain(..));
+        Err(halt)
     }
 
     fn counts(&self) -> &Counts {

@@ -51,6 +51,16 @@ pub struct Sample<'a> {
     pub parents: &'a [i32],
 }
 
+impl Sample<'_> {
+    fn assert_even(&self) {
+        let columns = [self.positions.len(), self.normals.len(), self.parents.len()];
+        assert!(
+            columns.iter().all(|&n| n == columns[0]),
+            "columns of {columns:?}"
+        );
+    }
+}
+
 /// All measures, one value an element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Morphometry {
@@ -77,6 +87,7 @@ pub struct Morphometry {
 /// # Panics
 /// When the slices differ in length, or `within` is not a positive finite number.
 pub fn measure(sample: &Sample<'_>, within: f64) -> Morphometry {
+    sample.assert_even();
     let tree = Tree::new(sample.parents);
     let neighbours = Neighbours::new(sample.positions, sample.normals, TIES * within);
     let rim = is_rim(&neighbours);

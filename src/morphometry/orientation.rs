@@ -14,6 +14,7 @@ use super::Sample;
 /// # Panics
 /// When the slices of the sample differ in length.
 pub fn growth_directions(sample: &Sample<'_>) -> Vec<DVec3> {
+    sample.assert_even();
     let children = means_to_children(sample);
     let mut directions: Vec<DVec3> = Vec::with_capacity(children.len());
     for (i, &parent) in sample.parents.iter().enumerate() {

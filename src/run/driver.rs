@@ -16,8 +16,21 @@ pub struct Growth {
     pub stopped: Stopped,
     /// What it took.
     pub counts: Counts,
+    /// What it took up to the last birth.
+    pub counts_at_birth: Counts,
     /// How the work was shared among threads.
     pub parallel: Parallel,
+}
+
+impl Growth {
+    /// To go on from here: [`Run::new`] with the same recipe, but for its stop rule, grows what a run that never
+    /// stopped would have grown.
+    pub fn begun(self) -> Begun {
+        Begun {
+            elements: self.cluster.into_elements(),
+            counts: self.counts_at_birth,
+        }
+    }
 }
 
 /// Why a run ended.
@@ -271,6 +284,7 @@ impl<'a> Run<'a> {
         };
         Growth {
             counts: self.model.counts().clone(),
+            counts_at_birth: self.model.counts_at_birth().clone(),
             parallel: self.model.parallel(),
             cluster: self.cluster,
             stopped,

@@ -4,7 +4,7 @@ use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
 
 use super::manifold::faulty;
-use crate::export::{TriMesh, VertexAttribute};
+use crate::export::{MeshError, TriMesh, VertexAttribute};
 
 /// Weights of normal and colour against a length of the mesh's size.
 const NORMAL_WEIGHT: f32 = 0.02;
@@ -30,13 +30,17 @@ const STAGE: usize = 2;
 /// fault are held fast and it is done again, several times and with wider surroundings each time. Where
 /// that does not help, half of the triangles go and again half of the rest, as far as that works.
 ///
-/// # Panics
-/// When the mesh has no vertices.
-pub fn decimate(mesh: &TriMesh, triangles: usize) -> TriMesh {
+/// # Errors
+/// When the mesh is none that a file could hold ([`TriMesh::check`]).
+pub fn decimate(mesh: &TriMesh, triangles: usize) -> Result<TriMesh, MeshError> {
+    mesh.check()?;
+    if mesh.positions.is_empty() {
+        return Ok(mesh.clone());
+    }
     let simplifier = Simplifier::new(mesh);
     let at_once = simplifier.sound(mesh, &mesh.triangles, triangles);
     let fewer = at_once.unwrap_or_else(|| simplifier.in_stages(mesh, triangles));
-    picked(mesh, fewer)
+    Ok(picked(mesh, fewer))
 }
 
 /// Volume inside of closed triangles.

@@ -198,7 +198,11 @@ impl Paint {
         let darker = 1.0 - self.age_darken * (1.0 - age.clamp(0.0, 1.0));
         lab = lab.map(|x| x * darker);
         if let Some(Prothallus { width, color }) = self.prothallus {
-            lab = mix(lab, to_oklab(color), margin(outline / width));
+            lab = mix(
+                lab,
+                to_oklab(color),
+                margin(outline / width.max(f32::MIN_POSITIVE)),
+            );
         }
         from_oklab(lab)
     }
