@@ -38,7 +38,7 @@ fn main() {
         for window in [None, Some(0.0)] {
             let timing = Timing {
                 frames,
-                window: window.unwrap_or(Timing::usual_window(cluster.len(), frames)),
+                window: window.unwrap_or(Timing::usual_window(cluster.len() as f64, frames)),
                 ease: Ease::Linear,
                 clock: clock.clone(),
             };

@@ -412,6 +412,17 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o f --frames 0", 2, &["--frames"]),
         ("out -o f --fps 0", 2, &["--fps"]),
         ("out -o f --window -1", 2, &["--window"]),
+        ("out -o f --window 401", 2, &["--window 401", "400"]),
+        (
+            "out -o a.gif --draw points --taper 0.5",
+            2,
+            &["--taper is for skins", "a.gif"],
+        ),
+        (
+            "out -o a.usda --what curves --colormap xanthoria",
+            2,
+            &["--colormap is for skins"],
+        ),
         ("out -o f --clock noon", 2, &["noon", "birth", "radius"]),
         ("out -o f --clock 0:0,1:401", 2, &["401", "400"]),
         ("out -o f --clock 0:9,1:3", 2, &["does not shrink"]),

@@ -654,3 +654,26 @@ fn a_skin_ends_with_the_piece_that_it_is_on() {
     let farthest = made.positions.iter().map(|p| p[0]).fold(f64::MIN, f64::max);
     assert!(farthest.abs() < 5e-4, "{farthest}");
 }
+
+/// A library written in C++ is given the columns of a mesh: those that are shorter than it says would be read beyond.
+#[test]
+fn meshes_that_no_file_could_hold_are_not_decimated() {
+    let surface = rock(24);
+    let mesh = skinned(&surface, &grown(&surface, 0.02, 200), &Shape::default());
+    let goal = mesh.triangles.len() / 2;
+    type Spoil = fn(&mut TriMesh);
+    let spoilt: [Spoil; 5] = [
+        |mesh| mesh.normals.clear(),
+        |mesh| mesh.colors.truncate(3),
+        |mesh| drop(mesh.normals.pop()),
+        |mesh| mesh.triangles[0][0] = mesh.positions.len() as u32,
+        |mesh| mesh.attributes[0].values.truncate(1),
+    ];
+    for (i, spoil) in spoilt.into_iter().enumerate() {
+        let mut mesh = mesh.clone();
+        spoil(&mut mesh);
+        assert!(decimate(&mesh, goal).is_err(), "{i}");
+    }
+    assert_eq!(decimate(&TriMesh::default(), goal), Ok(TriMesh::default()));
+    assert!(decimate(&mesh, goal).is_ok());
+}

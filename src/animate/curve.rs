@@ -96,7 +96,8 @@ impl Curve {
             let falls = match (low, high) {
                 (Amount::Elements(a), Amount::Elements(b))
                 | (Amount::Share(a), Amount::Share(b)) => b < a,
-                (Amount::Elements(0.0), _) | (_, Amount::Share(1.0)) => false,
+                (Amount::Elements(0.0) | Amount::Share(0.0), _) | (_, Amount::Share(1.0)) => false,
+                (_, Amount::Elements(0.0) | Amount::Share(0.0)) => true,
                 _ => return Err(CurveError::Mixed),
             };
             if falls {
@@ -194,7 +195,9 @@ mod tests {
         assert!(matches!(error("0:0,0:5"), CurveError::Order(_)));
         assert!(matches!(error("0:0,2:5,1:7"), CurveError::Order(_)));
         assert!(matches!(error("0:5,1:4"), CurveError::Falls(_)));
+        assert!(matches!(error("0:100%,1:0"), CurveError::Falls(_)));
         assert_eq!(error("0:5,1:50%"), CurveError::Mixed);
+        assert!("0:0%,1:5".parse::<Curve>().is_ok());
         assert_eq!(error("0:0,1:0"), CurveError::Short);
         assert_eq!(error("0:7"), CurveError::Short);
     }

@@ -55,7 +55,9 @@ pub enum TimingError {
     #[error("the window is {0} elements: it may be 0 or more")]
     Window(f64),
     /// The curve goes on beyond the last element.
-    #[error("the curve ends at {asked} elements, and the lichen has {there}")]
+    #[error(
+        "the curve ends at {asked} elements, and the lichen has {there}: end it at that, or at 100%"
+    )]
     TooMany {
         /// Where it ends.
         asked: f64,
@@ -64,12 +66,21 @@ pub enum TimingError {
     },
 }
 
+impl Clock {
+    /// How many elements there are in the last frame, of a lichen that has so many.
+    pub fn end(&self, elements: usize) -> f64 {
+        match self {
+            Self::Birth | Self::Radius => elements as f64,
+            Self::Curve(curve) => curve.elements(1.0, elements),
+        }
+    }
+}
+
 impl Timing {
     /// A window of four frames of the mean number of births, and no more than a tenth of the
-    /// elements: wide enough that the rim swells, narrow enough that it does not blur.
-    pub fn usual_window(elements: usize, frames: u32) -> f64 {
-        let all = elements as f64;
-        (4.0 * all / f64::from(frames.max(1))).min(0.1 * all)
+    /// elements that the animation [ends at](Clock::end): wide enough that the rim swells, narrow enough that it does not blur.
+    pub fn usual_window(elements: f64, frames: u32) -> f64 {
+        (4.0 * elements / f64::from(frames.max(1))).min(0.1 * elements)
     }
 
     /// The moments of the frames k = 1 … F, each later than the one before or as late.

@@ -101,11 +101,13 @@ impl Growth {
 }
 
 fn timing(args: &TimeArgs, cluster: &Cluster) -> Result<Timing, Failure> {
+    let (clock, all) = (clock(&args.clock)?, cluster.len());
+    let window = Window::elements(args.window, all, clock.end(all), args.frames);
     Ok(Timing {
         frames: args.frames,
-        window: Window::elements(args.window, cluster.len(), args.frames),
+        window: window.map_err(Failure::usage)?,
         ease: args.ease,
-        clock: clock(&args.clock)?,
+        clock,
     })
 }
 
@@ -166,7 +168,7 @@ fn skins(
                     stop.check()?;
                     mesh.place(&placement);
                     bar.inc(1);
-                    film.add_skin(&mesh).map_err(spooling)
+                    film.add_skin(&mesh).map_err(spooling(&args.output))
                 })
             })?;
         }
@@ -235,7 +237,8 @@ fn scenes(
                     frames_of(&scene, what, moments, |frame, color| {
                         stop.check()?;
                         bar.inc(1);
-                        film.add_scene(what, frame, color).map_err(spooling)
+                        film.add_scene(what, frame, color)
+                            .map_err(spooling(&args.output))
                     })
                 },
             )?;
@@ -335,10 +338,14 @@ fn write_film(
     Ok(())
 }
 
-fn spooling(error: std::io::Error) -> Failure {
-    Failure::Failed(anyhow::Error::new(error).context(
-        "the frames of a film are kept beside it until it is whole; make room there or choose another disk",
-    ))
+fn spooling(film: &Path) -> impl Fn(std::io::Error) -> Failure {
+    move |error| {
+        let shown = film.display();
+        Failure::Failed(anyhow::Error::new(error).context(format!(
+            "{shown}: its frames are kept beside it until it is whole, and cannot be: choose a place with room, where \
+             you may write"
+        )))
+    }
 }
 
 /// How many frames are done, on a terminal.

@@ -40,9 +40,9 @@ pub(crate) struct AnimateArgs {
     #[command(flatten)]
     pub(crate) picture: Given<PictureArgs>,
     #[command(flatten)]
-    pub(crate) shape: ShapeArgs,
+    pub(crate) shape: Given<ShapeArgs>,
     #[command(flatten)]
-    pub(crate) color: ColorArgs,
+    pub(crate) color: Given<ColorArgs>,
     #[command(flatten)]
     pub(crate) axes: Given<AxesArgs>,
     /// Overwrite the file, or the frames of an earlier animation in the folder
@@ -180,12 +180,20 @@ pub(crate) enum Window {
 }
 
 impl Window {
-    /// In elements, of so many; the usual one where none was asked for.
-    pub(crate) fn elements(window: Option<Self>, all: usize, frames: u32) -> f64 {
+    /// In elements, of so many; the usual one where none was asked for, by the number in the last frame.
+    pub(crate) fn elements(
+        window: Option<Self>,
+        all: usize,
+        end: f64,
+        frames: u32,
+    ) -> Result<f64, String> {
         match window {
-            None => Timing::usual_window(all, frames),
-            Some(Self::Elements(elements)) => elements,
-            Some(Self::Share(share)) => share * all as f64,
+            None => Ok(Timing::usual_window(end, frames)),
+            Some(Self::Share(share)) => Ok(share * all as f64),
+            Some(Self::Elements(elements)) if elements > all as f64 => Err(format!(
+                "--window {elements}: the lichen has {all} elements: give as many at most"
+            )),
+            Some(Self::Elements(elements)) => Ok(elements),
         }
     }
 }
@@ -228,8 +236,12 @@ mod tests {
         for wrong in ["-1", "101%", "nan", "inf", "", "%", "5r"] {
             assert!(wrong.parse::<Window>().is_err(), "{wrong}");
         }
-        assert_eq!(Window::elements(Some(Window::Share(0.5)), 300, 10), 150.0);
-        assert_eq!(Window::elements(None, 1000, 100), 40.0);
-        assert_eq!(Window::elements(None, 1000, 10), 100.0);
+        let of = |window, end, frames| Window::elements(window, 1000, end, frames);
+        assert_eq!(of(Some(Window::Share(0.5)), 300.0, 10), Ok(500.0));
+        assert_eq!(of(None, 1000.0, 100), Ok(40.0));
+        assert_eq!(of(None, 1000.0, 10), Ok(100.0));
+        assert_eq!(of(None, 50.0, 100), Ok(2.0));
+        assert_eq!(of(Some(Window::Elements(1000.0)), 50.0, 100), Ok(1000.0));
+        assert!(of(Some(Window::Elements(1001.0)), 1000.0, 100).is_err());
     }
 }

@@ -12,6 +12,7 @@ use thallus::picture::{Background, FASTEST_GIF};
 use super::animate::check_free;
 use super::animate_args::{AnimateArgs, Subject};
 use super::failure::Failure;
+use super::render_args::What;
 
 /// What is written.
 pub(super) enum Target {
@@ -49,7 +50,24 @@ impl Target {
                  is: leave it away",
                 args.output.display()
             ))),
-            _ => Ok(target),
+            _ => target.refuse_skin_flags(args),
+        }
+    }
+
+    /// Flags of skins do nothing where there is none.
+    fn refuse_skin_flags(self, args: &AnimateArgs) -> Result<Self, Failure> {
+        let draws_skin = match self.subject() {
+            Subject::Skin => true,
+            Subject::Picture => args.picture.draw == What::Skin,
+            Subject::Points | Subject::Curves => false,
+        };
+        let mut given = args.shape.given.iter().chain(&args.color.given);
+        match given.next().filter(|_| !draws_skin) {
+            None => Ok(self),
+            Some(first) => Err(Failure::usage(format!(
+                "{first} is for skins, and {} will hold none: leave it away, or ask for a skin",
+                args.output.display()
+            ))),
         }
     }
 

@@ -103,7 +103,7 @@ impl Lichen {
     ) -> Result<Self, Failure> {
         let units = substrate.units();
         let radius = units.length_to_file(cluster.radius());
-        let in_radii = |length: Length| length.in_units(units.diagonal(), radius) / radius;
+        let in_radii = |length: Length| length.in_radii(units.diagonal(), radius);
         let shape = relief(relief_args, &in_radii);
         shape.check().map_err(|e| Failure::Usage(e.into()))?;
         Ok(Self {

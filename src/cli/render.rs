@@ -167,7 +167,7 @@ impl Lichen {
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
         let (diagonal, radius) = (substrate.units().diagonal(), elements.radius);
-        let in_radii = |length: Length| length.in_units(diagonal, radius) / radius;
+        let in_radii = |length: Length| length.in_radii(diagonal, radius);
         let shape = shape(&args.shape, &in_radii);
         shape.check().map_err(|e| Failure::Usage(e.into()))?;
         let paint = match args.by.by {

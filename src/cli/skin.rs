@@ -116,7 +116,7 @@ impl InUnits {
     }
 
     pub(super) fn in_radii(&self, length: Length) -> f64 {
-        length.in_units(self.diagonal, self.radius) / self.radius
+        length.in_radii(self.diagonal, self.radius)
     }
 }
 

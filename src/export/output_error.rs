@@ -71,7 +71,8 @@ impl OutputError {
 }
 
 fn kind(path: &Path) -> &'static str {
-    match path.exists() {
+    // A slash at its end, which asks for a folder, is no part of its name.
+    match path.components().as_path().exists() {
         true => "a file",
         false => "a link that leads nowhere",
     }

@@ -78,10 +78,13 @@ pub(super) fn write_curves(
 /// Declares the lichen as a union of what follows; one element alone is a union too.
 fn begin(scene: &Scene, before: &str, out: &mut dyn Write) -> io::Result<()> {
     let version = env!("CARGO_PKG_VERSION");
-    let elements = scene.elements.len();
+    let elements = match scene.elements.len() {
+        1 => "one element".to_owned(),
+        many => format!("{many} elements"),
+    };
     writeln!(
         out,
-        "// thallus {version}: a lichen of {elements} elements, y up, left-handed"
+        "// thallus {version}: a lichen of {elements}, y up, left-handed"
     )?;
     writeln!(out, "// #include this file, then object {{ Lichen }}")?;
     write!(out, "#version 3.7;\n{before}#declare Lichen = union {{\n")

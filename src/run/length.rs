@@ -48,6 +48,16 @@ impl Length {
     }
 }
 
+impl Length {
+    /// The same in element radii; as it is, where it was given in them.
+    pub fn in_radii(self, diagonal: f64, radius: f64) -> f64 {
+        match self {
+            Self::Radii(radii) => radii,
+            other => other.in_units(diagonal, radius) / radius,
+        }
+    }
+}
+
 impl FromStr for Length {
     type Err = LengthError;
 
