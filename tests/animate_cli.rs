@@ -279,15 +279,15 @@ fn pixels(desk: &Desk, name: &str) -> Vec<u8> {
 #[test]
 fn pictures_of_the_skin_end_with_that_of_render() {
     let desk = desk();
-    let look = "--colormap rhizocarpon --camera 20,50 --zoom 3 --ground bark --samples 8";
-    let words = |rest: &str| format!("{rest} {look}");
+    let view = "--camera 20,50 --zoom 3 --ground bark --samples 8";
+    let words = |rest: &str| format!("{rest} {view} --colormap rhizocarpon");
     made(
         &desk,
         &words("out -o p --what picture --frames 2 --width 64"),
     );
     made(
         &desk,
-        &words("out -o q --what picture --frames 2 --width 64 --draw points"),
+        &format!("out -o q --what picture --frames 2 --width 64 --draw points {view}"),
     );
     let rendered = desk.call("render", &words("out -o r.png --size 64x48"));
     assert!({ rendered }.output().unwrap().status.success());

@@ -96,6 +96,54 @@ fn skins_are_closed_and_manifold_on_every_surface() {
     }
 }
 
+/// A closed cylinder or, with a top of radius 0, a cone, of so many sides about the y axis: a fan at each end.
+fn pillar(sides: usize, height: f64, radii: [f64; 2]) -> Substrate {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let rim = |i: usize, end: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * (i % sides) as f64 / sides as f64).sin_cos();
+        [radii[end] * cos, height * end as f64, radii[end] * sin]
+    };
+    for i in 0..sides {
+        let n = positions.len() as u32;
+        positions.extend([rim(i, 0), rim(i + 1, 0), rim(i, 1), rim(i + 1, 1)]);
+        positions.extend([[0.0; 3], [0.0, height, 0.0]]);
+        triangles.push([n, n + 4, n + 1]);
+        triangles.push([n, n + 2, n + 1]);
+        if radii[1] > 0.0 {
+            triangles.extend([[n + 1, n + 2, n + 3], [n + 2, n + 5, n + 3]]);
+        }
+    }
+    substrate(positions, triangles)
+}
+
+/// What is long and thin is cut across, not into slivers: a lichen has about as many triangles there as on a plane, and
+/// they are as wide as elsewhere.
+#[test]
+fn long_triangles_are_cut_across() {
+    let on = |surface: &Substrate, radius: f64| {
+        let recipe = Recipe {
+            at: SeedPlace::Random,
+            ..recipe(radius, 1500)
+        };
+        let growth = grow(surface, &recipe, &Execution::default(), &mut ()).expect("grows");
+        let mesh = skinned(surface, &growth.cluster, &Shape::default());
+        mesh.triangles.len() as f64 / growth.cluster.len() as f64
+    };
+    let usual = on(&plane(2.0), 0.005);
+    assert!(usual < 12.0, "{usual} on a plane");
+    for (name, sides, height, radii) in [
+        ("a cylinder", 32, 2.0, [1.0, 1.0]),
+        ("a pole", 64, 10.0, [0.5, 0.5]),
+        ("a fine pole", 256, 10.0, [0.5, 0.5]),
+        ("a cone", 32, 2.0, [1.0, 0.0]),
+        ("a wire", 5, 40.0, [0.05, 0.05]),
+    ] {
+        let surface = pillar(sides, height, radii);
+        let each = on(&surface, 0.005);
+        assert!(each < 2.2 * usual, "{name}: {each}, {usual} on a plane");
+    }
+}
+
 /// A strip of quads about the y axis that may close with a half turn, windings at random.
 fn band(twisted: bool) -> Substrate {
     let (columns, rows) = (48, 6);
@@ -665,7 +713,9 @@ fn meshes_that_no_file_could_hold_are_not_decimated() {
     let spoilt: [Spoil; 5] = [
         |mesh| mesh.normals.clear(),
         |mesh| mesh.colors.truncate(3),
-        |mesh| drop(mesh.normals.pop()),
+        |mesh| {
+            mesh.normals.pop();
+        },
         |mesh| mesh.triangles[0][0] = mesh.positions.len() as u32,
         |mesh| mesh.attributes[0].values.truncate(1),
     ];

@@ -35,6 +35,7 @@ mod refine;
 mod relief;
 mod sheet;
 mod sites;
+mod slice;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -56,6 +57,7 @@ use grid::Nearness;
 use lichen::Lichen;
 use march::{Marched, march};
 use refine::{NEVER, Tree};
+use slice::Cuts;
 
 use crate::cluster::Cluster;
 use crate::export::{TriMesh, VertexAttribute};
@@ -334,9 +336,11 @@ fn refine(
     let all = 0..substrate.triangles().len() as u32;
     let carries = |&t: &u32| may_carry(substrate, &nearness, t, felt);
     let carrying: Vec<u32> = all.into_par_iter().filter(carries).collect();
-    let base = Base::new(substrate, winding, &carrying);
+    let longest = shape.resolution * radius;
+    let cuts = Cuts::new(substrate, longest);
+    let base = Base::new(substrate, winding, &carrying).sliced(winding, &cuts);
     let reach = overhang(shape) * radius;
-    Tree::grow(base, shape.resolution * radius, |middle, length| {
+    Tree::grow(base, longest, |middle, length| {
         near(&nearness, middle, FARTHEST_FROM_MIDDLE * length + reach)
     })
 }

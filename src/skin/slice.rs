@@ -1,0 +1,220 @@
+//! Long and thin triangles cut across, before lichen is looked for.
+//!
+//! To halve the sides of a long triangle time and again leaves ever thinner tips: three pieces where two would do, so
+//! that a cylinder's sides are cut into a hundred slivers an element. Triangles whose two long sides border on others
+//! of the kind, as those about a cylinder, a cone or a twig, are cut across instead, from one long side to the other,
+//! into pieces that are about as wide as long. Whether a side is cut depends on the mesh and the length alone, so
+//! neighbours agree.
+
+use glam::DVec3;
+
+use super::base::{Base, Face, Winding, bits};
+use super::grid::WordMap;
+use super::refine::side_key;
+use crate::substrate::Substrate;
+
+/// A triangle is long if the longest side is so many times the shortest, and times its width.
+const LONG: f64 = 4.0;
+
+/// Pieces are so many times as long as wide.
+const ASPECT: f64 = 1.4;
+
+/// Pieces of a side, at most and at least.
+const MOST: f64 = 512.0;
+const LEAST: f64 = 3.0;
+
+/// How many pieces each side of a substrate's triangles is cut into, by half-edge; 1 where it stays.
+pub(super) struct Cuts {
+    pieces: Vec<u32>,
+}
+
+/// The numbers of the long sides of a long triangle, 0 to 2, and how long its pieces are to be.
+struct Shape {
+    long: [usize; 2],
+    length: f64,
+}
+
+impl Cuts {
+    /// Where sides are halved that are longer than `longest`.
+    pub(super) fn new(substrate: &Substrate, longest: f64) -> Self {
+        let all = 0..substrate.triangles().len() as u32;
+        let shapes: Vec<Option<Shape>> = all.map(|t| Shape::of(substrate, t, longest)).collect();
+        let mut cuts = Self {
+            pieces: vec![1; 3 * shapes.len()],
+        };
+        let mut doubtful = Vec::new();
+        for (t, shape) in (0u32..).zip(&shapes) {
+            let Some(shape) = shape else { continue };
+            for h in shape.long.map(|k| 3 * t + k as u32) {
+                cuts.pieces[h as usize] = pieces(substrate, &shapes, h);
+            }
+            doubtful.push(t);
+        }
+        // Of two long sides both are cut or none.
+        while let Some(t) = doubtful.pop() {
+            let Some(shape) = &shapes[t as usize] else {
+                continue;
+            };
+            let [a, b] = shape.long.map(|k| 3 * t as usize + k);
+            if (cuts.pieces[a] > 1) == (cuts.pieces[b] > 1) {
+                continue;
+            }
+            for h in [a, b] {
+                let across = substrate.twin(h as u32).half_edge();
+                cuts.pieces[h] = 1;
+                cuts.pieces[across as usize] = 1;
+                doubtful.push(across / 3);
+            }
+        }
+        cuts
+    }
+
+    /// Of a face's sides, in its order.
+    fn of(&self, winding: &Winding, face: &Face) -> [u32; 3] {
+        let sides = match winding.side(face.home) > 0.0 {
+            true => [0, 1, 2],
+            false => [2, 1, 0],
+        };
+        sides.map(|k| self.pieces[3 * face.home as usize + k])
+    }
+}
+
+impl Base {
+    /// With its long and thin triangles cut across.
+    pub(super) fn sliced(mut self, winding: &Winding, cuts: &Cuts) -> Self {
+        let mut between = WordMap::default();
+        let whole = std::mem::take(&mut self.faces);
+        for face in whole {
+            let pieces = cuts.of(winding, &face);
+            // The side that stays, after the corner where the long ones meet.
+            match (0..3).find(|k| pieces[(k + 1) % 3] == 1 && pieces != [1; 3]) {
+                None => self.faces.push(face),
+                Some(apex) => self.slice(&face, apex, pieces, &mut between),
+            }
+        }
+        self
+    }
+
+    /// Cuts a face across its two long sides, which begin at one of its corners.
+    fn slice(&mut self, face: &Face, apex: usize, pieces: [u32; 3], between: &mut WordMap<u32>) {
+        let [first, last] = [apex, (apex + 2) % 3];
+        let corner = |k: usize| face.corners[k % 3];
+        let right = [corner(apex), corner(apex + 1)];
+        let left = [corner(apex), corner(apex + 2)];
+        let right = self.points(right, pieces[first], face.home, between);
+        let left = self.points(left, pieces[last], face.home, between);
+        let is_open = |k: usize| face.open >> (k % 3) & 1 == 1;
+        let (mut i, mut j) = (0, 0);
+        while i + 1 < right.len() || j + 1 < left.len() {
+            let goes_right = match (right.get(i + 1), left.get(j + 1)) {
+                (Some(&next), Some(&other)) => {
+                    self.apart(next, left[j]) <= self.apart(right[i], other)
+                }
+                (next, _) => next.is_some(),
+            };
+            let is_end = |i: usize, j: usize| i + 1 == right.len() && j + 1 == left.len();
+            let (corners, open) = if i == 0 && j == 0 {
+                (i, j) = (1, 1);
+                let corners = [right[0], right[1], left[1]];
+                (corners, [is_open(first), false, is_open(last)])
+            } else if goes_right {
+                i += 1;
+                let end = is_end(i, j) && is_open(apex + 1);
+                (
+                    [right[i - 1], right[i], left[j]],
+                    [is_open(first), end, false],
+                )
+            } else {
+                j += 1;
+                let end = is_end(i, j) && is_open(apex + 1);
+                (
+                    [right[i], left[j], left[j - 1]],
+                    [end, is_open(last), false],
+                )
+            };
+            let open = bits(open);
+            self.faces.push(Face {
+                corners,
+                open,
+                ..*face
+            });
+        }
+    }
+
+    fn apart(&self, a: u32, b: u32) -> f64 {
+        self.positions[a as usize].distance_squared(self.positions[b as usize])
+    }
+
+    /// The vertices along a side from one end to the other, those between them made where they are not yet.
+    fn points(
+        &mut self,
+        [from, to]: [u32; 2],
+        pieces: u32,
+        home: u32,
+        between: &mut WordMap<u32>,
+    ) -> Vec<u32> {
+        let (low, high) = (from.min(to), from.max(to));
+        let next = self.positions.len() as u32;
+        let first = *between.entry(side_key(low, high)).or_insert(next);
+        if first == next {
+            let [p, q] = [low, high].map(|v| self.positions[v as usize]);
+            let share = |k: u32| f64::from(k) / f64::from(pieces);
+            self.positions
+                .extend((1..pieces).map(|k| p.lerp(q, share(k))));
+            self.homes.extend((1..pieces).map(|_| home));
+        }
+        let inner = first..first + pieces - 1;
+        let mut all = vec![low];
+        all.extend(inner);
+        all.push(high);
+        if from > to {
+            all.reverse();
+        }
+        all
+    }
+}
+
+impl Shape {
+    fn of(substrate: &Substrate, t: u32, longest: f64) -> Option<Self> {
+        let corners = substrate.corners(t);
+        let sides = [0, 1, 2].map(|k| corners[k].distance(corners[(k + 1) % 3]));
+        let shortest = (0..3).min_by(|&i, &j| sides[i].total_cmp(&sides[j]))?;
+        let long = [(shortest + 1) % 3, (shortest + 2) % 3];
+        let most = sides[long[0]].max(sides[long[1]]);
+        let width = 2.0 * substrate.area(t) / most;
+        let is_long = most > LONG * sides[shortest].max(width).max(longest);
+        is_long.then_some(Self {
+            long,
+            length: (ASPECT * width).max(longest),
+        })
+    }
+}
+
+/// Into how many pieces a long side is to be cut, if the triangle across wants it too.
+fn pieces(substrate: &Substrate, shapes: &[Option<Shape>], h: u32) -> u32 {
+    let wanted = |h: u32| {
+        let shape = shapes[h as usize / 3].as_ref()?;
+        shape
+            .long
+            .contains(&(h as usize % 3))
+            .then_some(shape.length)
+    };
+    let across = substrate.twin(h).half_edge();
+    let (Some(here), Some(there)) = (wanted(h), wanted(across)) else {
+        return 1;
+    };
+    let [from, to] = ends(substrate, h);
+    let pieces = (from.distance(to) / here.max(there)).ceil();
+    if pieces < LEAST {
+        1
+    } else {
+        pieces.min(MOST) as u32
+    }
+}
+
+/// Where a half-edge begins and ends.
+fn ends(substrate: &Substrate, h: u32) -> [DVec3; 2] {
+    let corners = substrate.corners(h / 3);
+    let k = h as usize % 3;
+    [corners[k], corners[(k + 1) % 3]]
+}
