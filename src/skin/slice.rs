@@ -6,7 +6,8 @@
 //! into pieces that are about as wide as long. Whether a side is cut depends on the mesh and the length alone, so
 //! neighbours agree.
 
-use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::base::{Base, Face, Winding, bits};
 use super::grid::WordMap;
@@ -23,50 +24,55 @@ const ASPECT: f64 = 1.4;
 const MOST: f64 = 512.0;
 const LEAST: f64 = 3.0;
 
-/// How many pieces each side of a substrate's triangles is cut into, by half-edge; 1 where it stays.
-pub(super) struct Cuts {
-    pieces: Vec<u32>,
-}
+/// Into how many pieces sides of a substrate's triangles are cut, by half-edge; those that are not there stay.
+pub(super) struct Cuts(WordMap<u32>);
 
 /// The numbers of the long sides of a long triangle, 0 to 2, and how long its pieces are to be.
-struct Shape {
-    long: [usize; 2],
+struct Long {
+    sides: [u32; 2],
     length: f64,
 }
 
 impl Cuts {
     /// Where sides are halved that are longer than `longest`.
     pub(super) fn new(substrate: &Substrate, longest: f64) -> Self {
-        let all = 0..substrate.triangles().len() as u32;
-        let shapes: Vec<Option<Shape>> = all.map(|t| Shape::of(substrate, t, longest)).collect();
-        let mut cuts = Self {
-            pieces: vec![1; 3 * shapes.len()],
-        };
-        let mut doubtful = Vec::new();
-        for (t, shape) in (0u32..).zip(&shapes) {
-            let Some(shape) = shape else { continue };
-            for h in shape.long.map(|k| 3 * t + k as u32) {
-                cuts.pieces[h as usize] = pieces(substrate, &shapes, h);
+        let all = (0..substrate.triangles().len() as u32).into_par_iter();
+        let long = |t: u32| Some((t, Long::of(substrate, t, longest)?));
+        let all: Vec<(u32, Long)> = all.filter_map(long).collect();
+        let mut cuts = Self(WordMap::default());
+        for (t, long) in &all {
+            for h in long.sides.map(|k| 3 * t + k) {
+                let pieces = pieces(substrate, long.length, h, longest);
+                cuts.0.extend(pieces.map(|pieces| (u64::from(h), pieces)));
             }
-            doubtful.push(t);
         }
-        // Of two long sides both are cut or none.
+        cuts.keep_pairs(
+            substrate,
+            longest,
+            all.into_iter().map(|(t, _)| t).collect(),
+        );
+        cuts
+    }
+
+    /// Of two long sides both are cut or none.
+    fn keep_pairs(&mut self, substrate: &Substrate, longest: f64, mut doubtful: Vec<u32>) {
         while let Some(t) = doubtful.pop() {
-            let Some(shape) = &shapes[t as usize] else {
+            let Some(long) = Long::of(substrate, t, longest) else {
                 continue;
             };
-            let [a, b] = shape.long.map(|k| 3 * t as usize + k);
-            if (cuts.pieces[a] > 1) == (cuts.pieces[b] > 1) {
+            let sides = long.sides.map(|k| 3 * t + k);
+            let [is_cut, other_is] = sides.map(|h| self.0.contains_key(&u64::from(h)));
+            if is_cut == other_is {
                 continue;
             }
-            for h in [a, b] {
-                let across = substrate.twin(h as u32).half_edge();
-                cuts.pieces[h] = 1;
-                cuts.pieces[across as usize] = 1;
+            for h in sides {
+                let across = substrate.twin(h).half_edge();
+                for h in [h, across] {
+                    self.0.remove(&u64::from(h));
+                }
                 doubtful.push(across / 3);
             }
         }
-        cuts
     }
 
     /// Of a face's sides, in its order.
@@ -75,14 +81,19 @@ impl Cuts {
             true => [0, 1, 2],
             false => [2, 1, 0],
         };
-        sides.map(|k| self.pieces[3 * face.home as usize + k])
+        let pieces = |k: u32| self.0.get(&u64::from(3 * face.home + k)).copied();
+        sides.map(|k| pieces(k).unwrap_or(1))
     }
 }
+
+/// The first vertex between the ends of each side that is cut into so many pieces. Where a mesh is pinched, two sides may
+/// have the same ends.
+type Between = FxHashMap<(u64, u32), u32>;
 
 impl Base {
     /// With its long and thin triangles cut across.
     pub(super) fn sliced(mut self, winding: &Winding, cuts: &Cuts) -> Self {
-        let mut between = WordMap::default();
+        let mut between = Between::default();
         let whole = std::mem::take(&mut self.faces);
         for face in whole {
             let pieces = cuts.of(winding, &face);
@@ -96,7 +107,7 @@ impl Base {
     }
 
     /// Cuts a face across its two long sides, which begin at one of its corners.
-    fn slice(&mut self, face: &Face, apex: usize, pieces: [u32; 3], between: &mut WordMap<u32>) {
+    fn slice(&mut self, face: &Face, apex: usize, pieces: [u32; 3], between: &mut Between) {
         let [first, last] = [apex, (apex + 2) % 3];
         let corner = |k: usize| face.corners[k % 3];
         let right = [corner(apex), corner(apex + 1)];
@@ -151,11 +162,12 @@ impl Base {
         [from, to]: [u32; 2],
         pieces: u32,
         home: u32,
-        between: &mut WordMap<u32>,
+        between: &mut Between,
     ) -> Vec<u32> {
         let (low, high) = (from.min(to), from.max(to));
         let next = self.positions.len() as u32;
-        let first = *between.entry(side_key(low, high)).or_insert(next);
+        let side = (side_key(low, high), pieces);
+        let first = *between.entry(side).or_insert(next);
         if first == next {
             let [p, q] = [low, high].map(|v| self.positions[v as usize]);
             let share = |k: u32| f64::from(k) / f64::from(pieces);
@@ -174,47 +186,30 @@ impl Base {
     }
 }
 
-impl Shape {
+impl Long {
+    /// None of a triangle that is not long, or has no side longer than `longest`.
     fn of(substrate: &Substrate, t: u32, longest: f64) -> Option<Self> {
         let corners = substrate.corners(t);
         let sides = [0, 1, 2].map(|k| corners[k].distance(corners[(k + 1) % 3]));
         let shortest = (0..3).min_by(|&i, &j| sides[i].total_cmp(&sides[j]))?;
-        let long = [(shortest + 1) % 3, (shortest + 2) % 3];
-        let most = sides[long[0]].max(sides[long[1]]);
+        let most = sides.into_iter().fold(0.0, f64::max);
         let width = 2.0 * substrate.area(t) / most;
         let is_long = most > LONG * sides[shortest].max(width).max(longest);
         is_long.then_some(Self {
-            long,
+            sides: [1, 2].map(|k| (shortest as u32 + k) % 3),
             length: (ASPECT * width).max(longest),
         })
     }
 }
 
 /// Into how many pieces a long side is to be cut, if the triangle across wants it too.
-fn pieces(substrate: &Substrate, shapes: &[Option<Shape>], h: u32) -> u32 {
-    let wanted = |h: u32| {
-        let shape = shapes[h as usize / 3].as_ref()?;
-        shape
-            .long
-            .contains(&(h as usize % 3))
-            .then_some(shape.length)
-    };
+fn pieces(substrate: &Substrate, length: f64, h: u32, longest: f64) -> Option<u32> {
     let across = substrate.twin(h).half_edge();
-    let (Some(here), Some(there)) = (wanted(h), wanted(across)) else {
-        return 1;
-    };
-    let [from, to] = ends(substrate, h);
-    let pieces = (from.distance(to) / here.max(there)).ceil();
-    if pieces < LEAST {
-        1
-    } else {
-        pieces.min(MOST) as u32
-    }
-}
-
-/// Where a half-edge begins and ends.
-fn ends(substrate: &Substrate, h: u32) -> [DVec3; 2] {
+    let other = Long::of(substrate, across / 3, longest)?;
     let corners = substrate.corners(h / 3);
     let k = h as usize % 3;
-    [corners[k], corners[(k + 1) % 3]]
+    let long = corners[k].distance(corners[(k + 1) % 3]);
+    let pieces = (long / length.max(other.length)).ceil();
+    let is_cut = other.sides.contains(&(across % 3)) && pieces >= LEAST;
+    is_cut.then_some(pieces.min(MOST) as u32)
 }
