@@ -32,6 +32,16 @@ pub fn regular(path: &Path) -> io::Result<File> {
     Err(io::Error::new(ErrorKind::InvalidInput, problem))
 }
 
+/// All of a file that [`regular`] opens.
+///
+/// # Errors
+/// As that, and when the system refuses to read.
+pub fn regular_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    regular(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// All of a text, which may come through a pipe.
 ///
 /// # Errors

@@ -707,6 +707,13 @@ fn a_mesh_is_drawn_by_its_own_file() {
     desk.done("b.obj --radius 0.2% --elements 20 -o b");
     assert_eq!(channels(&desk, "b"), [red, green]);
     assert_eq!(channels(&desk, "b --ground bark"), [None; 2]);
+    // Of one colour it is drawn as that only if somebody asks.
+    fs::write(desk.path("b.obj"), painted.replace(".5", "0")).unwrap();
+    assert_eq!(channels(&desk, "b"), [None; 2]);
+    let bytes = desk.read("c.png");
+    channels(&desk, "b --ground mesh");
+    assert!(desk.read("c.png") != bytes);
+    fs::write(desk.path("b.obj"), painted).unwrap();
     let gif = "b -o b.gif --frames 2 --width 32";
     let animated = |words: &str| {
         let output = desk

@@ -116,6 +116,59 @@ fn pillar(sides: usize, height: f64, radii: [f64; 2]) -> Substrate {
     substrate(positions, triangles)
 }
 
+/// Two sheets of long triangles, a wide one and a narrow one, that share an edge and go round into one another at both
+/// its ends: of the edge's four triangles two pairs belong together.
+fn pinched(wide_is_above: bool, first: usize) -> Substrate {
+    let up = if wide_is_above { 1.0 } else { -1.0 };
+    let positions = [
+        [0.0, 0.0, 0.0],
+        [10.0, 0.0, 0.0],
+        [9.9, 0.01 * up, 0.5],
+        [9.9, 0.01 * up, -0.5],
+        [9.9, -0.08 * up, 0.1],
+        [9.9, -0.08 * up, -0.1],
+    ];
+    let mut triangles = vec![
+        [0, 1, 2],
+        [1, 0, 3],
+        [1, 0, 4],
+        [0, 1, 5],
+        [0, 2, 4],
+        [0, 5, 3],
+        [1, 4, 2],
+        [1, 3, 5],
+    ];
+    triangles.rotate_left(first);
+    substrate(positions.to_vec(), triangles)
+}
+
+#[test]
+fn sheets_that_share_a_long_edge_are_cut_each_by_itself() {
+    let all = [true, false].map(|above| [0, 1, 2, 3].map(|first| pinched(above, first)));
+    for surface in all.iter().flatten() {
+        let radius = 0.05;
+        let places: Vec<DVec3> = (1..190)
+            .map(|i| DVec3::new(0.05 * f64::from(i), 0.0, 0.0))
+            .collect();
+        let mesh = skinned(
+            surface,
+            &placed(surface, radius, &places),
+            &Shape::default(),
+        );
+        let longest = mesh
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|ends| {
+                let [p, q] = ends.map(|v| DVec3::from(mesh.positions[v as usize]));
+                p.distance(q)
+            });
+        let longest = longest.fold(0.0, f64::max);
+        // The wide sheet is cut into pieces of two thirds, and the underside no finer where it need not be.
+        assert!(longest < 0.8, "{longest}");
+    }
+}
+
 /// What is long and thin is cut across, not into slivers: a lichen has about as many triangles there as on a plane, and
 /// they are as wide as elsewhere.
 #[test]

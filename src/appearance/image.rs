@@ -46,7 +46,18 @@ impl Image {
     }
 
     fn bilinear(&self, [u, v]: [f64; 2], of: impl Fn([u8; 3]) -> Vec3) -> Vec3 {
-        let (x, y) = (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5);
+        // What is too large to be told from one image to the next is anywhere.
+        let within = |x: f64| {
+            if x.is_finite() {
+                x.rem_euclid(1.0)
+            } else {
+                0.0
+            }
+        };
+        let (x, y) = (
+            within(u) * self.width as f64 - 0.5,
+            within(v) * self.height as f64 - 0.5,
+        );
         let (left, top) = (x.floor(), y.floor());
         let at = |dx: i64, dy: i64| {
             let column = (left as i64)

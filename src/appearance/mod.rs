@@ -19,7 +19,7 @@ pub struct Appearance<'a> {
     images: Vec<Option<Image>>,
     /// Instead of the materials' colours, in the layout of the mesh.
     instead: Option<Image>,
-    /// Images that could not be read, in words for the user.
+    /// What could not be read, in words for the user.
     notes: Vec<String>,
 }
 
@@ -30,11 +30,41 @@ impl std::fmt::Debug for Appearance<'_> {
 }
 
 impl<'a> Appearance<'a> {
-    /// Of a substrate and what its file says. Images that cannot be read are passed over, with a [note](Self::notes).
+    /// Of a substrate and what its file says, for pictures, which take colours and normals of it. Images that cannot be
+    /// read are passed over, with a [note](Self::notes).
     pub fn new(substrate: &'a Substrate, texturing: &'a Texturing) -> Self {
-        let mut notes = Vec::new();
+        let shown = |m: &Material| [m.base_color_texture, m.normal_texture];
+        let shown = texturing.materials.iter().flat_map(shown).flatten();
+        let shown: BTreeSet<usize> = shown.map(|texture| texture.image).collect();
+        Self::with(substrate, texturing, |image| shown.contains(&image))
+    }
+
+    /// The same for maps, which take all of it.
+    pub(crate) fn whole(substrate: &'a Substrate, texturing: &'a Texturing) -> Self {
+        Self::with(substrate, texturing, |_| true)
+    }
+
+    /// Of a substrate that has the colours of an encoded PNG or JPEG image in the layout of its UVs, and nothing else of
+    /// what its file says.
+    ///
+    /// # Errors
+    /// When the image cannot be read.
+    pub fn of_image(
+        substrate: &'a Substrate,
+        texturing: &'a Texturing,
+        bytes: &[u8],
+    ) -> Result<Self, String> {
+        Self::with(substrate, texturing, |_| false).with_image(bytes)
+    }
+
+    fn with(
+        substrate: &'a Substrate,
+        texturing: &'a Texturing,
+        is_wanted: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut notes = texturing.notes.clone();
         let mut decode = |(i, bytes): (usize, &Vec<u8>)| {
-            let image = Image::decode(bytes);
+            let image = is_wanted(i).then(|| Image::decode(bytes))?;
             image
                 .map_err(|e| notes.push(format!("image {i} of the mesh is passed over: {e}")))
                 .ok()
@@ -50,11 +80,8 @@ impl<'a> Appearance<'a> {
         }
     }
 
-    /// The same, with the colours of an encoded PNG or JPEG image in the layout of the mesh.
-    ///
-    /// # Errors
-    /// When the image cannot be read.
-    pub fn with_image(self, bytes: &[u8]) -> Result<Self, String> {
+    /// The same, with the colours of an image in the layout of the mesh in place of its own.
+    pub(crate) fn with_image(self, bytes: &[u8]) -> Result<Self, String> {
         Ok(Self {
             instead: Some(Image::decode(bytes)?),
             ..self
@@ -63,8 +90,7 @@ impl<'a> Appearance<'a> {
 
     /// What could not be used, in words for the user.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
-        let notes = self.texturing.notes.iter().chain(&self.notes);
-        notes.map(String::as_str)
+        self.notes.iter().map(String::as_str)
     }
 
     /// Whether more than one colour is said: by an image, at vertices, or by materials.
@@ -75,8 +101,10 @@ impl<'a> Appearance<'a> {
         let all = numbers.iter().filter_map(|&&n| materials.get(n as usize));
         let mut colors = all.clone().map(|material| material.base_color);
         let first = colors.next();
+        let mut painted = self.texturing.colors.iter().flatten().flatten();
+        let first_painted = painted.next();
         self.instead.is_some()
-            || self.has_painted_vertices()
+            || painted.any(|color| Some(color) != first_painted)
             || all.filter_map(|m| m.base_color_texture).any(is_read)
             || colors.any(|color| Some(color) != first)
     }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3, Vec3A};
 
 use crate::appearance::Appearance;
 use crate::picture::{self, longest_axis};
-use crate::substrate::{Substrate, SurfacePoint, Texturing};
+use crate::substrate::{Material, Substrate, SurfacePoint, Texturing};
 
 /// How the bare substrate at a place throws light back, besides its colour.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +29,6 @@ pub enum Base {
     /// An encoded PNG or JPEG image in the layout of the mesh.
     Image(Vec<u8>),
 }
-
-/// Roughness of stone that no material describes.
-const ROUGH: f32 = 0.85;
 
 /// What is under the lichen, ready to be sampled.
 pub(super) struct Ground<'a> {
@@ -56,7 +53,7 @@ impl<'a> Ground<'a> {
         texturing: &'a Texturing,
         base: &Base,
     ) -> Result<Self, String> {
-        let own = Appearance::new(substrate, texturing);
+        let own = Appearance::whole(substrate, texturing);
         let (own, drawn) = match base {
             Base::Mesh => (own, None),
             Base::Ground(ground) => (own, Some(*ground)),
@@ -153,7 +150,7 @@ impl<'a> Ground<'a> {
     pub(super) fn surface(&self, triangle: Option<u32>, uv: [f64; 2]) -> Surface {
         let mut surface = Surface {
             metallic: 0.0,
-            roughness: ROUGH,
+            roughness: Material::ROUGH,
             normal: Vec3::Z,
             occlusion: 1.0,
         };

@@ -85,25 +85,22 @@ pub(super) fn appearance<'a>(
                     file.display()
                 )));
             }
-            let own = Appearance::new(substrate, texturing);
             let bytes = input::bytes(file).map_err(|e| e.to_string());
-            let own = bytes.and_then(|bytes| own.with_image(&bytes));
+            let own = bytes.and_then(|bytes| Appearance::of_image(substrate, texturing, &bytes));
             own.map_err(|e| anyhow::anyhow!("--ground {}: {e}", file.display()))?
         }
         Some(Dress::Own) | None => Appearance::new(substrate, texturing),
     };
-    let notes = own.notes().collect::<Vec<_>>();
-    notes
-        .iter()
-        .for_each(|note| voice.warn(&format!("{mesh}: {note}")));
+    let is_asked = !matches!(dress, Some(Dress::Image(_)));
+    let notes = own.notes().filter(|_| is_asked);
+    notes.for_each(|note| voice.warn(&format!("{mesh}: {note}")));
+    let says_nothing = texturing.materials.is_empty() && texturing.colors.is_empty();
     match dress {
         None => Ok(Some(own).filter(Appearance::has_colors)),
-        Some(Dress::Own) if texturing.materials.is_empty() && !own.has_colors() => {
-            Err(Failure::Failed(anyhow::anyhow!(
-                "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
+        Some(Dress::Own) if says_nothing => Err(Failure::Failed(anyhow::anyhow!(
+            "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
                  name an image in the layout of its UVs"
-            )))
-        }
+        ))),
         Some(_) => Ok(Some(own)),
     }
 }

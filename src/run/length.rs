@@ -46,9 +46,7 @@ impl Length {
             Self::Auto => diagonal / AUTO_RADII_PER_DIAGONAL,
         }
     }
-}
 
-impl Length {
     /// The same in element radii; as it is, where it was given in them.
     pub fn in_radii(self, diagonal: f64, radius: f64) -> f64 {
         match self {

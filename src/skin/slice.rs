@@ -24,6 +24,9 @@ const ASPECT: f64 = 1.4;
 const MOST: f64 = 512.0;
 const LEAST: f64 = 3.0;
 
+/// Pieces of all sides of a mesh, about, at most: where there are many, each is cut into fewer.
+const MOST_IN_ALL: f64 = (1 << 20) as f64;
+
 /// Into how many pieces sides of a substrate's triangles are cut, by half-edge; those that are not there stay.
 pub(super) struct Cuts(WordMap<u32>);
 
@@ -39,10 +42,12 @@ impl Cuts {
         let all = (0..substrate.triangles().len() as u32).into_par_iter();
         let long = |t: u32| Some((t, Long::of(substrate, t, longest)?));
         let all: Vec<(u32, Long)> = all.filter_map(long).collect();
+        let most = (MOST_IN_ALL / all.len() as f64).clamp(LEAST, MOST);
         let mut cuts = Self(WordMap::default());
         for (t, long) in &all {
             for h in long.sides.map(|k| 3 * t + k) {
                 let pieces = pieces(substrate, long.length, h, longest);
+                let pieces = pieces.map(|pieces| pieces.min(most) as u32);
                 cuts.0.extend(pieces.map(|pieces| (u64::from(h), pieces)));
             }
         }
@@ -202,8 +207,8 @@ impl Long {
     }
 }
 
-/// Into how many pieces a long side is to be cut, if the triangle across wants it too.
-fn pieces(substrate: &Substrate, length: f64, h: u32, longest: f64) -> Option<u32> {
+/// Into how many pieces a long side is to be cut, if it is long in the triangle across too; an open one has none.
+fn pieces(substrate: &Substrate, length: f64, h: u32, longest: f64) -> Option<f64> {
     let across = substrate.twin(h).half_edge();
     let other = Long::of(substrate, across / 3, longest)?;
     let corners = substrate.corners(h / 3);
@@ -211,5 +216,5 @@ fn pieces(substrate: &Substrate, length: f64, h: u32, longest: f64) -> Option<u3
     let long = corners[k].distance(corners[(k + 1) % 3]);
     let pieces = (long / length.max(other.length)).ceil();
     let is_cut = other.sides.contains(&(across % 3)) && pieces >= LEAST;
-    is_cut.then_some(pieces.min(MOST) as u32)
+    is_cut.then_some(pieces)
 }

@@ -175,6 +175,9 @@ impl Substrate {
     ///
     /// # Errors
     /// As [`from_soup`](Self::from_soup), but for corners, which loaders have asked about.
+    ///
+    /// # Panics
+    /// When a corner is not among the positions, which no loader lets through.
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
         let Loaded { soup, hash, format } = loaded;
         let substrate = Self::cleaned(soup)?;
@@ -359,6 +362,9 @@ impl Substrate {
     }
 
     /// The component that a triangle belongs to.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn component_of(&self, triangle: u32) -> &Component {
         let i = self
             .components

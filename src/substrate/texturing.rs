@@ -10,13 +10,13 @@ use super::Substrate;
 /// Coordinates are glTF's: (0, 0) is the upper left corner of the image, (1, 1) the lower right one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Texturing {
-    /// For each triangle those of its corners; none where a corner has none, or none that is finite.
+    /// For each triangle those of its corners; none where a corner has none, or none that is finite. This and the next
+    /// two end with the last triangle that has any.
     pub uvs: Vec<Option<[[f64; 2]; 3]>>,
     /// For each triangle the unit normals of its corners, in the order of `uvs`; none where a corner has none that is a
     /// direction. Of glTF and OBJ, but not of skinned meshes.
     pub normals: Vec<Option<[Vec3; 3]>>,
     /// For each triangle the colours of its corners, linear light, in the order of `uvs`; none where a corner has none.
-    /// Empty where no triangle has any, and as long as they need.
     pub colors: Vec<Option<[[f32; 3]; 3]>>,
     /// For each triangle its place in `materials`, if it has one.
     pub material_of: Vec<Option<u32>>,
@@ -56,6 +56,11 @@ pub struct Texture {
     pub strength: f32,
     /// From (u, v, 1) to the image's coordinates: the two rows of `KHR_texture_transform`.
     pub transform: [[f64; 3]; 2],
+}
+
+impl Material {
+    /// Roughness of stone, where nothing says it.
+    pub(crate) const ROUGH: f32 = 0.85;
 }
 
 impl Texturing {
@@ -101,12 +106,14 @@ impl Texturing {
             let normal = corner.normal.map(DVec3::from_array)?;
             normal.try_normalize().map(|normal| normal.as_vec3())
         };
-        self.uvs.push(all(corners.each_ref().map(uv)));
-        self.normals.push(all(corners.each_ref().map(normal)));
-        if let Some(colors) = all(corners.map(|corner| corner.color)) {
-            self.colors.resize(self.material_of.len(), None);
-            self.colors.push(Some(colors));
-        }
+        let at = self.material_of.len();
+        put(&mut self.uvs, at, all(corners.each_ref().map(uv)));
+        put(&mut self.normals, at, all(corners.each_ref().map(normal)));
+        put(
+            &mut self.colors,
+            at,
+            all(corners.map(|corner| corner.color)),
+        );
         self.material_of.push(material);
     }
 }
@@ -118,6 +125,14 @@ pub(super) struct Corner {
     pub(super) normal: Option<[f64; 3]>,
     /// Linear light.
     pub(super) color: Option<[f32; 3]>,
+}
+
+/// Puts what there is at its place in a column.
+fn put<T: Clone>(column: &mut Vec<Option<T>>, at: usize, value: Option<T>) {
+    if value.is_some() {
+        column.resize(at, None);
+        column.push(value);
+    }
 }
 
 fn all<T>([a, b, c]: [Option<T>; 3]) -> Option<[T; 3]> {

@@ -71,7 +71,7 @@ fn colours_of_vertices_are_read_from_ply_by_their_type() {
         );
         let (texturing, _) = textured(&[("a.ply", text.as_bytes())]);
         assert_colors(&texturing, COLORS, kind);
-        assert_eq!(texturing.uvs, [None], "{kind}");
+        assert_eq!(texturing.uvs, [], "{kind}");
         // Without one of the three there is no colour; the mesh is the same.
         let text = text.replace(names[1], "other");
         let (texturing, _) = textured(&[("a.ply", text.as_bytes())]);
@@ -92,6 +92,13 @@ fn colours_of_vertices_are_read_from_obj_whatever_they_go_to() {
         let (texturing, _) = textured(&[("a.obj", text.as_bytes())]);
         assert_colors(&texturing, COLORS, "obj");
     }
+    // One that is a little brighter than white does not make all of them black.
+    let text = format!(
+        "{}f 1 2 3\n",
+        rows("v ", 1.0).replacen(" 1 0.4", " 1.2 0.4", 1)
+    );
+    let (texturing, _) = textured(&[("a.obj", text.as_bytes())]);
+    assert_colors(&texturing, COLORS, "bright");
     // A vertex with a weight has no colour, and a triangle with such a corner none.
     let text =
         "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 1 1 0 1\nf 4 3 2\nf 1 2 3\nf 2 4 3\n";
@@ -137,9 +144,10 @@ const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 #[test]
 fn materials_of_obj_come_from_its_libraries() {
-    let library = "# of a scanner\n\tnewmtl Rock 1  \r\n Kd 0 0 0\r\nillum spectral\nmap_Kd -clamp on C:\\scan\\the rock.png\n\
-        norm -bm 0.5 n.png\nKd 0.1 0.1 0.1\nnewmtl plain\nKd 0.25\nPr 0.5\nPm 2\nnewmtl plain\nKd 1 1 1\n";
-    let obj = format!("mtllib my scan.mtl\n{QUAD}{FACES}");
+    let library = "\u{feff}# of a scanner\n\tnewmtl Rock 1  \r\n Kd 0 0 0\r\nillum spectral\nmap_Kd -clamp on C:\\scan\\the rock.png\n\
+        norm -bm 0.5 n.png\nKd 0.1 0.1 0.1\nnewmtl plain # grey\nKd 0.25\nPr 0.5\nPm 2\nnewmtl plain\nKd 1 1 1\n";
+    let obj = format!("mtllib my scan.mtl # all of it\n{QUAD}{FACES}")
+        .replace("plain", "plain # no texture");
     let files: [(&str, &[u8]); 4] = [
         ("a.obj", obj.as_bytes()),
         ("my scan.mtl", library.as_bytes()),
@@ -178,6 +186,10 @@ fn materials_of_obj_come_from_its_libraries() {
         ],
     );
     assert_eq!(texturing.images.len(), 0);
+    // Of many faults a few are told.
+    let many: String = (0..2000).map(|i| format!("mtllib {i}.mtl\n")).collect();
+    let (texturing, _) = textured(&[("a.obj", format!("{many}{QUAD}{FACES}").as_bytes())]);
+    assert_eq!(texturing.notes.len(), 13);
     // In memory there is no library, and that is no fault.
     assert_eq!(parsed(&obj, Format::Obj).triangles.len(), 3);
 }

@@ -193,10 +193,7 @@ impl<'a> Buffers<'a> {
             return decode_data_uri(uri).ok_or_else(|| "its data URI is not valid base64".into());
         }
         let path = self.local_path(uri)?;
-        let read = input::regular(&path).and_then(|mut file| {
-            let mut bytes = Vec::new();
-            file.read_to_end(&mut bytes).map(|_| bytes)
-        });
+        let read = input::regular_bytes(&path);
         read.map_err(|e| format!("{}: {e}", path.display()))
     }
 

@@ -5,6 +5,8 @@
 //! textures of another coordinate set than the first, and images other than PNG and JPEG, are passed
 //! over.
 
+use std::collections::BTreeSet;
+
 use serde::Deserialize;
 
 use crate::substrate::{Material, Texture, Texturing};
@@ -151,9 +153,9 @@ impl Looks {
             out.notes
                 .push(format!("materials cannot be read ({fault})"));
         }
-        let used: Vec<bool> = (0..self.materials.len() as u32)
-            .map(|m| out.material_of.contains(&Some(m)))
-            .collect();
+        let numbers: BTreeSet<u32> = out.material_of.iter().flatten().copied().collect();
+        let all = 0..self.materials.len() as u32;
+        let used: Vec<bool> = all.map(|m| numbers.contains(&m)).collect();
         let mut images = Images {
             looks: self,
             buffers,

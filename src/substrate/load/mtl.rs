@@ -5,19 +5,18 @@
 //! before a file's name for a part of it, and knows no normal maps. A fault here is a note, and never keeps lichen from
 //! growing. Where there is a texture, `Kd` is passed over, for programs write any colour beside one.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::input;
 use crate::substrate::{Material, Texture, Texturing};
 
 use super::encoded_image;
-use super::text::number;
+use super::text::{BYTE_ORDER_MARK, number, uncommented};
 
-/// Roughness of a material that does not say it: that of stone.
-const ROUGH: f32 = 0.85;
+/// Faults that are told; of more only that there are.
+const MOST_NOTES: usize = 12;
 
 /// Reads libraries of these names: materials and their images are added, and their numbers are told by name. Of two
 /// of one name the first counts. `base` is the folder in which they lie; without it none is read.
@@ -30,13 +29,13 @@ pub(super) fn read<'a>(
         out,
         numbers: HashMap::new(),
         images: HashMap::new(),
+        faults: 0,
     };
     let files = |name| base.map_or_else(Vec::new, |base| files(base, name));
-    let mut all = Vec::new();
+    let mut read = HashSet::new();
     for file in names.flat_map(files) {
-        if !all.contains(&file) {
+        if read.insert(file.clone()) {
             library.add(&file);
-            all.push(file);
         }
     }
     library.numbers
@@ -69,12 +68,6 @@ fn found(folder: &Path, name: &[u8]) -> PathBuf {
         .unwrap_or(as_said)
 }
 
-fn bytes(file: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    input::regular(file)?.read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let words = text.split(u8::is_ascii_whitespace);
     words.filter(|word| !word.is_empty())
@@ -93,25 +86,36 @@ struct Library<'a> {
     numbers: HashMap<Vec<u8>, u32>,
     /// Where images of the files went; none for one that cannot be read.
     images: HashMap<PathBuf, Option<usize>>,
+    faults: usize,
 }
 
 impl Library<'_> {
     fn add(&mut self, file: &Path) {
-        let text = match bytes(file) {
+        let text = match input::regular_bytes(file) {
             Ok(text) => text,
             Err(e) => {
                 let note = format!("the materials in {} cannot be read: {e}", file.display());
-                return self.out.notes.push(note);
+                return self.note(note);
             }
         };
+        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut material = None;
         for line in text.split(|b| b"\r\n".contains(b)) {
-            match (first_word(line), material) {
+            match (first_word(uncommented(line)), material) {
                 ((b"newmtl", name), _) => material = self.begin(name),
                 ((word, rest), Some(number)) => self.say(number, word, rest, folder),
                 _ => {}
             }
+        }
+    }
+
+    fn note(&mut self, note: String) {
+        self.faults += 1;
+        match self.faults {
+            ..=MOST_NOTES => self.out.notes.push(note),
+            n if n == MOST_NOTES + 1 => self.out.notes.push("and so are others".into()),
+            _ => {}
         }
     }
 
@@ -125,7 +129,7 @@ impl Library<'_> {
         self.out.materials.push(Material {
             base_color: [1.0; 3],
             metallic: 0.0,
-            roughness: ROUGH,
+            roughness: Material::ROUGH,
             base_color_texture: None,
             metallic_roughness_texture: None,
             normal_texture: None,
@@ -178,7 +182,7 @@ impl Library<'_> {
     }
 
     fn image(&mut self, file: &Path) -> Option<usize> {
-        let read = bytes(file).map_err(|e| e.to_string());
+        let read = input::regular_bytes(file).map_err(|e| e.to_string());
         match read.and_then(encoded_image) {
             Ok(bytes) => {
                 self.out.images.push(bytes);
@@ -186,7 +190,7 @@ impl Library<'_> {
             }
             Err(problem) => {
                 let note = format!("the image {} is passed over: {problem}", file.display());
-                self.out.notes.push(note);
+                self.note(note);
                 None
             }
         }

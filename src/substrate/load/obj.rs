@@ -24,8 +24,10 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
 use super::mtl;
-use super::polygon::{Triangulator, check_corners};
-use super::text::{integer, line_of, number, quoted, used_are_finite};
+use super::polygon::{Corners, Triangulator, check_corners};
+use super::text::{
+    BYTE_ORDER_MARK, integer, line_of, number, quoted, uncommented, used_are_finite,
+};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Statements that make something other than flat faces, and what to call it.
@@ -45,7 +47,7 @@ pub(super) fn parse(
     base: Option<&Path>,
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
-    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let positions = read_positions(text)?;
     let mut reader = FaceReader::new(text, positions);
     let attributes = texturing.is_some().then(|| Attributes::read(text, base));
@@ -61,7 +63,7 @@ pub(super) fn parse(
 
 /// Whether the text has a statement that only an OBJ file would have.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     Statements::new(text).take(LINES_TO_SNIFF).any(|statement| {
         let mut tokens = statement.tokens();
         match tokens.next() {
@@ -415,8 +417,9 @@ impl Attributes {
     fn face(&mut self, statement: &Statement, corners: &[u32], triangles: &[[u32; 3]]) {
         let said = statement.tokens().skip(1).map(|token| self.corner(token));
         let said: Vec<_> = said.collect();
+        let corners = Corners::new(corners);
         let of = |vertex: u32| {
-            let corner = corners.iter().position(|&c| c == vertex);
+            let corner = corners.at(vertex);
             let said = corner.map_or_else(Corner::default, |corner| said[corner]);
             let color = self.colors.get(vertex as usize).copied().flatten();
             Corner { color, ..said }
@@ -446,25 +449,28 @@ fn rest_of<'a>(statement: &Statement<'a>, keyword: &[u8]) -> Option<&'a [u8]> {
         .first()
         .is_some_and(u8::is_ascii_whitespace)
         .then_some(rest)?;
-    Some(rest.trim_ascii())
+    Some(uncommented(rest).trim_ascii())
 }
 
-/// Colours of vertices (`v x y z r g b`), linear light; none where no vertex has one. They go to 1, or to 255 in a
-/// file where one is more than 1.
+/// Colours of vertices (`v x y z r g b`), linear light; none where no vertex has one. They go to 255 in a file where one
+/// is beyond [`ABOUT_ONE`].
 fn colors(text: &[u8]) -> Vec<Option<[f32; 3]>> {
     let vertices = Statements::new(text).filter(|s| is_vertex(s.bytes));
     let said = vertices.map(|s| numbers::<6>(&s).map(|[_, _, _, r, g, b]| [r, g, b]));
-    let said: Vec<_> = said.collect();
-    let greatest = said.iter().flatten().flatten().fold(None, |greatest, &x| {
-        Some(greatest.map_or(x, |greatest: f64| greatest.max(x)))
-    });
-    let Some(greatest) = greatest else {
-        return Vec::new();
+    let said: Vec<Option<[f64; 3]>> = said.collect();
+    let mut all = said.iter().flatten().flatten().filter(|x| x.is_finite());
+    let most = match all.any(|&x| x > ABOUT_ONE) {
+        true => 255.0,
+        false => 1.0,
     };
-    let most = if greatest > 1.0 { 255.0 } else { 1.0 };
-    let light = |color: Option<[f64; 3]>| color.map(|c| c.map(|x| color::decode_any(x / most)));
-    said.into_iter().map(light).collect()
+    let light = |color: &[f64; 3]| color.map(|x| color::decode_any(x / most));
+    let last = said.iter().rposition(Option::is_some);
+    let said = said.iter().take(last.map_or(0, |last| last + 1));
+    said.map(|color| color.as_ref().map(light)).collect()
 }
+
+/// The greatest number that a colour has by round-off or exposure where 1 is white.
+const ABOUT_ONE: f64 = 2.0;
 
 /// The number, from 0, that a corner names in this part of it, if it does.
 fn named(token: &[u8], part: usize, above: usize) -> Option<usize> {

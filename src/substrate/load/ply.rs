@@ -12,7 +12,7 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
-use super::polygon::{Triangulator, check_corners};
+use super::polygon::{Corners as FaceCorners, Triangulator, check_corners};
 use super::text::{integer, line_of, number, quoted, single, used_are_finite};
 use super::{counted, exclusive_index, no_triangles};
 
@@ -53,7 +53,7 @@ struct Attributes {
 /// Names of a vertex's texture coordinates.
 const TEXCOORDS: [[&[u8]; 2]; 3] = [[b"s", b"t"], [b"u", b"v"], [b"texture_u", b"texture_v"]];
 
-/// Names of a vertex's colour, sRGB: whole numbers as far as their type goes, others to 1.
+/// Names of a vertex's colour, sRGB: fractions to 1, `ushort` to 65,535, other whole numbers to 255.
 const COLORS: [[&[u8]; 3]; 3] = [
     [b"red", b"green", b"blue"],
     [b"diffuse_red", b"diffuse_green", b"diffuse_blue"],
@@ -82,17 +82,22 @@ fn light(kind: Kind, number: f64) -> f32 {
 }
 
 impl Attributes {
-    /// Whether an element has properties with these names.
+    /// Whether an element has any.
     fn are_in(element: &Element) -> bool {
-        let has_some = places(element, &TEXCOORDS).is_some() || places(element, &COLORS).is_some();
-        has_some || element.position(b"texcoord").is_some()
+        match element.name.as_slice() {
+            b"vertex" => {
+                places(element, &TEXCOORDS).is_some() || places(element, &COLORS).is_some()
+            }
+            _ => element.position(b"texcoord").is_some(),
+        }
     }
 
     /// Adds those of the triangles that a face was cut into.
     fn face(&mut self, corners: &[u32], triangles: &[[u32; 3]]) {
         let of_corners = &self.of_corners;
+        let corners = FaceCorners::new(corners);
         let place = |vertex: u32| {
-            let corner = corners.iter().position(|&c| c == vertex);
+            let corner = corners.at(vertex);
             let of_corner = corner.and_then(|at| of_corners.get(2 * at..2 * at + 2));
             let of_vertex = || self.of_vertices.get(vertex as usize).copied();
             let [u, v] = of_corner.map(|uv| [uv[0], uv[1]]).or_else(of_vertex)?;

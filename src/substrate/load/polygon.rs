@@ -19,6 +19,32 @@ const MOST_CORNERS: usize = 1 << 14;
 /// Share of a quad that a triangle of it must have.
 const FLAT: f64 = 1e-10;
 
+/// Which corner of a face is at a vertex, the first of several.
+pub(super) struct Corners<'a> {
+    corners: &'a [u32],
+    /// Of many: vertices with their corners, in order.
+    sorted: Vec<(u32, usize)>,
+}
+
+impl<'a> Corners<'a> {
+    pub(super) fn new(corners: &'a [u32]) -> Self {
+        const MANY: usize = 16;
+        let all = corners.iter().copied().zip(0..);
+        let mut sorted: Vec<_> = all.filter(|_| corners.len() > MANY).collect();
+        sorted.sort_unstable();
+        Self { corners, sorted }
+    }
+
+    pub(super) fn at(&self, vertex: u32) -> Option<usize> {
+        if self.sorted.is_empty() {
+            return self.corners.iter().position(|&c| c == vertex);
+        }
+        let first = self.sorted.partition_point(|&(c, _)| c < vertex);
+        let (found, corner) = *self.sorted.get(first)?;
+        (found == vertex).then_some(corner)
+    }
+}
+
 /// Refuses a polygon that may take too long to cut.
 ///
 /// # Panics

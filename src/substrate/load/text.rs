@@ -8,6 +8,15 @@ use crate::substrate::soup::is_representable;
 /// Longest excerpt of a file that a message quotes, in bytes.
 const QUOTE: usize = 40;
 
+/// What some programs write before a text in UTF-8.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// A line without its comment, which a `#` begins that stands first or after white space: names may hold others.
+pub(super) fn uncommented(line: &[u8]) -> &[u8] {
+    let begins = |&at: &usize| line[at] == b'#' && (at == 0 || line[at - 1].is_ascii_whitespace());
+    &line[..(0..line.len()).find(begins).unwrap_or(line.len())]
+}
+
 /// The 1-based number of the line that holds byte `offset`. A line ends with LF, CRLF, or CR alone.
 pub(super) fn line_of(bytes: &[u8], offset: usize) -> usize {
     let end = offset.min(bytes.len());
