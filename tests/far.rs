@@ -261,8 +261,8 @@ fn plate(squares: usize, thickness: f64) -> Substrate {
 }
 
 /// Below lichen on the other face of a thin plate steps are as long as its own face is free. That says nothing of
-/// space, so no such step may lead to a copy of the surface, where contacts are not asked for (the engine asserts
-/// that none comes there).
+/// space, so no such step may lead to a copy of the surface, where contacts are not asked for: in tests the
+/// engine asserts that nothing is touched there.
 #[test]
 fn walkers_below_lichen_of_the_other_face_stay_on_the_mesh() {
     let diagonal = 2f64.sqrt();

@@ -200,8 +200,11 @@ impl<I: ElementIndex> Walk<'_, I> {
                 return Some(self.kill());
             };
             // 4. Contact: stick, or go back to the last position and walk on.
-            if look.touching {
-                assert_eq!(now.level, 0, "copies end before contact");
+            debug_assert!(
+                now.level == 0 || !look.touching,
+                "copies end before contact"
+            );
+            if look.touching && now.level == 0 {
                 match self.meet(&moved.to, &mut now.stream) {
                     Meeting::Elsewhere => {}
                     Meeting::Refused => {
