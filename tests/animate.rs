@@ -1,10 +1,12 @@
 //! Growing lichens: frames that swell without jumps, and end as what does not move.
 
 mod common;
+#[path = "common/shapes.rs"]
+mod shapes;
 
 use std::collections::BTreeMap;
 
-use common::{plane, recipe, rock, slab, sphere, substrate};
+use common::{plane, recipe, rock, slab, sphere};
 use glam::DVec3;
 use thallus::cluster::{Cluster, Ease, Presence};
 use thallus::export::TriMesh;
@@ -78,29 +80,19 @@ fn volume(mesh: &TriMesh) -> f64 {
     volumes.sum()
 }
 
-/// A tube of so many long sides, open at both ends, every third side wound the other way.
-fn pole(sides: u32) -> Substrate {
-    let place = |i: u32, y: f64| {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
-        [0.5 * cos, y, 0.5 * sin]
-    };
-    let positions = (0..sides).flat_map(|i| [place(i, 0.0), place(i, 6.0)]);
-    let triangles = (0..sides).flat_map(|i| {
-        let [a, b] = [2 * i, 2 * ((i + 1) % sides)];
-        let quad = [[a, a + 1, b], [b, a + 1, b + 1]];
-        quad.map(|[p, q, r]| if i % 3 == 0 { [p, r, q] } else { [p, q, r] })
-    });
-    substrate(positions.collect(), triangles.collect())
-}
-
 #[test]
 fn without_a_window_frames_are_the_skins_of_the_first_elements() {
+    // Of long triangles, windings at random.
+    let pole = shapes::Prism {
+        sides: 24,
+        height: 12.0,
+    };
     let surfaces = [
         ("plane", plane(2.0), 0.01),
         ("board that is nearly full", plane(0.6), 0.01),
         ("sphere", sphere(16), 0.012),
         ("rock", rock(24), 0.01),
-        ("a pole", pole(24), 0.02),
+        ("a pole", pole.mesh(1), 0.02),
         ("slab", slab(16, 1.0, 0.004), 0.007),
         ("fine rock", rock(120), 0.02),
     ];

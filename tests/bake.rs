@@ -526,6 +526,13 @@ fn beyond_the_gutter_is_the_mean_of_the_stone() {
     }
 }
 
+#[test]
+#[should_panic(expected = "column 64 of 64")]
+fn there_is_no_texel_beyond_the_last_column() {
+    let made = made();
+    baked(&made, &settings(64, 1)).value(map("mask"), 64, 3);
+}
+
 /// Colours of vertices show between them, times the material's, and their mean beyond all triangles.
 #[test]
 fn colours_of_vertices_are_baked() {

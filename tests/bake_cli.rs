@@ -239,6 +239,12 @@ fn wrong_requests_are_refused() {
     refused(&desk, "out -o x --format jpg", 2, &["png", "exr"]);
     refused(&desk, "out -o x --thickness 99r", 2, &["thickness"]);
     refused(&desk, "out -o x --base #12", 2, &["--base"]);
+    refused(
+        &desk,
+        "out -o x --base grey",
+        2,
+        &["--base", "stone or bark", "mesh"],
+    );
     refused(&desk, "out -o x --base gone.png", 1, &["gone.png"]);
     refused(&desk, "out -o x --base cube.obj", 1, &["PNG"]);
     refused(&desk, "gone -o x", 1, &["gone"]);

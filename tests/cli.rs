@@ -436,6 +436,7 @@ fn folders_that_cannot_be_written_are_1_before_growing() {
         1,
         &["plane.obj is a file"],
     );
+    desk.fails("grow plane.obj -o plane.obj/", 1, &["plane.obj/ is a file"]);
     if cfg!(target_os = "linux") {
         desk.fails("grow plane.obj -o /proc/thallus", 1, &["/proc/thallus"]);
     }

@@ -303,25 +303,18 @@ fn pictures_have_triangles_as_fine_as_they_show() {
     assert_eq!(triangles(&format!("{front} --what points")), 0);
 }
 
-/// Whatever the radius is as a number: 0.05 times that, over it, may be a little less than 0.05.
+/// 0.05 times a radius and over it again is a little less than 0.05 for one radius in nine, this one among them.
 #[test]
 fn the_ends_of_ranges_are_allowed() {
     let desk = Desk::new();
-    for radius in ["0.313%", "0.6%", "0.7134%"] {
-        desk.done(&format!(
-            "rock.obj --radius {radius} --elements 60 -o out --force"
-        ));
-        for flag in ["--thickness 0.05r", "--thickness 20r", "--falloff 0.8r"] {
-            let output = skin(
-                &desk,
-                &format!("out -o a.ply --force --resolution 4r {flag}"),
-            );
-            let said = said(&output);
-            assert!(
-                output.status.success() || said.contains("finer"),
-                "{radius} {flag}: {said}"
-            );
-        }
+    let slab = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/slab.stl");
+    fs::copy(slab, desk.path("slab.stl")).unwrap();
+    desk.done("slab.stl --elements 60 -o slab");
+    for flag in ["--thickness 0.05r", "--thickness 20r", "--falloff 0.8r"] {
+        made(
+            &desk,
+            &format!("slab -o a.ply --force --resolution 1r {flag}"),
+        );
     }
 }
 

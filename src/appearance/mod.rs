@@ -54,7 +54,11 @@ impl<'a> Appearance<'a> {
         texturing: &'a Texturing,
         bytes: &[u8],
     ) -> Result<Self, String> {
-        Self::with(substrate, texturing, |_| false).with_image(bytes)
+        let bare = Self {
+            notes: Vec::new(),
+            ..Self::with(substrate, texturing, |_| false)
+        };
+        bare.with_image(bytes)
     }
 
     fn with(

@@ -12,7 +12,7 @@ use thallus::export::{
     mesh_format_of, write_file_atomically,
 };
 use thallus::morphometry::measure;
-use thallus::picture::age_color;
+use thallus::picture::{Ground, age_color};
 use thallus::skin::{Shape, SkinError, SkinFrames};
 use thallus::substrate::{Substrate, Texturing};
 
@@ -20,6 +20,7 @@ use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
 use super::animate_out::{Folder, Target, nearest_folder};
 use super::animate_picture;
 use super::axes::Convention;
+use super::dress::Dress;
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::Grown;
@@ -77,13 +78,13 @@ impl Growth {
         grown.tell_of_more(voice);
         grown.spare(&args.output, &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
-        let (substrate, cluster, texturing) = match is_pictured {
-            true => grown.on_dressed(&args.mesh, args.picture.shot.ground.as_ref(), voice)?,
-            false => {
-                let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
-                (substrate, cluster, Texturing::default())
-            }
+        // Where nothing is drawn, nothing is asked of its looks.
+        let bare = Dress::Drawn(Ground::default());
+        let dress = match is_pictured {
+            true => args.picture.shot.ground.as_ref(),
+            false => Some(&bare),
         };
+        let (substrate, cluster, texturing) = grown.on_dressed(&mesh, &args.mesh, dress, voice)?;
         Ok(Self {
             grown,
             mesh,

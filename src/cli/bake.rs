@@ -20,13 +20,13 @@ use thallus::substrate::{Substrate, Texturing};
 use super::also::{Also, OTHER_MESH};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
+use super::dress::Dress;
 use super::failure::Failure;
 use super::grown::{Grown, load_textured};
 use super::interrupt::{Held, Stop};
 use super::memory;
 use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
-use super::render_args::ground;
 use super::skin::{relief, spinner, start_threads};
 use super::skin_args::{ColorArgs, ReliefArgs};
 use super::skin_paint::paint;
@@ -173,26 +173,27 @@ impl Lichens {
         let baked = bake::bake(&self.substrate, &self.texturing, &looks, base, settings);
         spinner.finish_and_clear();
         seconds.bake = started.elapsed().as_secs_f64();
-        let image = args.maps.base.as_ref();
-        let named = image.filter(|_| matches!(baked, Err(BakeError::Base(_))));
-        let named = named.cloned();
-        let named = || named.unwrap_or_else(|| self.mesh.display().to_string());
-        Ok(baked.with_context(named)?)
+        let named = match (&args.maps.base, &baked) {
+            (Some(Dress::Image(image)), Err(BakeError::Base(_))) => image,
+            _ => &self.mesh,
+        };
+        Ok(baked.with_context(|| named.display().to_string())?)
     }
 }
 
 /// What the mesh looks like where there is no lichen.
 fn base(args: &BakeArgs) -> Result<Base, Failure> {
-    match args.maps.base.as_deref() {
-        None => Ok(Base::Mesh),
-        Some(drawn) if drawn.starts_with('#') || ["stone", "bark"].contains(&drawn) => {
-            let ground = ground(drawn).map_err(|e| Failure::usage(format!("--base: {e}")));
-            Ok(Base::Ground(ground?))
-        }
-        Some(file) => {
-            let bytes = input::bytes(Path::new(file))
-                .with_context(|| format!("{file}: reading the image of the base colour failed"))?;
-            Ok(Base::Image(bytes))
+    match &args.maps.base {
+        None | Some(Dress::Own) => Ok(Base::Mesh),
+        Some(Dress::Drawn(ground)) => Ok(Base::Ground(*ground)),
+        Some(Dress::Image(file)) => {
+            let failed = || {
+                format!(
+                    "{}: reading the image of the base colour failed",
+                    file.display()
+                )
+            };
+            Ok(Base::Image(input::bytes(file).with_context(failed)?))
         }
     }
 }

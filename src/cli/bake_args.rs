@@ -6,6 +6,7 @@ use clap::Args;
 use thallus::bake::{MAPS, Map};
 
 use super::axes::AxesArgs;
+use super::dress::Dress;
 use super::mesh_args::MeshArgs;
 use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ReliefArgs};
@@ -88,10 +89,10 @@ pub(crate) struct MapArgs {
         allow_negative_numbers = true
     )]
     pub(crate) samples: u32,
-    /// Colour of the mesh under the lichen: #8a8478, stone or bark as pictures draw them, or a PNG or
-    /// JPEG image in its layout [default: the material of a glTF file, else stone]
-    #[arg(long, value_name = "COLOR|stone|bark|IMAGE")]
-    pub(crate) base: Option<String>,
+    /// Colour of the mesh under the lichen: mesh, as its file says, or stone where that says nothing; #8a8478; stone or
+    /// bark as pictures draw them; or a PNG or JPEG image in its layout [default: mesh]
+    #[arg(long, value_parser = Dress::parse, value_name = "mesh|stone|bark|#RRGGBB|IMAGE")]
+    pub(crate) base: Option<Dress>,
 }
 
 /// A file format of maps.

@@ -26,18 +26,12 @@ impl Dress {
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         match text {
             "mesh" => Ok(Self::Own),
-            _ if is_image(Path::new(text)) => Ok(Self::Image(text.into())),
+            file if file.contains(['.', '/', '\\']) => Ok(Self::Image(file.into())),
             _ => ground(text)
                 .map(Self::Drawn)
-                .map_err(|e| format!("{e}, mesh, or a PNG or JPEG file")),
+                .map_err(|e| format!("{e}, mesh, or the name of a PNG or JPEG file")),
         }
     }
-}
-
-fn is_image(file: &Path) -> bool {
-    let extension = file.extension().and_then(|e| e.to_str());
-    let kinds = ["png", "jpg", "jpeg"];
-    extension.is_some_and(|e| kinds.iter().any(|kind| e.eq_ignore_ascii_case(kind)))
 }
 
 /// What is made up where nothing else is said.
@@ -91,9 +85,8 @@ pub(super) fn appearance<'a>(
         }
         Some(Dress::Own) | None => Appearance::new(substrate, texturing),
     };
-    let is_asked = !matches!(dress, Some(Dress::Image(_)));
-    let notes = own.notes().filter(|_| is_asked);
-    notes.for_each(|note| voice.warn(&format!("{mesh}: {note}")));
+    let tell = |note| voice.warn(&format!("{mesh}: {note}"));
+    own.notes().for_each(tell);
     let says_nothing = texturing.materials.is_empty() && texturing.colors.is_empty();
     match dress {
         None => Ok(Some(own).filter(Appearance::has_colors)),

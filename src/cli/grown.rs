@@ -161,13 +161,13 @@ impl Grown {
     /// The lichen on its mesh, with what the mesh's file says of its looks.
     pub(crate) fn on_dressed(
         &self,
+        file: &Path,
         mesh: &MeshArgs,
         dress: Option<&Dress>,
         voice: Voice,
     ) -> Result<(Substrate, Cluster, Texturing), Failure> {
-        let file = self.file_of(mesh)?;
-        let (substrate, texturing) = load_dressed(&file, dress, voice)?;
-        let (substrate, cluster) = self.on_turned(substrate, mesh, &file)?;
+        let (substrate, texturing) = load_dressed(file, dress, voice)?;
+        let (substrate, cluster) = self.on_turned(substrate, mesh, file)?;
         Ok((substrate, cluster, texturing))
     }
 

@@ -189,7 +189,7 @@ impl Lichens {
         first.tell_of_more(args.run.voice());
         let mesh = first.file_of(&args.mesh)?;
         let (dress, voice) = (args.view.shot.ground.as_ref(), args.run.voice());
-        let (substrate, cluster, texturing) = first.on_dressed(&args.mesh, dress, voice)?;
+        let (substrate, cluster, texturing) = first.on_dressed(&mesh, &args.mesh, dress, voice)?;
         let first = Lichen::new(&substrate, first.elements, cluster, args, &args.color)?;
         let mut lichens = Self {
             mesh,

@@ -83,6 +83,14 @@ mod tests {
     use crate::morphometry::test_lichen::blob;
 
     #[test]
+    #[should_panic(expected = "columns of [9, 9, 5]")]
+    fn columns_of_different_lengths_are_refused() {
+        let mut lichen = blob(9, 1);
+        lichen.parents.truncate(5);
+        orientations(&lichen.sample());
+    }
+
+    #[test]
     fn axes_follow_the_surface_and_the_growth() {
         let blob = blob(500, 11);
         let sample = blob.sample();

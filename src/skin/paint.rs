@@ -235,6 +235,15 @@ mod tests {
     }
 
     #[test]
+    fn a_margin_without_width_is_none_but_at_the_outline() {
+        let mut paint = paint("0:#102030,1:#102030");
+        let color = [0xff, 0, 0];
+        paint.prothallus = Some(Prothallus { width: 0.0, color });
+        assert_eq!(paint.color(0.5, 1.0, 0.0), color);
+        assert_eq!(paint.color(0.5, 1.0, 0.01), [0x10, 0x20, 0x30]);
+    }
+
+    #[test]
     fn every_name_of_the_palette_is_a_map() {
         for map in PALETTE {
             assert_eq!(
