@@ -227,7 +227,10 @@ impl Lichens {
         for (k, Lichen { cluster, paint, .. }) in self.grown.iter().enumerate() {
             let natural = || skin::element_colors(&self.substrate, cluster, paint);
             let colors = match args.what {
-                What::Points => colored.colors().unwrap_or_else(natural),
+                What::Points => colored
+                    .colors()
+                    .map_or_else(natural, Ok)
+                    .context("--colormap")?,
                 What::Skin => vec![[0; 3]; cluster.len()],
             };
             let discs = granules(&self.substrate, cluster, colors);

@@ -1,6 +1,5 @@
 //! The colours that `thallus skin` was asked for.
 
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::Context;
@@ -8,11 +7,10 @@ use serde::Deserialize;
 use thallus::input;
 use thallus::run::Length;
 use thallus::skin::{
-    Apothecia, Areoles, Colormap, ColormapError, PALETTE, Paint, Prothallus, parse_color,
+    Apothecia, Areoles, Colormap, ColormapError, PALETTE, Paint, Prothallus, SkinError, parse_color,
 };
 
 use super::failure::Failure;
-use super::number::short;
 use super::skin_args::ColorArgs;
 
 /// Lengths in element radii.
@@ -119,16 +117,8 @@ enum StructureError {
     Color(#[from] thallus::skin::ColormapError),
     #[error("'{0}' is no width of a margin: write a positive length, as 6r, or 'none'")]
     Width(String),
-    #[error("{name} is '{text}', which is {}r here: it may be {low}r to {high}r; a length without r is in mesh units", short(f64::from(*.radii)))]
-    Range {
-        name: &'static str,
-        text: String,
-        radii: f32,
-        low: f32,
-        high: f32,
-    },
-    #[error("the margin of apothecia is {0}: it may be 0 to 0.6")]
-    Margin(f32),
+    #[error(transparent)]
+    Range(#[from] SkinError),
 }
 
 const BLACK: [u8; 3] = [0x1c, 0x1c, 0x1a];
@@ -140,11 +130,16 @@ fn prothallus(text: &str, in_radii: InRadii) -> Result<Option<Prothallus>, Struc
     }
     let (width, color) = width_and_color(text)?;
     let color = color.unwrap_or(BLACK);
-    let width = match in_radii(width.parse()?) > 0.0 {
-        true => length("the width of the margin", width, 0.1..=200.0, in_radii)?,
-        false => return Err(StructureError::Width(width.to_owned())),
+    let radii = in_radii(width.parse()?) as f32;
+    if radii <= 0.0 {
+        return Err(StructureError::Width(width.to_owned()));
+    }
+    let prothallus = Prothallus {
+        width: radii,
+        color,
     };
-    Ok(Some(Prothallus { width, color }))
+    prothallus.check()?;
+    Ok(Some(prothallus))
 }
 
 /// `9r,#303028` or `9r`.
@@ -155,39 +150,18 @@ fn width_and_color(text: &str) -> Result<(&str, Option<[u8; 3]>), ColormapError>
     }
 }
 
-/// A length that a structure may have, in element radii.
-fn length(
-    name: &'static str,
-    text: &str,
-    may_be: RangeInclusive<f32>,
-    in_radii: InRadii,
-) -> Result<f32, StructureError> {
-    let radii = in_radii(text.parse()?) as f32;
-    match may_be.contains(&radii) {
-        true => Ok(radii),
-        false => Err(StructureError::Range {
-            name,
-            text: text.to_owned(),
-            radii,
-            low: *may_be.start(),
-            high: *may_be.end(),
-        }),
-    }
-}
-
-/// Widths of areoles and apothecia, in element radii.
-const WIDTHS: RangeInclusive<f32> = 3.0..=1000.0;
-
 /// `9r`, `9r,#303028` or `none`.
 fn areoles(text: &str, in_radii: InRadii) -> Result<Option<Areoles>, StructureError> {
     if text == "none" {
         return Ok(None);
     }
     let (width, color) = width_and_color(text)?;
-    Ok(Some(Areoles {
-        width: length("the width of areoles", width, WIDTHS, in_radii)?,
+    let areoles = Areoles {
+        width: in_radii(width.parse()?) as f32,
         color: color.unwrap_or(BLACK),
-    }))
+    };
+    areoles.check()?;
+    Ok(Some(areoles))
 }
 
 /// `10r`, `10r,#b04a10` or `none`; all else is that of the colour map's own.
@@ -200,18 +174,16 @@ fn apothecia(
         return Ok(None);
     }
     let (width, color) = width_and_color(text)?;
-    let width = length("the width of apothecia", width, WIDTHS, in_radii)?;
-    let usual = usual_apothecia(width);
+    let width = in_radii(width.parse()?) as f32;
     let scaled = own.map(|own| Apothecia {
         spacing: own.spacing * width / own.width,
         width,
         ..own
     });
-    let apothecia = scaled.unwrap_or(usual);
-    Ok(Some(Apothecia {
-        color: color.unwrap_or(apothecia.color),
-        ..apothecia
-    }))
+    let mut apothecia = scaled.unwrap_or(usual_apothecia(width));
+    apothecia.color = color.unwrap_or(apothecia.color);
+    apothecia.check()?;
+    Ok(Some(apothecia))
 }
 
 /// Brown discs with a margin, side by side.
@@ -227,22 +199,21 @@ fn usual_apothecia(width: f32) -> Apothecia {
 
 impl ApotheciaTable {
     fn apothecia(&self, in_radii: InRadii) -> Result<Apothecia, StructureError> {
-        let width = length("the width of apothecia", &self.width, WIDTHS, in_radii)?;
-        let mut apothecia = usual_apothecia(width);
+        let radii = |text: &str| Ok::<_, StructureError>(in_radii(text.parse()?) as f32);
+        let mut apothecia = usual_apothecia(radii(&self.width)?);
         if let Some(color) = &self.color {
             apothecia.color = parse_color(color)?;
         }
         if let Some(text) = &self.spacing {
-            apothecia.spacing = length("the spacing of apothecia", text, WIDTHS, in_radii)?;
+            apothecia.spacing = radii(text)?;
         }
         if let Some(text) = &self.from {
-            apothecia.from = length("where apothecia begin", text, 1.0..=1000.0, in_radii)?;
+            apothecia.from = radii(text)?;
         }
         if let Some(margin) = self.margin {
-            let is_known = (0.0..=0.6).contains(&margin);
-            let wrong = StructureError::Margin(margin);
-            apothecia.margin = is_known.then_some(margin).ok_or(wrong)?;
+            apothecia.margin = margin;
         }
+        apothecia.check()?;
         Ok(apothecia)
     }
 }

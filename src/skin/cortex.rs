@@ -11,10 +11,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::Paint;
 use super::field::{Attributes, Sample};
 use super::lichen::Lichen;
 use super::sites::{Site, Sites};
+use super::{Paint, SkinError, as_meant, in_range};
 use crate::color::{to_byte, to_linear};
 
 /// A crust cracked into small plates.
@@ -32,10 +32,10 @@ pub struct Areoles {
 pub struct Apothecia {
     /// Diameter of the largest, in element radii. 3 to 1000.
     pub width: f32,
-    /// The least distance between the middles of two, in element radii. 3 to 1000. Where two overlap,
+    /// The least distance between the middles of two, in element radii. 3 to 10,000. Where two overlap,
     /// the one whose rim is farther covers the other.
     pub spacing: f32,
-    /// Distance from the rim at which they begin, in element radii, 1 to 1000; they are full grown at
+    /// Distance from the rim at which they begin, in element radii, 1 to 10,000; they are full grown at
     /// twice that.
     pub from: f32,
     /// sRGB of the disc.
@@ -43,6 +43,17 @@ pub struct Apothecia {
     /// The share of the radius that a raised margin of the thallus' own colour takes, 0 to 0.6. At 0
     /// there is none, and the disc hardly rises.
     pub margin: f32,
+}
+
+impl Areoles {
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`SkinError::Range`] for one that is not.
+    pub fn check(&self) -> Result<(), SkinError> {
+        let width = as_meant(self.width);
+        in_range(("the width of areoles", width, 3.0, 1000.0, "r"))
+    }
 }
 
 /// Distances from the rim at which apothecia begin and are full grown, over `from`.
@@ -53,6 +64,21 @@ const GROWING: [f32; 2] = [1.0, 2.0];
 const RIPENING: [f32; 2] = [0.25, 0.65];
 
 impl Apothecia {
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`SkinError::Range`] for the first that is not.
+    pub fn check(&self) -> Result<(), SkinError> {
+        let ranges = [
+            ("the width of apothecia", self.width, 3.0, 1000.0, "r"),
+            ("the spacing of apothecia", self.spacing, 3.0, 10_000.0, "r"),
+            ("where apothecia begin", self.from, 1.0, 10_000.0, "r"),
+            ("the margin of apothecia", self.margin, 0.0, 0.6, ""),
+        ];
+        let wide = |(name, value, low, high, unit)| (name, as_meant(value), low, high, unit);
+        ranges.map(wide).into_iter().try_for_each(in_range)
+    }
+
     /// Distance from the rim from which on they are full grown, in element radii.
     pub(super) fn full_grown(&self) -> f32 {
         GROWING[1] * self.from

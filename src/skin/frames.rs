@@ -92,6 +92,7 @@ impl<'a> SkinFrames<'a> {
         moments: Vec<Presence>,
     ) -> Result<Self, SkinError> {
         shape.check()?;
+        paint.check()?;
         shape.check_size(cluster.len())?;
         let winding = Winding::of(substrate);
         let since = |nearness: &Nearness, p, distance| {

@@ -159,17 +159,7 @@ impl Shape {
             ("falloff", self.falloff, 0.8, 8.0, "r"),
             ("resolution", self.resolution, 0.1, 10.0, "r"),
         ];
-        let mut ranges = ranges.into_iter();
-        let wrong = ranges.find(|(_, value, low, high, _)| !(*low..=*high).contains(value));
-        wrong.map_or(Ok(()), |(name, value, low, high, unit)| {
-            Err(SkinError::Range {
-                name,
-                value,
-                low,
-                high,
-                unit,
-            })
-        })
+        ranges.into_iter().try_for_each(in_range)
     }
 
     fn check_size(&self, elements: usize) -> Result<(), SkinError> {
@@ -183,10 +173,42 @@ impl Shape {
     }
 }
 
+/// What a number is called, what it is, the least and the most that it may be, and what these are in.
+type Ranged = (&'static str, f64, f64, f64, &'static str);
+
+/// As it was meant: 0.6 and not what is nearest to that in 32 bits.
+fn as_meant(number: f32) -> f64 {
+    (f64::from(number) * 1e6).round() / 1e6
+}
+
+fn in_range((name, value, low, high, unit): Ranged) -> Result<(), SkinError> {
+    match (low..=high).contains(&value) {
+        true => Ok(()),
+        false => Err(SkinError::Range {
+            name,
+            value,
+            low,
+            high,
+            unit,
+        }),
+    }
+}
+
 /// The colours that [`skin`] would give where each element is alone, in birth order: for pictures of
 /// the elements themselves.
-pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -> Vec<[u8; 3]> {
-    Lichen::new(substrate, &Winding::of(substrate), cluster, paint).colors(paint)
+///
+/// # Errors
+/// When a number of `paint` is out of its range.
+///
+/// # Panics
+/// Those of [`skin`].
+pub fn element_colors(
+    substrate: &Substrate,
+    cluster: &Cluster,
+    paint: &Paint,
+) -> Result<Vec<[u8; 3]>, SkinError> {
+    paint.check()?;
+    Ok(Lichen::new(substrate, &Winding::of(substrate), cluster, paint).colors(paint))
 }
 
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
@@ -199,7 +221,7 @@ pub fn element_colors(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -
 /// [density]: crate::morphometry::density()
 ///
 /// # Errors
-/// When a number of `shape` is out of its range, when there are no elements, or when the resolution
+/// When a number of `shape` or `paint` is out of its range, when there are no elements, or when the resolution
 /// makes more triangles than can be counted, or none.
 ///
 /// # Panics
@@ -266,6 +288,7 @@ fn made(
     beside: Beside,
 ) -> Result<Parts, SkinError> {
     shape.check()?;
+    paint.check()?;
     shape.check_size(cluster.len())?;
     let winding = Winding::of(substrate);
     // The distance from the rim is found by one thread, and needs nothing of the tree.

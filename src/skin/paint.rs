@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use super::palette::{PALETTE, find};
-use super::{Apothecia, Areoles};
+use super::{Apothecia, Areoles, SkinError, as_meant, in_range};
 use crate::color::{from_oklab, to_byte, to_oklab};
 
 /// Colours for numbers from 0 to 1, straight lines in Oklab between stops.
@@ -128,11 +128,22 @@ pub fn parse_color(text: &str) -> Result<[u8; 3], ColormapError> {
 /// The dark line at the margin of many crustose lichens: hyphae without algae, which run ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prothallus {
-    /// How far it reaches in from the outermost elements, in element radii. Holes narrower than 16 radii have
+    /// How far it reaches in from the outermost elements, in element radii, 0 to 200. Holes narrower than 16 radii have
     /// none.
     pub width: f32,
     /// sRGB.
     pub color: [u8; 3],
+}
+
+impl Prothallus {
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`SkinError::Range`] for one that is not.
+    pub fn check(&self) -> Result<(), SkinError> {
+        let width = as_meant(self.width);
+        in_range(("the width of the margin", width, 0.0, 200.0, "r"))
+    }
 }
 
 /// How a skin is coloured.
@@ -179,6 +190,18 @@ impl Paint {
             apothecia: map.apothecia,
             ..Colormap::from_named(map).into()
         }
+    }
+
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// [`SkinError::Range`] for the first that is not.
+    pub fn check(&self) -> Result<(), SkinError> {
+        let darken = as_meant(self.age_darken);
+        in_range(("the darkening by age", darken, 0.0, 1.0, ""))?;
+        self.prothallus.as_ref().map_or(Ok(()), Prothallus::check)?;
+        self.areoles.as_ref().map_or(Ok(()), Areoles::check)?;
+        self.apothecia.as_ref().map_or(Ok(()), Apothecia::check)
     }
 
     /// Whether it has any structure.
@@ -232,6 +255,57 @@ mod tests {
         assert_eq!(color(7.0), [0xff, 0, 0]);
         let between = color(0.375);
         assert!((0..3).all(|k| color(0.25)[k] < between[k] && between[k] < color(0.5)[k]));
+    }
+
+    #[test]
+    fn paints_of_the_palette_are_in_range_and_none_beyond() {
+        for map in PALETTE {
+            Paint::of(map).check().expect(map.name);
+        }
+        let (mut least, mut most) = (structured(), structured());
+        number(&mut least, [0.0, 0.0, 3.0, 3.0, 3.0, 1.0, 0.0]);
+        number(&mut most, [1.0, 200.0, 1e3, 1e3, 1e4, 1e4, 0.6]);
+        assert_eq!([least.check(), most.check()], [Ok(()), Ok(())]);
+        for wrong in [f32::NAN, f32::INFINITY, -0.1, 2e4] {
+            for k in 0..7 {
+                let mut numbers = [0.5, 6.0, 9.0, 10.0, 12.0, 30.0, 0.25];
+                numbers[k] = wrong;
+                let mut paint = structured();
+                number(&mut paint, numbers);
+                assert!(paint.check().is_err(), "{numbers:?}");
+            }
+        }
+    }
+
+    fn structured() -> Paint {
+        let map = PALETTE.iter().find(|map| map.apothecia.is_some());
+        Paint {
+            prothallus: Some(Prothallus {
+                width: 6.0,
+                color: [0; 3],
+            }),
+            areoles: Some(Areoles {
+                width: 9.0,
+                color: [0; 3],
+            }),
+            ..Paint::of(map.expect("a map with apothecia"))
+        }
+    }
+
+    /// Age, margin, areoles, and width, spacing, begin and margin of apothecia.
+    fn number(paint: &mut Paint, [age, margin, areole, width, spacing, from, rim]: [f32; 7]) {
+        paint.age_darken = age;
+        paint.prothallus.iter_mut().for_each(|p| p.width = margin);
+        paint.areoles.iter_mut().for_each(|a| a.width = areole);
+        if let Some(own) = &mut paint.apothecia {
+            *own = Apothecia {
+                width,
+                spacing,
+                from,
+                margin: rim,
+                ..*own
+            };
+        }
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub(crate) struct Relief<'a> {
 
 impl<'a> Relief<'a> {
     /// # Errors
-    /// When a number of `shape` is out of its range, or when there are no elements.
+    /// When a number of `shape` or `paint` is out of its range, or when there are no elements.
     pub(crate) fn new(
         substrate: &'a Substrate,
         cluster: &Cluster,
@@ -35,6 +35,7 @@ impl<'a> Relief<'a> {
         paint: &'a Paint,
     ) -> Result<Self, SkinError> {
         shape.check()?;
+        paint.check()?;
         if cluster.is_empty() {
             return Err(SkinError::Empty);
         }
