@@ -81,13 +81,14 @@ fn a_stone_whose_faces_look_inwards_is_told() {
     assert!(grown.err.contains(inwards), "{}", grown.err);
 }
 
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "triangles_read",
     "triangles",
     "vertices",
     "components",
     "boundary_edges",
     "non_manifold_edges",
+    "winding_conflicts",
     "degenerate_triangles",
     "duplicate_triangles",
     "area",

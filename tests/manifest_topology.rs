@@ -55,6 +55,11 @@ fn compare(root: &Path, row: &Row<'_>) -> Vec<String> {
                 report.non_manifold_edges,
                 number(row, "nonmanifold_edges"),
             ),
+            (
+                "winding conflicts",
+                report.winding_conflicts,
+                number(row, "winding_conflicts"),
+            ),
         ]);
     }
     let expected = number(row, "degenerate_tris") + number(row, "duplicate_tris");

@@ -2,9 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use proptest::prelude::*;
-use thallus::substrate::{Soup, Substrate};
+use thallus::analysis::{Analysis, Centres};
+use thallus::cluster::{Cluster, Element};
+use thallus::run::{Execution, Settings, StopSetting, grow};
+use thallus::substrate::{Soup, Substrate, SurfacePoint, load_soup};
 
 fn soup(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Soup {
     Soup {
@@ -320,4 +324,64 @@ proptest! {
             prop_assert_eq!(mesh.half_edges_at(v), &leaving[..]);
         }
     }
+}
+
+/// The rock, and the same with a third of its triangles wound the other way.
+fn rocks() -> [Substrate; 2] {
+    let file = load_soup(Path::new("meshes/rock.obj"))
+        .expect("a mesh")
+        .soup;
+    [false, true].map(|some| {
+        let mut soup = file.clone();
+        let turned = (0..soup.triangles.len()).filter(|t| some && t % 3 == 0);
+        turned.for_each(|t| soup.triangles[t].swap(1, 2));
+        Substrate::from_soup(soup).expect("a surface")
+    })
+}
+
+/// The same lichen, named by the corners of the other mesh.
+fn carried_over(lichen: &Cluster, from: &Substrate, to: &Substrate) -> Cluster {
+    let mut carried = Cluster::new(lichen.radius());
+    for element in lichen.elements() {
+        let (t, weights) = (element.at.triangle, element.at.weights());
+        let corners = from.corners(t);
+        let weight = |corner| {
+            weights[corners
+                .iter()
+                .position(|c| *c == corner)
+                .expect("the corner")]
+        };
+        let at = SurfacePoint::from_weights(t, to.corners(t).map(weight));
+        carried.push(Element { at, ..*element });
+    }
+    carried
+}
+
+#[test]
+fn a_lichen_is_measured_alike_however_triangles_are_wound() {
+    let [rock, turned] = rocks();
+    assert!(turned.report().winding_conflicts > 1000 && rock.report().winding_conflicts == 0);
+    let settings = Settings {
+        stop: Some(StopSetting::Elements(2000)),
+        ..Settings::default()
+    };
+    let recipe = settings.resolve(&rock, "rock.obj").expect("a recipe");
+    let lichen = grow(&rock, &recipe, &Execution::default(), &mut ()).expect("grows");
+    let again = carried_over(&lichen.cluster, &rock, &turned);
+    let centres = Centres::default();
+    let numbers = |on: &Substrate, lichen: &Cluster| {
+        let found = Analysis::of(on, lichen, centres);
+        let width = found.branch_width.expect("a rim").mean;
+        [
+            found.density,
+            width,
+            found.outline.length,
+            found.outline.area,
+        ]
+    };
+    let expected = numbers(&rock, &lichen.cluster);
+    let found = numbers(&turned, &again);
+    let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-6 * b;
+    let pairs = std::iter::zip(found, expected);
+    assert!(pairs.into_iter().all(near), "{found:?}, not {expected:?}");
 }

@@ -5,7 +5,6 @@ use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::{Mat3, Vec3, Vec4};
 
 use crate::morphometry::smooth_normals;
-use crate::skin::Relief;
 use crate::substrate::{Substrate, SurfacePoint, Texturing};
 
 /// Frames of one triangle's corners, in the order of the substrate.
@@ -50,12 +49,11 @@ pub(super) fn order(turned: bool) -> [usize; 3] {
 }
 
 /// Those of every triangle.
-pub(super) fn frames(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Vec<Frame> {
+pub(super) fn frames(substrate: &Substrate, texturing: &Texturing) -> Vec<Frame> {
     let mut faces = Faces {
         substrate,
         texturing,
-        relief,
-        frames: unturned(substrate, texturing, relief),
+        frames: unturned(substrate, texturing),
     };
     // It fails only for faces of other than three or four corners.
     let _ = generate_tangents(&mut faces);
@@ -64,7 +62,7 @@ pub(super) fn frames(substrate: &Substrate, texturing: &Texturing, relief: &Reli
 
 /// With some tangent for each normal. Normals are the file's, for its mesh is what the maps will be put on; those that
 /// it lacks are of the smooth surface.
-fn unturned(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Vec<Frame> {
+fn unturned(substrate: &Substrate, texturing: &Texturing) -> Vec<Frame> {
     const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let all = 0..substrate.triangles().len() as u32;
     let corners = |t: u32| CORNERS.map(|w| SurfacePoint::from_weights(t, w));
@@ -72,7 +70,7 @@ fn unturned(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Ve
     let normals = smooth_normals(substrate, &places);
     let frame = |(t, smooth): (u32, &[glam::DVec3; 3])| {
         let normals = texturing.normals_of(substrate, t).unwrap_or(*smooth);
-        let normals = normals.map(|n| (n * relief.side(t)).as_vec3().normalize_or(Vec3::Y));
+        let normals = normals.map(|n| n.as_vec3().normalize_or(Vec3::Y));
         Frame {
             normals,
             tangents: normals.map(|n| n.any_orthonormal_vector().extend(1.0)),
@@ -84,13 +82,12 @@ fn unturned(substrate: &Substrate, texturing: &Texturing, relief: &Relief) -> Ve
 struct Faces<'a> {
     substrate: &'a Substrate,
     texturing: &'a Texturing,
-    relief: &'a Relief<'a>,
     frames: Vec<Frame>,
 }
 
 impl Faces<'_> {
     fn corner(&self, face: usize, vertex: usize) -> usize {
-        order(self.relief.side(face as u32) < 0.0)[vertex]
+        order(self.substrate.winding().side(face as u32) < 0.0)[vertex]
     }
 
     fn uvs(&self, face: usize) -> Option<[[f64; 2]; 3]> {

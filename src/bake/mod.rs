@@ -214,8 +214,10 @@ pub fn bake<'a>(
     let ground = Ground::new(substrate, texturing, base).map_err(BakeError::Base)?;
     let layers: Result<Vec<Layer>, _> = lichens.iter().map(|l| layer(substrate, l)).collect();
     let layers = layers?;
-    let first = layers.first().ok_or(SkinError::Empty)?;
-    let frames = frames(substrate, texturing, &first.relief);
+    if layers.is_empty() {
+        return Err(SkinError::Empty.into());
+    }
+    let frames = frames(substrate, texturing);
     let placer = Placer::new(substrate, &layout);
     let sampler = Sampler {
         placer: &placer,
@@ -236,7 +238,7 @@ pub fn bake<'a>(
     Ok(Baked {
         substrate,
         texturing,
-        turned: all.map(|t| first.relief.side(t) < 0.0).collect(),
+        turned: all.map(|t| substrate.winding().side(t) < 0.0).collect(),
         highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
         texel: placer.texel,
         layout,

@@ -115,6 +115,7 @@ fn rows(substrate: &Substrate, with_uvs: usize) -> Vec<Row> {
         ("pieces", pieces(report)),
         ("open edges", edges(report.boundary_edges)),
         ("non-manifold", edges(report.non_manifold_edges)),
+        ("wound apart", edges(report.winding_conflicts)),
         (
             "bounding box",
             format!("{} to {}, {size}", place(low), place(high)),
@@ -208,6 +209,7 @@ struct Answer<'a> {
     components: Vec<Piece>,
     boundary_edges: usize,
     non_manifold_edges: usize,
+    winding_conflicts: usize,
     degenerate_triangles: usize,
     duplicate_triangles: usize,
     area: f64,
@@ -251,6 +253,7 @@ impl<'a> Answer<'a> {
             components: pieces.map(Piece::from).collect(),
             boundary_edges: report.boundary_edges,
             non_manifold_edges: report.non_manifold_edges,
+            winding_conflicts: report.winding_conflicts,
             degenerate_triangles: report.degenerate_triangles,
             duplicate_triangles: report.duplicate_triangles,
             area: report.area,

@@ -19,6 +19,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         pieces(report),
         open_edges(report),
         non_manifold_edges(substrate),
+        wound_apart(report),
         dense(report, radius),
         lost(report),
         far(substrate.units().offset(), diagonal, radius),
@@ -193,6 +194,19 @@ fn non_manifold_edges(substrate: &Substrate) -> Option<String> {
             "{edges} with more than two triangles ({places}): walkers cross there in a fixed way, \
              if at all{}; separate the surfaces if it shows",
             divided(substrate)
+        )
+    })
+}
+
+fn wound_apart(report: &SubstrateReport) -> Option<String> {
+    let n = report.winding_conflicts;
+    let edges = plural(n, "edge", "edges");
+    let places = places(&report.winding_conflict_places);
+    (n > 0).then(|| {
+        format!(
+            "{edges} between triangles that are wound differently ({places}): lichen stands on one side of each piece \
+             all the same, outside where it is closed; elsewhere faces may look dark or be missing: turn them (in \
+             Blender: Edit Mode, Mesh, Normals, Recalculate Outside)"
         )
     })
 }

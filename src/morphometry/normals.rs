@@ -3,19 +3,18 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::substrate::{HalfEdge, Substrate, SurfacePoint};
+use crate::substrate::{Substrate, SurfacePoint};
 
 /// Cosine of the angle between faces beyond which an edge is one of the surface itself: 35°.
 const CREASE: f64 = 0.819;
 
 /// For each place the unit normal of the surface that the triangles approximate, on the side of
-/// its own triangle's winding: the normals at the corners, interpolated by barycentric weights.
+/// [`Substrate::normal`]: the normals at the corners, interpolated by barycentric weights.
 ///
 /// A corner's normal is the mean of the faces that meet there, weighted by their angles
 /// (G. Thürmer and C. A. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Faces
 /// that turn away from the place's own by more than 35° are left out, so that a cube keeps its
-/// edges, and so does a blade; where windings disagree, those wound the other way are turned. Of a
-/// fan of more than 64 faces the first 64 count, which bounds the work at the hub of a huge one.
+/// edges, and so does a blade. Of a fan of more than 64 faces the first 64 count, which bounds the work at the hub of a huge one.
 ///
 /// # Panics
 /// When a place's triangle is not the substrate's.
@@ -45,25 +44,12 @@ fn corner_normals(substrate: &Substrate, triangle: u32) -> [DVec3; 3] {
         for &half_edge in substrate.half_edges_at(vertex).iter().take(AROUND) {
             let face = half_edge / 3;
             let normal = substrate.normal(face);
-            let along = own.dot(normal);
-            // Where windings agree, an opposite face is the other side of a blade.
-            if along > CREASE || (along < -CREASE && windings_disagree(substrate, vertex)) {
-                sum += normal * along.signum() * angle(substrate, face, vertex);
+            if own.dot(normal) > CREASE {
+                sum += normal * angle(substrate, face, vertex);
             }
         }
         sum.normalize_or(own)
     })
-}
-
-/// Whether some neighbours about a vertex are wound differently.
-fn windings_disagree(substrate: &Substrate, vertex: u32) -> bool {
-    let flipped = |h: HalfEdge| {
-        let twin = substrate.twin(h);
-        twin.is_flipped() && twin.half_edge() != h
-    };
-    let before = |h: HalfEdge| h / 3 * 3 + (h + 2) % 3;
-    let leaving = substrate.half_edges_at(vertex).iter().take(AROUND);
-    leaving.copied().any(|h| flipped(h) || flipped(before(h)))
 }
 
 /// A triangle's angle at one of its corners.
@@ -130,8 +116,7 @@ mod tests {
             let worst = |normals: Vec<DVec3>| {
                 let error = |(n, p): (DVec3, &SurfacePoint)| {
                     let out = sphere.position(p).normalize();
-                    let side = out.dot(flat(p)).signum();
-                    (n * side - out).length()
+                    (n - out).length()
                 };
                 normals
                     .into_iter()

@@ -6,7 +6,6 @@
 use glam::{DVec3, I64Vec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::base::Winding;
 use super::grid::Nearness;
 use crate::substrate::{Substrate, way_from_segment};
 
@@ -48,17 +47,12 @@ const ON_EDGE: f64 = 1e-9;
 
 impl Borders {
     /// Within this reach, local units, of some places.
-    pub(super) fn new(
-        substrate: &Substrate,
-        winding: &Winding,
-        places: &[DVec3],
-        reach: f64,
-    ) -> Self {
+    pub(super) fn new(substrate: &Substrate, places: &[DVec3], reach: f64) -> Self {
         let all = || places.iter().copied();
         let low = all().fold(DVec3::INFINITY, DVec3::min) - reach;
         let high = all().fold(DVec3::NEG_INFINITY, DVec3::max) + reach;
         let open = |h: &u32| substrate.twin(*h).half_edge() == *h;
-        let near = |h| Edge::new(substrate, winding, h, [low, high]);
+        let near = |h| Edge::new(substrate, h, [low, high]);
         let half_edges = 0..3 * substrate.triangles().len() as u32;
         let mut borders = Self {
             edges: half_edges.filter(open).filter_map(near).collect(),
@@ -143,19 +137,14 @@ impl Borders {
 
 impl Edge {
     /// The part of a half-edge that lies in a box, if any does.
-    fn new(
-        substrate: &Substrate,
-        winding: &Winding,
-        half_edge: u32,
-        near: [DVec3; 2],
-    ) -> Option<Self> {
+    fn new(substrate: &Substrate, half_edge: u32, near: [DVec3; 2]) -> Option<Self> {
         let (triangle, k) = (half_edge / 3, half_edge as usize % 3);
         let corners = substrate.corners(triangle);
         let [a, b, apex] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
         let along = (b - a).normalize_or_zero();
         Some(Self {
             ends: part_inside([a, b], near)?,
-            normal: winding.normal(substrate, triangle).as_vec3(),
+            normal: substrate.normal(triangle).as_vec3(),
             outwards: (a - apex).reject_from_normalized(along).normalize_or_zero(),
         })
     }
@@ -260,7 +249,7 @@ mod tests {
         let mut random = Stream::new(3, Purpose::Walker, 0);
         let there: Vec<bool> = (0..144).map(|_| random.uniform() < 0.8).collect();
         let substrate = board(|x, y| there[(12 * y + x) as usize]);
-        let (winding, edges) = (Winding::of(&substrate), open_edges(&substrate));
+        let edges = open_edges(&substrate);
         let all = substrate.triangles().len() as u32;
         let place = |random: &mut Stream| {
             let [a, b, c] = substrate.corners((random.uniform() * f64::from(all)) as u32);
@@ -269,7 +258,7 @@ mod tests {
         let places: Vec<DVec3> = (0..400).map(|_| place(&mut random)).collect();
         let unit = substrate.units().length_to_local(1.0);
         for reach in [0.4, 1.3, 5.0].map(|length| length * unit) {
-            let borders = Borders::new(&substrate, &winding, &places, reach);
+            let borders = Borders::new(&substrate, &places, reach);
             let mut seen = [0, 0];
             for &p in &places {
                 let closed = borders.closed(p, Vec3::Z);
@@ -291,11 +280,10 @@ mod tests {
     #[test]
     fn on_a_border_all_beyond_it_is_closed() {
         let substrate = board(|_, _| true);
-        let winding = Winding::of(&substrate);
         let [low, high] = substrate.bounds();
         let unit = substrate.units().length_to_local(1.0);
         let place = low.with_x(low.midpoint(high).x + 0.3 * unit);
-        let borders = Borders::new(&substrate, &winding, &[place], 3.0 * unit);
+        let borders = Borders::new(&substrate, &[place], 3.0 * unit);
         let closed = borders.closed(place, Vec3::Z);
         for way in directions() {
             assert_eq!(is_closed(&closed, way), way.y < 0.0, "{way}");
@@ -306,11 +294,10 @@ mod tests {
     #[test]
     fn borders_of_other_sheets_are_passed_over() {
         let substrate = board(|_, _| true);
-        let winding = Winding::of(&substrate);
         let [low, high] = substrate.bounds();
         let unit = substrate.units().length_to_local(1.0);
         let beneath = low.with_x(low.midpoint(high).x) - DVec3::Z * unit;
-        let borders = Borders::new(&substrate, &winding, &[beneath], 2.0 * unit);
+        let borders = Borders::new(&substrate, &[beneath], 2.0 * unit);
         assert!(borders.closed(beneath, Vec3::Z).is_empty());
         let place = beneath + DVec3::Z * unit;
         assert!(

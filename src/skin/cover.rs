@@ -5,7 +5,6 @@ use std::sync::{Mutex, PoisonError};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::base::Winding;
 use super::field::{Field, NOTHING, Sample, cutoff};
 use super::grid::{Grid, Nearness};
 use super::lichen::Lichen;
@@ -43,7 +42,7 @@ impl Cover {
         if cluster.is_empty() {
             return Err(SkinError::Empty);
         }
-        let mut lichen = Lichen::unmeasured(substrate, &Winding::of(substrate), cluster);
+        let mut lichen = Lichen::unmeasured(substrate, cluster);
         let grid = lichen.sort(cutoff(shape) * cluster.radius());
         Ok(Self {
             nearness: Nearness::new(lichen.granules.iter().map(|g| g.position)),
@@ -58,9 +57,8 @@ impl Cover {
     /// # Panics
     /// When an element is in a triangle that the substrate does not have.
     pub fn hides(&self, substrate: &Substrate, other: &Cluster) -> Vec<bool> {
-        let winding = Winding::of(substrate);
         let hides = |over: &mut Over, e: &Element| {
-            let facing = winding.normal(substrate, e.at.triangle).as_vec3();
+            let facing = substrate.normal(e.at.triangle).as_vec3();
             over.level(e.position, e.at.triangle, facing) > 0.0
         };
         let over = || Over::new(self, substrate);

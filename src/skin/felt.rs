@@ -10,7 +10,6 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::base::Winding;
 use super::field::Field;
 use super::grid::Grid;
 use super::lichen::Granule;
@@ -49,12 +48,12 @@ pub(super) struct Felt {
 impl Felt {
     /// Of the vertices of a tree, with the elements within `reach`, local units: as far as the field's
     /// are felt, or farther.
-    pub(super) fn new(field: &Field, winding: &Winding, tree: &Tree, reach: f64) -> Self {
+    pub(super) fn new(field: &Field, tree: &Tree, reach: f64) -> Self {
         let places: Vec<DVec3> = field.lichen.granules.iter().map(|g| g.position).collect();
         let (grid, order) = Grid::new(&places, reach);
         let sheet = || Sheet::new(field.substrate, field.lichen.radius);
         let near = |sheet: &mut Sheet, (&p, &home): (&DVec3, &u32)| {
-            let facing = winding.normal(field.substrate, home).as_vec3();
+            let facing = field.substrate.normal(home).as_vec3();
             let around = grid.around(p).flat_map(|run| &order[run]);
             let within = |&&i: &&u32| (places[i as usize] - p).length_squared() <= reach * reach;
             let mut near: Vec<u32> = around.filter(within).copied().collect();

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::base::{Face, Winding};
+use super::base::Face;
 use super::cortex::{Cortex, Dress};
 use super::felt::{Felt, mean_near};
 use super::field::{Field, NOTHING, RING, Sample, cutoff};
@@ -51,7 +51,6 @@ pub struct SkinFrames<'a> {
     substrate: &'a Substrate,
     shape: &'a Shape,
     paint: &'a Paint,
-    winding: Winding,
     tree: Tree,
     lichen: Lichen,
     grid: Grid,
@@ -94,7 +93,6 @@ impl<'a> SkinFrames<'a> {
         shape.check()?;
         paint.check()?;
         shape.check_size(cluster.len())?;
-        let winding = Winding::of(substrate);
         let since = |nearness: &Nearness, p, distance| {
             let first = nearness.first_within(p, distance);
             first.map_or(NEVER, |birth| birth + 1)
@@ -102,28 +100,27 @@ impl<'a> SkinFrames<'a> {
         let farthest = farthest(substrate, cluster, shape, paint);
         let ((mut lichen, cortex, history), tree) = rayon::join(
             || {
-                let lichen = Lichen::unmeasured(substrate, &winding, cluster);
+                let lichen = Lichen::unmeasured(substrate, cluster);
                 let cortex = Cortex::new(&lichen, paint, shape.thickness);
-                let borders = lichen.borders(substrate, &winding);
+                let borders = lichen.borders(substrate);
                 let has_margin = paint.prothallus.is_some();
                 let history = History::new(&lichen, farthest, has_margin, &borders);
                 (lichen, cortex, history)
             },
-            || refine(substrate, &winding, cluster, shape, since),
+            || refine(substrate, cluster, shape, since),
         );
         lichen.granules.iter_mut().for_each(|g| g.influence = 0.0);
         let radius = cluster.radius();
         let grid = lichen.sort(cutoff(shape) * radius);
         let field = Field::new(substrate, &lichen, &grid, shape);
-        let felt = Felt::new(&field, &winding, &tree, reach(shape, radius));
-        let nothing = |&home: &u32| Sample::nothing(winding.normal(substrate, home).as_vec3());
+        let felt = Felt::new(&field, &tree, reach(shape, radius));
+        let nothing = |&home: &u32| Sample::nothing(substrate.normal(home).as_vec3());
         let samples = tree.homes.par_iter().map(nothing).collect();
         Ok(Self {
             cluster,
             substrate,
             shape,
             paint,
-            winding,
             grid,
             cortex,
             in_parts: false,
@@ -236,13 +233,13 @@ impl<'a> SkinFrames<'a> {
     fn sample(&mut self) {
         let field = Field::new(self.substrate, &self.lichen, &self.grid, self.shape);
         let field = field.painted(self.paint);
-        let (tree, winding) = (&self.tree, &self.winding);
+        let tree = &self.tree;
         let told = self.samples.par_iter_mut().zip(&mut self.levels);
         let changed = self.felt.changed_by(&self.lichen.granules, &self.moved);
         told.enumerate().for_each(|(v, (sample, level))| {
             if changed(v) {
                 let (p, home) = (tree.positions[v], tree.homes[v]);
-                let facing = winding.normal(field.substrate, home).as_vec3();
+                let facing = field.substrate.normal(home).as_vec3();
                 *sample = field.sample_of(p, facing, self.felt.at(v));
                 *level = sample.level;
             }
@@ -260,7 +257,7 @@ impl<'a> SkinFrames<'a> {
         };
         let read = |place: DVec3, [inner, nearer]: [u32; 2], sheet: &mut Sheet| {
             let home = tree.homes[inner as usize];
-            let facing = self.winding.normal(self.substrate, home).as_vec3();
+            let facing = self.substrate.normal(home).as_vec3();
             match place.distance(tree.positions[nearer as usize]) <= 0.5 * longest {
                 true => {
                     let near = self.felt.near(nearer, &self.lichen.granules);

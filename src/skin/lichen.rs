@@ -4,7 +4,6 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::base::Winding;
 use super::borders::Borders;
 use super::cortex::Cortex;
 use super::grid::Grid;
@@ -54,30 +53,21 @@ pub(super) struct Lichen {
 
 impl Lichen {
     /// Measured as it is now, all of it there, as far as this paint shows it.
-    pub(super) fn new(
-        substrate: &Substrate,
-        winding: &Winding,
-        cluster: &Cluster,
-        paint: &Paint,
-    ) -> Self {
-        let mut lichen = Self::unmeasured(substrate, winding, cluster);
-        let borders = lichen.borders(substrate, winding);
+    pub(super) fn new(substrate: &Substrate, cluster: &Cluster, paint: &Paint) -> Self {
+        let mut lichen = Self::unmeasured(substrate, cluster);
+        let borders = lichen.borders(substrate);
         lichen.measure(far(substrate), paint.prothallus.is_some(), &borders);
         lichen
     }
 
     /// Without density and distance from the rim, in birth order.
-    pub(super) fn unmeasured(substrate: &Substrate, winding: &Winding, cluster: &Cluster) -> Self {
+    pub(super) fn unmeasured(substrate: &Substrate, cluster: &Cluster) -> Self {
         let elements = cluster.elements();
         let places: Vec<SurfacePoint> = elements.iter().map(|e| e.at).collect();
-        let outwards = |(normal, place): (DVec3, &SurfacePoint)| {
-            let side = winding.side(place.triangle);
-            (side * normal).as_vec3()
-        };
-        let normals = smooth_normals(substrate, &places).into_iter().zip(&places);
-        let granule = |(birth, (e, normal)): (usize, (&Element, Vec3))| Granule {
+        let normals = smooth_normals(substrate, &places);
+        let granule = |(birth, (e, normal)): (usize, (&Element, &DVec3))| Granule {
             position: e.position,
-            normal,
+            normal: normal.as_vec3(),
             home: e.at.triangle,
             birth: birth as u32,
             colony: e.colony,
@@ -86,7 +76,7 @@ impl Lichen {
             outline: 0.0,
             influence: 1.0,
         };
-        let granules = elements.iter().zip(normals.map(outwards)).enumerate();
+        let granules = elements.iter().zip(&normals).enumerate();
         Self {
             radius: cluster.radius(),
             granules: granules.map(granule).collect(),
@@ -148,9 +138,9 @@ impl Lichen {
     }
 
     /// Borders near it.
-    pub(super) fn borders(&self, substrate: &Substrate, winding: &Winding) -> Borders {
+    pub(super) fn borders(&self, substrate: &Substrate) -> Borders {
         let places: Vec<DVec3> = self.granules.iter().map(|g| g.position).collect();
-        Borders::new(substrate, winding, &places, 0.5 * HOLE * self.radius)
+        Borders::new(substrate, &places, 0.5 * HOLE * self.radius)
     }
 
     /// The directions in which borders close in an element.
@@ -240,14 +230,14 @@ pub(super) mod tests {
             granule.position = units.to_local(granule.position.to_array());
         }
         lichen.radius = units.length_to_local(1.0);
-        let borders = lichen.borders(substrate, &Winding::of(substrate));
+        let borders = lichen.borders(substrate);
         lichen.measure(1e3 * lichen.radius, true, &borders);
         lichen
     }
 
     pub(in crate::skin) fn no_borders() -> Borders {
         let closed = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        packed(|p| p.length() < 3.0).borders(&closed, &Winding::of(&closed))
+        packed(|p| p.length() < 3.0).borders(&closed)
     }
 
     /// Half a disc, cut off by the border: the outline is the arc, however the border is divided.

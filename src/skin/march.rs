@@ -11,7 +11,7 @@ use std::borrow::Borrow;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::base::{Face, NONE, Winding};
+use super::base::{Face, NONE};
 use super::cortex::Dress;
 use super::cover::{Cover, Roof};
 use super::field::{Attributes, Field, Sample};
@@ -51,20 +51,19 @@ pub(super) struct Samples<'a> {
 /// beneath others.
 pub(super) fn march(
     field: &Field,
-    winding: &Winding,
     tree: &Tree,
     underside: f64,
     dress: Option<Dress>,
     above: &[Cover],
 ) -> Marched {
     let roof = Roof::new(field.substrate, above);
-    let (levels, inside) = sample_all(field, winding, tree, &roof);
+    let (levels, inside) = sample_all(field, tree, &roof);
     let leaves = tree.leaves(|leaf| is_touched(leaf, &levels));
     let leaves: Vec<&Face> = leaves.iter().collect();
     let samples = Samples::new(&levels, &inside, &leaves);
     let read = |place: DVec3, [inner, _]: [u32; 2], sheet: &mut Sheet| {
         let home = tree.homes[inner as usize];
-        let facing = winding.normal(field.substrate, home).as_vec3();
+        let facing = field.substrate.normal(home).as_vec3();
         let sample = field.sample(place, home, facing, sheet);
         roof.cut(sample, place, home, facing)
     };
@@ -169,12 +168,7 @@ impl<'a> Samples<'a> {
 }
 
 /// The level at each vertex, and the samples of those where it is positive. It is negative beneath others.
-fn sample_all(
-    field: &Field,
-    winding: &Winding,
-    tree: &Tree,
-    roof: &Roof,
-) -> (Vec<f32>, Vec<Sample>) {
+fn sample_all(field: &Field, tree: &Tree, roof: &Roof) -> (Vec<f32>, Vec<Sample>) {
     let batches = tree
         .positions
         .par_chunks(BATCH)
@@ -182,7 +176,7 @@ fn sample_all(
     let batch = |sheet: &mut Sheet, (positions, homes): (&[DVec3], &[u32])| {
         let (mut levels, mut inside) = (Vec::with_capacity(positions.len()), Vec::new());
         for (&p, &home) in positions.iter().zip(homes) {
-            let facing = winding.normal(field.substrate, home).as_vec3();
+            let facing = field.substrate.normal(home).as_vec3();
             let sample = field.sample(p, home, facing, sheet);
             let sample = roof.cut(sample, p, home, facing);
             levels.push(sample.level);

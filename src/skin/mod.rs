@@ -50,7 +50,7 @@ pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, par
 pub use palette::{NamedColormap, PALETTE};
 pub(crate) use relief::{Probe, Relief};
 
-use base::{Base, Winding};
+use base::Base;
 use cortex::Dress;
 use field::{Field, cutoff, overhang};
 use grid::Nearness;
@@ -208,7 +208,7 @@ pub fn element_colors(
     paint: &Paint,
 ) -> Result<Vec<[u8; 3]>, SkinError> {
     paint.check()?;
-    Ok(Lichen::new(substrate, &Winding::of(substrate), cluster, paint).colors(paint))
+    Ok(Lichen::new(substrate, cluster, paint).colors(paint))
 }
 
 /// The skin of a lichen: closed, manifold, and the same on any number of threads.
@@ -290,11 +290,10 @@ fn made(
     shape.check()?;
     paint.check()?;
     shape.check_size(cluster.len())?;
-    let winding = Winding::of(substrate);
     // The distance from the rim is found by one thread, and needs nothing of the tree.
     let (mut lichen, tree) = rayon::join(
-        || Lichen::new(substrate, &winding, cluster, paint),
-        || refine(substrate, &winding, cluster, shape, always_near),
+        || Lichen::new(substrate, cluster, paint),
+        || refine(substrate, cluster, shape, always_near),
     );
     let cortex = Cortex::new(&lichen, paint, shape.thickness);
     let (radius, last) = (cluster.radius(), last(cluster.len()));
@@ -310,7 +309,7 @@ fn made(
         Beside::Dressed => (cortex.as_ref().map(dress), &[][..]),
         Beside::Parts(above) => (None, above),
     };
-    let under = |above| march(&field, &winding, &tree, UNDERSIDE * radius, dress, above);
+    let under = |above| march(&field, &tree, UNDERSIDE * radius, dress, above);
     let marched = under(above);
     let shows_nothing = marched.triangles.is_empty();
     if shows_nothing && (above.is_empty() || under(&[]).triangles.is_empty()) {
@@ -348,7 +347,6 @@ fn always_near(nearness: &Nearness, p: DVec3, distance: f64) -> u32 {
 /// on as `near` says of a place and a distance.
 fn refine(
     substrate: &Substrate,
-    winding: &Winding,
     cluster: &Cluster,
     shape: &Shape,
     near: impl Fn(&Nearness, DVec3, f64) -> u32 + Sync,
@@ -361,7 +359,7 @@ fn refine(
     let carrying: Vec<u32> = all.into_par_iter().filter(carries).collect();
     let longest = shape.resolution * radius;
     let cuts = Cuts::new(substrate, longest);
-    let base = Base::new(substrate, winding, &carrying).sliced(winding, &cuts);
+    let base = Base::new(substrate, &carrying).sliced(substrate, &cuts);
     let reach = overhang(shape) * radius;
     Tree::grow(base, longest, |middle, length| {
         near(&nearness, middle, FARTHEST_FROM_MIDDLE * length + reach)
@@ -378,13 +376,7 @@ pub fn expected_triangles(substrate: &Substrate, cluster: &Cluster, shape: &Shap
         resolution: shape.resolution.max(ROUGH),
         ..*shape
     };
-    let tree = refine(
-        substrate,
-        &Winding::of(substrate),
-        cluster,
-        &rough,
-        always_near,
-    );
+    let tree = refine(substrate, cluster, &rough, always_near);
     let nearness = Nearness::new(cluster.elements().iter().map(|e| e.position));
     let radius = cluster.radius();
     let reach = overhang(shape) * radius;

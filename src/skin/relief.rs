@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 
-use super::base::Winding;
 use super::cortex::{Cortex, Dress};
 use super::field::{Field, Sample, cutoff};
 use super::grid::{Grid, Nearness};
@@ -17,7 +16,6 @@ use crate::substrate::{Substrate, SurfacePoint};
 pub(crate) struct Relief<'a> {
     substrate: &'a Substrate,
     shape: Shape,
-    winding: Winding,
     lichen: Lichen,
     grid: Grid,
     nearness: Nearness,
@@ -39,8 +37,7 @@ impl<'a> Relief<'a> {
         if cluster.is_empty() {
             return Err(SkinError::Empty);
         }
-        let winding = Winding::of(substrate);
-        let mut lichen = Lichen::new(substrate, &winding, cluster, paint);
+        let mut lichen = Lichen::new(substrate, cluster, paint);
         let cortex = Cortex::new(&lichen, paint, shape.thickness);
         let grid = lichen.sort(cutoff(shape) * cluster.radius());
         let nearness = Nearness::new(lichen.granules.iter().map(|g| g.position));
@@ -48,17 +45,11 @@ impl<'a> Relief<'a> {
             substrate,
             shape: *shape,
             nearness,
-            winding,
             lichen,
             grid,
             cortex,
             paint,
         })
-    }
-
-    /// 1 where a triangle is wound as its file has it, −1 where outside is the other side.
-    pub(crate) fn side(&self, triangle: u32) -> f64 {
-        self.winding.side(triangle)
     }
 
     /// Whether lichen may be felt within `margin` (local units) of a triangle.
@@ -86,7 +77,6 @@ impl<'a> Relief<'a> {
         Probe {
             dress: self.cortex.as_ref().map(dress),
             field: Field::new(self.substrate, &self.lichen, &self.grid, &self.shape),
-            winding: &self.winding,
             sheet: Sheet::new(self.substrate, self.lichen.radius),
         }
     }
@@ -96,7 +86,6 @@ impl<'a> Relief<'a> {
 pub(crate) struct Probe<'a> {
     field: Field<'a>,
     dress: Option<Dress<'a>>,
-    winding: &'a Winding,
     sheet: Sheet<'a>,
 }
 
@@ -104,7 +93,7 @@ impl Probe<'_> {
     /// What the field says about a place, with areoles and apothecia.
     pub(crate) fn sample(&mut self, at: &SurfacePoint) -> Sample {
         let substrate = self.field.substrate;
-        let facing = self.winding.normal(substrate, at.triangle).as_vec3();
+        let facing = substrate.normal(at.triangle).as_vec3();
         let place = substrate.position(at);
         let bare = self
             .field

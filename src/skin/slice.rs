@@ -9,10 +9,10 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::base::{Base, Face, Winding, bits};
+use super::base::{Base, Face, bits};
 use super::grid::WordMap;
 use super::refine::side_key;
-use crate::substrate::Substrate;
+use crate::substrate::{Substrate, Winding};
 
 /// A triangle is long if the longest side is so many times the shortest, and times its width.
 const LONG: f64 = 4.0;
@@ -97,11 +97,11 @@ type Between = FxHashMap<(u64, u32), u32>;
 
 impl Base {
     /// With its long and thin triangles cut across.
-    pub(super) fn sliced(mut self, winding: &Winding, cuts: &Cuts) -> Self {
+    pub(super) fn sliced(mut self, substrate: &Substrate, cuts: &Cuts) -> Self {
         let mut between = Between::default();
         let whole = std::mem::take(&mut self.faces);
         for face in whole {
-            let pieces = cuts.of(winding, &face);
+            let pieces = cuts.of(substrate.winding(), &face);
             // The side that stays, after the corner where the long ones meet.
             match (0..3).find(|k| pieces[(k + 1) % 3] == 1 && pieces != [1; 3]) {
                 None => self.faces.push(face),

@@ -1,6 +1,6 @@
 //! Which triangle lies across each edge.
 //!
-//! Edges are undirected, so inconsistent winding does no harm. An edge of one triangle is a
+//! Edges are undirected, so walks do not notice how triangles are wound. An edge of one triangle is a
 //! boundary: it is its own twin, so that a walk that crosses it unfolds into the mirror image of
 //! the triangle that it came from, which is reflection. At an edge of more than two triangles the
 //! two that continue each other most straightly are joined, then the next two, and so on; an odd
@@ -46,6 +46,10 @@ pub(super) struct Adjacency {
     pub(super) boundary: Vec<[u32; 2]>,
     /// A vertex pair for each edge of more than two triangles.
     pub(super) non_manifold: Vec<[u32; 2]>,
+    /// A vertex pair for each edge of two triangles that are wound differently.
+    pub(super) conflicts: Vec<[u32; 2]>,
+    /// Whether some that are joined over an edge of any kind are.
+    pub(super) winds_differently: bool,
     /// Triangles joined over shared edges, non-manifold ones too.
     pub(super) piece: Vec<u32>,
     /// Triangles joined by twins: where a walker can get to.
@@ -96,6 +100,8 @@ pub(super) fn build(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Adjacency {
         corners: VertexCorners::new(vertices.len(), triangles),
         boundary: Vec::new(),
         non_manifold: Vec::new(),
+        conflicts: Vec::new(),
+        winds_differently: false,
         piece: (0..triangles.len() as u32).collect(),
         walkable: (0..triangles.len() as u32).collect(),
     };
@@ -178,7 +184,9 @@ impl Adjacency {
     fn take(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], edges: Edges) {
         self.boundary.extend(edges.open);
         for [a, b] in edges.pairs {
-            self.join(triangles, a, b);
+            if self.join(triangles, a, b) {
+                self.conflicts.push(ends(triangles, a));
+            }
         }
         for Crowded { ends, half_edges } in edges.many {
             self.non_manifold.push(ends);
@@ -203,13 +211,21 @@ impl Adjacency {
         flatten(&mut self.piece);
     }
 
-    fn join(&mut self, triangles: &[[u32; 3]], a: HalfEdge, b: HalfEdge) {
-        let start = |h: HalfEdge| triangles[h as usize / 3][h as usize % 3];
+    /// Makes each the other's twin, and says whether they run the same way.
+    fn join(&mut self, triangles: &[[u32; 3]], a: HalfEdge, b: HalfEdge) -> bool {
+        let start = |h| ends(triangles, h)[0];
         let flipped = start(a) == start(b);
+        self.winds_differently |= flipped;
         self.twins[a as usize] = Twin::new(b, flipped);
         self.twins[b as usize] = Twin::new(a, flipped);
         unite(&mut self.walkable, a / 3, b / 3);
+        flipped
     }
+}
+
+fn ends(triangles: &[[u32; 3]], half_edge: HalfEdge) -> [u32; 2] {
+    let (corners, k) = (triangles[half_edge as usize / 3], half_edge as usize % 3);
+    [corners[k], corners[(k + 1) % 3]]
 }
 
 /// Most triangles about one edge that are still paired.

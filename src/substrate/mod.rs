@@ -25,9 +25,11 @@ mod texturing;
 mod units;
 mod up;
 mod weld;
+mod winding;
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use glam::DVec3;
 use obvhs::aabb::Aabb;
@@ -45,6 +47,7 @@ pub use surface_point::SurfacePoint;
 pub use texturing::{Material, Texture, Texturing};
 pub use units::Units;
 pub use up::UpAxis;
+pub(crate) use winding::Winding;
 
 use adjacency::{Adjacency, VertexCorners};
 use bvh::{Bvh, box_distance_sq, box_farthest_sq, line_meets, padded_box};
@@ -147,6 +150,9 @@ pub struct Substrate {
     /// That of the file's format.
     usual_up: UpAxis,
     coarser: coarse::Kept,
+    /// Whether some neighbours are wound differently.
+    winds_differently: bool,
+    winding: OnceLock<Winding>,
 }
 
 impl std::fmt::Debug for Substrate {
@@ -272,6 +278,8 @@ impl Substrate {
             up: UpAxis::Y,
             usual_up: UpAxis::Y,
             coarser: coarse::Kept::default(),
+            winds_differently: adjacency.winds_differently,
+            winding: OnceLock::new(),
         }
     }
 
@@ -439,10 +447,17 @@ impl Substrate {
         a + (b - a) * p.u + (c - a) * p.v
     }
 
-    /// A triangle's unit normal, by the file's winding.
+    /// A triangle's unit normal. It is that of the file's winding, unless some of its component's triangles are wound
+    /// against others: then all normals of that component are on one side, outwards where it is closed, else on
+    /// that of most of it, by area.
     pub fn normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
-        (b - a).cross(c - a).normalize_or(DVec3::Y)
+        self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
+    }
+
+    /// Which triangles are turned for that, found at the first call.
+    pub(crate) fn winding(&self) -> &Winding {
+        self.winding.get_or_init(|| Winding::of(self))
     }
 
     /// A triangle's area, local units squared.

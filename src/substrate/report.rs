@@ -36,6 +36,10 @@ pub struct SubstrateReport {
     pub non_manifold_edges: usize,
     /// Midpoints of some of them, spread over the mesh.
     pub non_manifold_places: Vec<[f64; 3]>,
+    /// Edges of two triangles that are wound differently.
+    pub winding_conflicts: usize,
+    /// Midpoints of some of them, spread over the mesh.
+    pub winding_conflict_places: Vec<[f64; 3]>,
     /// Triangles dropped for a repeated corner or no area.
     pub degenerate_triangles: usize,
     /// Triangles dropped because another has the same three vertices.
@@ -71,6 +75,8 @@ pub(super) fn report(
         boundary_places: places(welded, &adjacency.boundary),
         non_manifold_edges: adjacency.non_manifold.len(),
         non_manifold_places: places(welded, &adjacency.non_manifold),
+        winding_conflicts: adjacency.conflicts.len(),
+        winding_conflict_places: places(welded, &adjacency.conflicts),
         degenerate_triangles: welded.degenerate,
         duplicate_triangles: welded.duplicate,
         bounding_box: units.bounding_box().map(|p| p.to_array()),
