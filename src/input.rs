@@ -42,7 +42,10 @@ pub fn regular_bytes(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// All of a text, which may come through a pipe.
+/// What programs on Windows put before a text.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// All of a text, which may come through a pipe, without a byte order mark.
 ///
 /// # Errors
 /// When the system refuses, the text is not UTF-8 or no page, or nobody writes into the pipe.
@@ -62,6 +65,7 @@ pub fn text(path: &Path) -> io::Result<String> {
             ErrorKind::InvalidData,
             "it is longer than 16 MiB: this is another file",
         )),
+        _ if text.starts_with(BYTE_ORDER_MARK) => Ok(text.split_off(BYTE_ORDER_MARK.len_utf8())),
         _ => Ok(text),
     }
 }

@@ -426,6 +426,16 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o f --clock noon", 2, &["noon", "birth", "radius"]),
         ("out -o f --clock 0:0,1:401", 2, &["401", "400"]),
         ("out -o f --clock 0:9,1:3", 2, &["does not shrink"]),
+        (
+            "out -o f --clock 0:0,1:0.3",
+            2,
+            &["0.3 elements", "1 or more"],
+        ),
+        (
+            "out -o f --window 500 --clock=-1e308:0,1e308:100%",
+            2,
+            &["too far apart"],
+        ),
         ("out -o f --ease bouncy", 2, &["--ease"]),
         ("out -o f --thickness 99r", 2, &["thickness"]),
         ("nothing -o f", 1, &["nothing"]),
@@ -441,4 +451,76 @@ fn what_cannot_be_is_refused_in_one_line() {
         &["c.csv", "line 3", "1,many"],
     );
     assert_eq!(names(desk.0.path()), ["c.csv", "out", "rock.obj"]);
+}
+
+#[test]
+fn a_lichen_without_branches_has_no_film_of_them() {
+    let desk = desk();
+    desk.done("rock.obj --radius 0.4% --elements 1 -o one");
+    for out in ["a.usda", "a.glb", "f"] {
+        let words = format!("one -o {out} --what curves --frames 2");
+        let output = animate(&desk, &words);
+        assert_eq!(output.status.code(), Some(1), "{out}");
+    }
+    assert_eq!(names(desk.0.path()), ["one", "out", "rock.obj"]);
+}
+
+#[test]
+fn curves_may_begin_with_a_byte_order_mark() {
+    let desk = desk();
+    let curve = "time,elements\n0,0\n1,133\n2,400\n";
+    fs::write(desk.path("plain.csv"), curve).unwrap();
+    fs::write(desk.path("marked.csv"), format!("\u{feff}{curve}")).unwrap();
+    let [plain, marked] = ["plain", "marked"].map(|name| {
+        let words = format!("out -o {name}.glb --what points --frames 2 --clock {name}.csv");
+        made(&desk, &words);
+        desk.read(&format!("{name}.glb"))
+    });
+    assert_eq!(plain, marked);
+}
+
+/// Far from its origin a film's places are stored from one of its own: where the film lies, not where the elements
+/// lay before a program turned the mesh.
+#[test]
+fn a_film_on_a_turned_mesh_far_away_is_as_fine_as_on_the_other() {
+    let desk = desk();
+    let [upright, turned] = [[0, 1, 2], [0, 2, 1]].map(|axes| {
+        let far = [500_000.0, 112.0, -5_400_000.0];
+        let place = |line: &str| {
+            let numbers: Vec<f64> = line[2..].split(' ').map(|x| x.parse().unwrap()).collect();
+            let there = [0, 1, 2].map(|k| numbers[k] + far[k]);
+            let sign = if axes[1] == 2 { -1.0 } else { 1.0 };
+            let [x, y, z] = [there[0], sign * there[axes[1]], there[axes[2]]];
+            format!("v {x} {y} {z}")
+        };
+        let file = String::from_utf8(desk.read("rock.obj")).unwrap();
+        let lines = file.lines().map(|line| match line.starts_with("v ") {
+            true => place(line),
+            false => line.to_owned(),
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    });
+    fs::write(desk.path("far.obj"), upright).unwrap();
+    fs::write(desk.path("turned.obj"), turned).unwrap();
+    desk.done("far.obj --radius 0.4% --elements 60 -o far");
+    made(&desk, "far -o far.usda --frames 2 --up y");
+    made(
+        &desk,
+        "far -o turned.usda --frames 2 --mesh turned.obj --up y",
+    );
+    let size = |file: &str| {
+        let text = String::from_utf8(desk.read(file)).unwrap();
+        let after = text.split("float3[] extent").nth(1).unwrap();
+        let line = after.lines().find(|line| line.contains("2: ")).unwrap();
+        let numbers: Vec<f64> = line
+            .split(|c: char| !(c.is_ascii_digit() || ".-e".contains(c)))
+            .filter_map(|x| x.parse().ok())
+            .collect();
+        let [low, high] = [&numbers[1..4], &numbers[4..7]];
+        [0, 1, 2].map(|k| high[k] - low[k])
+    };
+    let [[x, y, z], turned] = ["far.usda", "turned.usda"].map(size);
+    let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-3 * a;
+    let pairs = std::iter::zip([x, z, y], turned);
+    assert!(pairs.into_iter().all(near), "{x} {z} {y} {turned:?}");
 }

@@ -259,13 +259,14 @@ fn wrong_requests_are_refused() {
     assert!(!desk.path("x").exists());
 }
 
-/// The second side lies a whole image beside the first.
-fn folded_in_tiles() -> String {
+/// The second side lies so many images beside the first, and above it.
+fn folded_in_tiles(right: f64, up: f64) -> String {
     let lines = cube();
     let second = "f 5/5 6/6 8/7 7/8";
-    let moved = "vt 1.01 0.4\nvt 1.15 0.4\nvt 1.15 0.55\nvt 1.01 0.55\nf 5/-4 6/-3 8/-2 7/-1";
+    let corners = [[0.01, 0.4], [0.15, 0.4], [0.15, 0.55], [0.01, 0.55]];
+    let moved = corners.map(|[u, v]| format!("vt {} {}\n", u + right, v + up));
     assert!(lines.contains(second));
-    lines.replace(second, moved)
+    lines.replace(second, &(moved.concat() + "f 5/-4 6/-3 8/-2 7/-1"))
 }
 
 /// Programs put triangles in another order, and cut quads along the other diagonal.
@@ -320,11 +321,12 @@ fn layouts_with_faults_are_told() {
     fs::write(desk.path("flat.obj"), flat).unwrap();
     let packed = cube().replace("vt 0.01 0.4", "vt 4095 0.4");
     fs::write(desk.path("packed.obj"), packed).unwrap();
-    let tiles = folded_in_tiles();
-    fs::write(desk.path("tiles.obj"), tiles).unwrap();
-    let output = bake(&desk, "out -o tiles --mesh tiles.obj --size 128");
-    let said = desk::said(&output);
-    assert!(said.contains("UDIM"), "{said}");
+    for [u, v] in [[1.0, 0.0], [0.0, 1.0], [0.0, 2.0]] {
+        fs::write(desk.path("tiles.obj"), folded_in_tiles(u, v)).unwrap();
+        let output = bake(&desk, "out -o tiles --mesh tiles.obj --size 128 --force");
+        let said = desk::said(&output);
+        assert!(said.contains("UDIM"), "{u} {v}: {said}");
+    }
     let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
     fs::write(desk.path("repeats.obj"), repeats).unwrap();
     for (words, parts) in [

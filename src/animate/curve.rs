@@ -39,6 +39,9 @@ pub enum CurveError {
         "the curve has numbers of elements and shares: write all points as one of them, but for 0 and 100%"
     )]
     Mixed,
+    /// Times that have no length in 64 bits.
+    #[error("the curve's times are too far apart: give them in a larger unit")]
+    Apart,
     /// Too few points.
     #[error("a curve has at least two points, as 0:0,1:100%, and does not end at 0")]
     Short,
@@ -107,9 +110,10 @@ impl Curve {
         let ends_at_nothing = points
             .last()
             .is_none_or(|(_, amount)| matches!(amount, Amount::Elements(0.0) | Amount::Share(0.0)));
-        match points.len() < 2 || ends_at_nothing {
-            true => Err(CurveError::Short),
-            false => Ok(Self(points)),
+        match (points.first(), points.last()) {
+            _ if points.len() < 2 || ends_at_nothing => Err(CurveError::Short),
+            (Some((from, _)), Some((to, _))) if !(to - from).is_finite() => Err(CurveError::Apart),
+            _ => Ok(Self(points)),
         }
     }
 }

@@ -64,6 +64,9 @@ pub enum TimingError {
         /// How many there are.
         there: usize,
     },
+    /// The curve ends before the first element is there.
+    #[error("the curve ends at {0} elements: end it at 1 or more")]
+    Nothing(f64),
 }
 
 impl Clock {
@@ -90,8 +93,8 @@ impl Timing {
     /// the last frame all n_F elements have their full influence. With W = 0, t = n.
     ///
     /// # Errors
-    /// When there are no elements or frames, when the window is no length, or when the curve goes
-    /// beyond the last element.
+    /// When there are no elements or frames, when the window is no length, or when the curve ends
+    /// before the first element or beyond the last.
     pub fn moments(&self, cluster: &Cluster) -> Result<Vec<Presence>, TimingError> {
         let there = cluster.len();
         match *self {
@@ -106,6 +109,9 @@ impl Timing {
         let last = counts.last().copied().unwrap_or_default();
         if last > there as f64 {
             return Err(TimingError::TooMany { asked: last, there });
+        }
+        if last < 1.0 {
+            return Err(TimingError::Nothing(last));
         }
         let at = |n: f64| Presence {
             time: n - self.window * (1.0 - n / last),

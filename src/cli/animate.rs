@@ -6,11 +6,12 @@ use std::time::Instant;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use thallus::animate::{Clock, Curve, Timing};
-use thallus::cluster::{Cluster, Presence};
+use thallus::cluster::{Cluster, Element, Presence};
 use thallus::export::{
     Film, FilmFormat, OutputError, Placement, Scene, SceneFormat, TriMesh, UpAxis, What,
     mesh_format_of, write_file_atomically,
 };
+use thallus::input;
 use thallus::morphometry::measure;
 use thallus::picture::{Ground, age_color};
 use thallus::skin::{Shape, SkinError, SkinFrames};
@@ -117,12 +118,12 @@ fn clock(text: &str) -> Result<Clock, Failure> {
     match text {
         "birth" => Ok(Clock::Birth),
         "radius" => Ok(Clock::Radius),
-        curve if curve.contains(':') && !Path::new(curve).is_file() => {
+        curve if curve.contains(':') && !Path::new(curve).exists() => {
             let curve: Result<Curve, _> = curve.parse();
             Ok(Clock::Curve(curve.map_err(|e| wrong("--clock", e))?))
         }
-        file if Path::new(file).is_file() => {
-            let text = std::fs::read_to_string(file);
+        file if Path::new(file).exists() => {
+            let text = input::text(Path::new(file));
             let text = text.with_context(|| format!("{file}: reading the curve failed"))?;
             let curve = Curve::from_csv(&text).map_err(|e| wrong(file, e))?;
             Ok(Clock::Curve(curve))
@@ -315,8 +316,11 @@ fn frames_of(
 
 /// Where the elements lie in the file.
 fn places(lichen: &Growth, placement: &Placement) -> TriMesh {
+    // Those of the substrate: a program may have turned it since the elements were written.
+    let (elements, units) = (lichen.cluster.elements(), lichen.substrate.units());
+    let place = |e: &Element| units.to_file(e.position).to_array();
     let mut places = TriMesh {
-        positions: lichen.grown.elements.positions.clone(),
+        positions: elements.iter().map(place).collect(),
         ..TriMesh::default()
     };
     places.place(placement);

@@ -244,7 +244,7 @@ impl Folder {
     /// Puts all of them in place, and takes away what an earlier animation left.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         for name in self.left_over() {
-            self.dir.remove(&name)?;
+            self.dir.outdate(&name);
         }
         self.dir.commit().map_err(of_frames)
     }

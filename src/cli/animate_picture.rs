@@ -22,7 +22,7 @@ use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::dress::{self, made_up};
 use super::failure::Failure;
-use super::interrupt::Stop;
+use super::interrupt::{Hidden, Stop};
 use super::memory::Frames;
 use super::preview::{bare, by_age, packed, staged, stone};
 use super::render::{Cut, Skin, middle};
@@ -232,7 +232,7 @@ fn movie(
     kind: Movie,
     images: impl Iterator<Item = io::Result<Image>>,
 ) -> Result<(), Failure> {
-    let folder = tempfile::tempdir_in(nearest_folder(&args.output));
+    let folder = Hidden::make_in(&nearest_folder(&args.output));
     let folder = folder.with_context(|| format!("{}: making a folder", args.output.display()))?;
     let made = folder.path().join("movie");
     let mut ffmpeg = start(args, kind, &made)?;
@@ -275,12 +275,19 @@ fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure>
             "-s",
         ])
         .args([&pixels, "-r", &args.time.fps.to_string(), "-i", "-"])
-        // These codecs halve the colours' resolution, and want even sides.
+        // These codecs halve the colours' resolution, and want even sides. Players take what is not told by its
+        // size, which is not how ffmpeg encodes it.
         .args([
             "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-            "-pix_fmt",
-            "yuv420p",
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+            "-colorspace",
+            "bt709",
+            "-color_primaries",
+            "bt709",
+            "-color_trc",
+            "iec61966-2-1",
+            "-color_range",
+            "tv",
             "-c:v",
         ])
         .args(codec)

@@ -262,9 +262,10 @@ fn warn(lichens: &Lichens, baked: &Baked, voice: Voice) {
 
 /// Whether triangles lie in images beside the first, as in UDIM tiles.
 fn has_tiles(texturing: &Texturing) -> bool {
+    // Rows are counted from above, so that tiles above the first have negative ones.
     let lies_beside = |uvs: &[[f64; 2]; 3]| {
-        let lowest = |axis: usize| uvs.iter().map(|uv| uv[axis]).fold(f64::INFINITY, f64::min);
-        lowest(0) >= 1.0 || lowest(1) <= -1.0
+        let right = uvs.iter().all(|[u, _]| *u >= 1.0);
+        right || uvs.iter().all(|[_, v]| *v <= 0.0)
     };
     texturing.uvs.iter().flatten().any(lies_beside)
 }
@@ -291,9 +292,10 @@ impl Writer<'_> {
         let started = Instant::now();
         let spinner = spinner(voice, &format!("writing to {}", folder.path().display()));
         let written = self.write_into(&mut folder, stop);
-        let written = written
-            .and_then(|()| self.remove_others(&mut folder))
-            .and_then(|()| folder.commit());
+        let written = written.and_then(|()| {
+            self.remove_others(&mut folder);
+            folder.commit()
+        });
         spinner.finish_and_clear();
         written?;
         seconds.write = started.elapsed().as_secs_f64();
@@ -329,18 +331,18 @@ impl Writer<'_> {
     }
 
     /// Takes away the maps of an earlier bake in another format: they show another lichen, or another size.
-    fn remove_others(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+    fn remove_others(&self, folder: &mut OutputDir) {
         if !folder.path().join(SIDECAR).is_file() {
-            return Ok(());
+            return;
         }
         let others = [FileFormat::Png, FileFormat::Exr]
             .into_iter()
             .filter(|f| *f != self.format);
-        let mut names = others.flat_map(|f| {
+        let names = others.flat_map(|f| {
             MAPS.iter()
                 .map(move |m| format!("{}.{}", m.name, f.extension()))
         });
-        names.try_for_each(|name| folder.remove(&name))
+        names.for_each(|name| folder.outdate(&name));
     }
 
     /// A map's file.

@@ -1,11 +1,13 @@
 //! Ctrl-C: the first ends the growth well, the second quits at once, without half of a file.
 
 use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
+use tempfile::TempDir;
 use thallus::export::discard_unfinished_files;
 
 use super::{INTERRUPTED, terminal};
@@ -55,7 +57,30 @@ pub(crate) fn leave_no_part() {
     }
 }
 
+/// Folders of other programs' files that are gone when this one quits.
+static HIDDEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// A hidden folder in another one, for what is gone in the end.
+pub(crate) struct Hidden(TempDir);
+
+impl Hidden {
+    pub(crate) fn make_in(folder: &Path) -> io::Result<Self> {
+        let mut hidden = HIDDEN.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = tempfile::tempdir_in(folder)?;
+        hidden.push(made.path().to_owned());
+        Ok(Self(made))
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
 fn quit() -> ! {
+    let hidden = HIDDEN.lock().unwrap_or_else(PoisonError::into_inner);
+    hidden
+        .iter()
+        .for_each(|folder| drop(std::fs::remove_dir_all(folder)));
     discard_unfinished_files();
     std::process::exit(i32::from(INTERRUPTED))
 }

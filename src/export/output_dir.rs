@@ -35,6 +35,8 @@ pub struct OutputDir {
     force: bool,
     /// Names written so far, in order.
     written: Vec<String>,
+    /// Names of files that these take the place of.
+    outdated: Vec<String>,
     /// Names that are in their place already.
     placed: Vec<String>,
     made: Option<NewFolders>,
@@ -62,6 +64,7 @@ impl OutputDir {
             folder,
             force,
             written: Vec::new(),
+            outdated: Vec::new(),
             placed: Vec::new(),
             made,
             lock: None,
@@ -99,8 +102,9 @@ impl OutputDir {
             return Err(OutputError::NotAFile(shown));
         }
         let staged = self.staged(name);
-        self.written.retain(|written| written != name);
-        let _ = fs::remove_file(&staged);
+        if fs::remove_file(&staged).is_ok() {
+            self.written.retain(|written| written != name);
+        }
         if let Err(e) = write_new(&staged, &shown, fill) {
             let _ = fs::remove_file(&staged);
             return Err(e);
@@ -212,6 +216,15 @@ impl OutputDir {
     /// When the system refuses.
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
         self.check_ours()?;
+        self.take_away(name)
+    }
+
+    /// The same once what was written is in its place: of what that replaces under another name.
+    pub fn outdate(&mut self, name: &str) {
+        self.outdated.push(name.to_owned());
+    }
+
+    fn take_away(&self, name: &str) -> Result<(), OutputError> {
         let place = self.folder.join(name);
         match fs::remove_file(&place) {
             Err(e) if e.kind() != ErrorKind::NotFound => {
@@ -221,8 +234,8 @@ impl OutputDir {
         }
     }
 
-    /// Puts every file in its place, in the order in which they were written. Files that were not
-    /// written are left alone.
+    /// Puts every file in its place, in the order in which they were written, and takes away what they
+    /// [outdate](Self::outdate). All other files are left alone.
     ///
     /// # Errors
     /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, and
@@ -250,7 +263,9 @@ impl OutputDir {
             let place = self.folder.join(name);
             fs::rename(self.staged(name), &place).map_err(OutputError::io(&place, "writing"))?;
         }
-        Ok(())
+        self.outdated
+            .iter()
+            .try_for_each(|name| self.take_away(name))
     }
 
     /// Whether the hidden folder is still the one that this locked: the run's folder may have been moved or

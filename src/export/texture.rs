@@ -99,6 +99,9 @@ impl Texture<'_> {
     ///
     /// # Errors
     /// Those of `out`.
+    ///
+    /// # Panics
+    /// When `channels` is neither 1 nor 3.
     pub fn write_exr(&self, is_exact: bool, out: &mut dyn Write) -> io::Result<()> {
         let blocks = self.exr_blocks(is_exact)?;
         let head = self.exr_head(is_exact);
@@ -149,7 +152,8 @@ impl Texture<'_> {
     fn exr_channels(&self) -> &'static [u8] {
         match self.channels {
             1 => b"Y",
-            _ => b"BGR",
+            3 => b"BGR",
+            n => panic!("{n} channels"),
         }
     }
 

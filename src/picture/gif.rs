@@ -121,7 +121,7 @@ impl<W: Write> GifWriter<W> {
     /// hundredths of a second come to it; at [`FASTEST_GIF`] where more are asked for.
     ///
     /// # Errors
-    /// `InvalidInput` when a side is 0 or beyond 65,535; those of `out`.
+    /// `InvalidInput` when a side is 0 or beyond 65,535, or when `fps` is not a positive number; those of `out`.
     pub fn new(
         out: W,
         [width, height]: [u32; 2],
@@ -133,6 +133,10 @@ impl<W: Write> GifWriter<W> {
             let problem = "a GIF is 1 to 65535 pixels wide and high";
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         };
+        if !(fps > 0.0) {
+            let problem = "pictures a second are a positive number";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
         let colors: Vec<u8> = palette.colors().chain([0; 3]).collect();
         let mut encoder = Encoder::new(out, w, h, &colors).map_err(from_encoding)?;
         encoder

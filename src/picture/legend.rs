@@ -191,7 +191,8 @@ fn ticks([low, high]: [f64; 2]) -> Vec<Tick> {
     /// How far beyond an end a tick still counts, in steps: births are counted from 0, and end at 19,999.
     const BEYOND: f64 = 1e-3;
     let span = high - low;
-    if !(span > 0.0 && span.is_finite()) {
+    // Half of less is no number that can be divided by.
+    if !(span >= f64::MIN_POSITIVE / 0.25 && span.is_finite()) {
         let label = number(low, 0.0);
         return vec![Tick { share: 0.5, label }];
     }
@@ -282,6 +283,9 @@ mod tests {
             }
         }
         assert_eq!(ticks([7.0, 7.0])[0].label, "7");
+        for least in [5e-324, 1e-323, 1e-308] {
+            assert!((1..=5).contains(&ticks([0.0, least]).len()), "{least}");
+        }
     }
 
     #[test]

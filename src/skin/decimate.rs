@@ -151,7 +151,7 @@ impl Simplifier {
             &weights,
             weights.len() * size_of::<f32>(),
             held,
-            3 * triangles,
+            3 * triangles.min(from.len()),
             1.0,
             SimplifyOptions::None,
             None,

@@ -213,8 +213,10 @@ impl<'a> SkinFrames<'a> {
         }
         let mut missing: Vec<usize> = Vec::new();
         for count in self.moments[self.next..].iter().flat_map(needed) {
-            let known = self.rims.contains_key(&count) || missing.contains(&count);
-            if !known && missing.len() < KEYS_AT_ONCE {
+            if missing.len() == KEYS_AT_ONCE {
+                break;
+            }
+            if !self.rims.contains_key(&count) && !missing.contains(&count) {
                 missing.push(count);
             }
         }

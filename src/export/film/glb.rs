@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use serde_json::{Map, Value, json};
 
-use super::{Spool, Spools};
+use super::{Spool, Spools, invalid};
 use crate::color::to_linear;
 use crate::export::glb::{document, write_head};
 use crate::export::mesh::glb::{Parts, VERTICES, write_body};
@@ -30,6 +30,9 @@ pub(super) struct Glb {
     /// Elements that have come so far.
     come: usize,
 }
+
+/// Why there is no film.
+pub(super) const NOTHING: &str = "there is nothing to see in any frame";
 
 impl Glb {
     pub(super) fn new(spools: Spools) -> Self {
@@ -116,8 +119,7 @@ impl Glb {
 
     pub(super) fn write(mut self, fps: f64, out: &mut dyn Write) -> io::Result<()> {
         let Some(last) = self.frames.iter().rposition(Option::is_some) else {
-            let problem = "there is nothing to see in any frame";
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+            return Err(invalid(NOTHING));
         };
         let (mut nodes, mut samplers, mut channels) = (Vec::new(), Vec::new(), Vec::new());
         let mut tail: Vec<f32> = Vec::new();

@@ -70,6 +70,8 @@ impl FilmFormat {
 pub struct Film {
     fps: f64,
     form: Form,
+    /// Whether any frame shows anything.
+    shows: bool,
 }
 
 #[derive(Debug)]
@@ -86,7 +88,11 @@ impl Film {
             "glb" => Form::Glb(glb::Glb::new(spools)),
             _ => Form::Usda(usda::Usda::new(spools)),
         };
-        Self { fps, form }
+        Self {
+            fps,
+            form,
+            shows: false,
+        }
     }
 
     /// The same of skins that come to lie where these vertices do: where 32 bits would not say these
@@ -109,6 +115,7 @@ impl Film {
     pub fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        self.shows |= !mesh.triangles.is_empty();
         match &mut self.form {
             Form::Usda(film) => film.add_skin(mesh),
             Form::Glb(film) => film.add_skin(mesh),
@@ -122,9 +129,12 @@ impl Film {
     /// `InvalidInput` for instances; those of temporary files.
     pub fn add_scene(&mut self, what: What, scene: &Scene, color: AgeColor<'_>) -> io::Result<()> {
         if what == What::Instances {
-            let problem = "films hold skins, points or curves";
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+            return Err(invalid("films hold skins, points or curves"));
         }
+        self.shows |= match what {
+            What::Curves => scene.streams.iter().any(|stream| !stream.is_empty()),
+            _ => !scene.elements.is_empty(),
+        };
         match &mut self.form {
             Form::Usda(film) => film.add_scene(what, scene, color),
             Form::Glb(film) => film.add_scene(what, scene, color),
@@ -134,8 +144,15 @@ impl Film {
     /// Writes the film, whose unit is so many metres where the file says it.
     ///
     /// # Errors
-    /// Those of `out` and of the temporary files; `InvalidInput` when the format cannot hold as much.
+    /// Those of `out` and of the temporary files; `InvalidInput` when the format cannot hold as much, when no frame
+    /// shows anything, or when the frames a second are no positive number.
     pub fn write(self, meters_per_unit: f64, out: &mut dyn Write) -> io::Result<()> {
+        if !(self.fps > 0.0 && self.fps.is_finite()) {
+            return Err(invalid("frames a second are a positive number"));
+        }
+        if !self.shows {
+            return Err(invalid(glb::NOTHING));
+        }
         let mut out = BufWriter::with_capacity(1 << 16, out);
         match self.form {
             Form::Usda(film) => film.write(self.fps, meters_per_unit, &mut out)?,
@@ -143,6 +160,10 @@ impl Film {
         }
         out.flush()
     }
+}
+
+fn invalid(problem: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, problem)
 }
 
 /// Where temporary files lie.
@@ -181,6 +202,30 @@ impl Spool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn films_of_nothing_or_of_no_time_are_refused() {
+        let mesh = TriMesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            colors: vec![[9; 3]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..TriMesh::default()
+        };
+        let folder = tempfile::tempdir().expect("a folder");
+        for format in FILM_FORMATS {
+            let is_made = |fps: f64, mesh: &TriMesh| {
+                let mut film = Film::new(format, fps, folder.path());
+                film.add_skin(mesh).expect("a frame");
+                film.write(1.0, &mut Vec::new()).is_ok()
+            };
+            assert!(is_made(24.0, &mesh));
+            assert!(!is_made(24.0, &TriMesh::default()));
+            for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+                assert!(!is_made(fps, &mesh), "{fps}");
+            }
+        }
+    }
 
     /// In map coordinates, where places are stored from an origin.
     #[test]

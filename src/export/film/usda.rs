@@ -228,7 +228,7 @@ fn influences(scene: &Scene) -> Vec<f32> {
     }
 }
 
-/// The box about spheres.
+/// The box about spheres; of none, that of the origin.
 fn extent(
     points: impl Iterator<Item = [f32; 3]>,
     radii: impl Iterator<Item = f32>,
@@ -238,5 +238,8 @@ fn extent(
         [low, [0, 1, 2].map(|k| high[k].max(p[k] + r))]
     };
     let empty = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    points.zip(radii).fold(empty, grow).to_vec()
+    match points.zip(radii).fold(empty, grow) {
+        nothing if nothing == empty => vec![[0.0; 3]; 2],
+        found => found.to_vec(),
+    }
 }

@@ -60,6 +60,14 @@ pub enum MeshError {
     /// A coordinate that is not a finite number.
     #[error("vertex {0} is not at a finite place")]
     Place(usize),
+    /// A direction or an attribute that is not a finite number.
+    #[error("{column} of vertex {vertex} is not a finite number")]
+    Value {
+        /// Its column.
+        column: &'static str,
+        /// The vertex.
+        vertex: usize,
+    },
     /// Lengths that attributes and most files cannot say.
     #[error("its lengths are beyond what 32-bit numbers hold: bring them nearer to 1 with --scale")]
     Range,
@@ -159,15 +167,26 @@ impl MeshFormat {
 }
 
 impl TriMesh {
-    /// Checks what every file promises: columns of one length, finite places in the range of 32-bit
-    /// numbers, corners that are vertices, numbers that fit a signed 32-bit integer.
+    /// Checks what every file promises: columns of one length, finite numbers, places in the range of 32-bit
+    /// ones, corners that are vertices, numbers that fit a signed 32-bit integer.
     ///
     /// # Errors
     /// The first that does not hold.
     pub fn check(&self) -> Result<(), MeshError> {
         let columns = [("normal", self.normals.len()), ("color", self.colors.len())];
         let named = self.attributes.iter().map(|a| (a.name, a.values.len()));
-        self.check_with(columns.into_iter().chain(named))
+        self.check_with(columns.into_iter().chain(named))?;
+        let finite = |n: &[f32; 3]| n.iter().all(|x| x.is_finite());
+        let normal = self.normals.iter().position(|n| !finite(n));
+        let normal = normal.map(|vertex| ("normal", vertex));
+        let wrong = |a: &VertexAttribute| {
+            let vertex = a.values.iter().position(|x| !x.is_finite())?;
+            Some((a.name, vertex))
+        };
+        match normal.or_else(|| self.attributes.iter().find_map(wrong)) {
+            Some((column, vertex)) => Err(MeshError::Value { column, vertex }),
+            None => Ok(()),
+        }
     }
 
     /// Checks the same of places, triangles and columns of these names and lengths.
@@ -282,6 +301,22 @@ mod tests {
             uvs: vec![[0.0; 2]; 3],
             tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
         }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused() {
+        let mut mesh = triangle(1.0);
+        mesh.attributes = vec![VertexAttribute {
+            name: "density",
+            values: vec![0.5; 3],
+            is_length: false,
+        }];
+        assert_eq!(mesh.check(), Ok(()));
+        let at = |column, vertex| Err(MeshError::Value { column, vertex });
+        mesh.attributes[0].values[2] = f32::NAN;
+        assert_eq!(mesh.check(), at("density", 2));
+        mesh.normals[1][0] = f32::INFINITY;
+        assert_eq!(mesh.check(), at("normal", 1));
     }
 
     const IMAGES: MapImages = MapImages {
