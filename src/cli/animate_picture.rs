@@ -279,15 +279,10 @@ fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure>
         // size, which is not how ffmpeg encodes it.
         .args([
             "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-            "-colorspace",
-            "bt709",
-            "-color_primaries",
-            "bt709",
-            "-color_trc",
-            "iec61966-2-1",
-            "-color_range",
-            "tv",
+            concat!(
+                "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p,",
+                "setparams=color_primaries=bt709:color_trc=iec61966-2-1"
+            ),
             "-c:v",
         ])
         .args(codec)
