@@ -38,6 +38,7 @@ impl Elements {
 
     fn places_by_number(&self, substrate: &Substrate) -> Option<Vec<SurfacePoint>> {
         let triangles = substrate.triangles().len() as u32;
+        let is_fine = self.has_fine_positions();
         let mut inner = vec![0; triangles as usize];
         (0..triangles).for_each(|t| inner[substrate.canonical_triangle(t) as usize] = t);
         let place = |i: usize| {
@@ -45,14 +46,18 @@ impl Elements {
             let [u, v] = self.uv[i].map(f64::from);
             let place = SurfacePoint { triangle, u, v };
             let off = self.distance(substrate, i, &place);
-            (off <= self.tolerance(substrate, i, &place)).then_some(place)
+            let is_there = off <= self.tolerance(substrate, i, &place);
+            is_there.then(|| match is_fine {
+                true => substrate.nearest_in(triangle, self.local(substrate, i)),
+                false => place,
+            })
         };
         (0..self.len()).map(place).collect()
     }
 
     fn places_by_position(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
         let place = |i: usize| {
-            let position = substrate.units().to_local(self.positions[i]);
+            let position = self.local(substrate, i);
             let normal = Vec3::from(self.normals[i]).as_dvec3();
             let place = substrate.nearest_facing(position, normal);
             let off = place.map(|place| self.distance(substrate, i, &place));
@@ -72,8 +77,8 @@ impl Elements {
 
     /// The cluster that this is the table of, on the mesh that it grew on.
     ///
-    /// Elements are where triangle and weights say, which files hold with 24 bits, or [nearest to their
-    /// positions](Self::places_on).
+    /// Elements are where triangle and weights say, which files hold with 24 bits; in the triangle nearest to their
+    /// positions where these have more; or [nearest to them anywhere](Self::places_on).
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on).
@@ -158,6 +163,16 @@ impl Elements {
         }
     }
 
+    /// Whether positions have more bits than weights, as where triangles are very much larger than elements.
+    fn has_fine_positions(&self) -> bool {
+        let is_single = |x: &f64| f64::from(*x as f32) == *x;
+        !self.positions.iter().flatten().all(is_single)
+    }
+
+    fn local(&self, substrate: &Substrate, i: usize) -> DVec3 {
+        substrate.units().to_local(self.positions[i])
+    }
+
     fn distance(&self, substrate: &Substrate, i: usize, place: &SurfacePoint) -> f64 {
         let there = substrate.units().to_file(substrate.position(place));
         (there - DVec3::from(self.positions[i])).length()
@@ -180,6 +195,29 @@ mod tests {
 
     use super::*;
     use crate::substrate::Soup;
+
+    /// Weights of 24 bits in a triangle of a million radii are a seventeenth of the radius apart.
+    #[test]
+    fn in_huge_triangles_elements_are_where_their_positions_say() {
+        let soup = Soup {
+            positions: vec![[0.0; 3], [1e6, 0.0, 0.0], [0.0, 1e6, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..Soup::default()
+        };
+        let substrate = Substrate::from_soup(soup).expect("a mesh");
+        let radius = substrate.units().length_to_local(1.0);
+        let mut cluster = Cluster::new(radius);
+        for i in 0..1000 {
+            let [u, v] = [0.3 + f64::from(i) * 2e-6, 0.6 - f64::from(i) * 1.1e-6];
+            let at = SurfacePoint { triangle: 0, u, v };
+            cluster.push(Element::seed(&substrate, at));
+        }
+        let again = Elements::of(&substrate, &cluster).to_cluster(&substrate);
+        let again = again.expect("the same mesh");
+        for (a, b) in std::iter::zip(cluster.elements(), again.elements()) {
+            assert!(a.position.distance(b.position) < 1e-6 * radius);
+        }
+    }
 
     /// A hundred-thousandth across and five million from the origin, where float64 is a fifth of the radius apart.
     #[test]

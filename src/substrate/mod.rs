@@ -495,7 +495,8 @@ impl Substrate {
         self.nearest_in(triangle, p)
     }
 
-    fn nearest_in(&self, triangle: u32, p: DVec3) -> SurfacePoint {
+    /// The point of a triangle nearest to a point in space.
+    pub(crate) fn nearest_in(&self, triangle: u32, p: DVec3) -> SurfacePoint {
         SurfacePoint::from_weights(triangle, nearest_weights(p, self.corners(triangle)))
     }
 
