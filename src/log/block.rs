@@ -148,7 +148,7 @@ impl Outline {
 }
 
 /// Fills a buffer, or says that the file ends before.
-fn fill(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<bool> {
+pub(super) fn fill(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<bool> {
     match file.read_exact(buffer) {
         Ok(()) => Ok(true),
         Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => Ok(false),

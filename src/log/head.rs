@@ -3,10 +3,11 @@
 //! The whole recipe is kept and not its hash alone, so that a log of another run can be refused by
 //! naming what differs.
 
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 use super::LogError;
+use super::block::fill;
 use crate::run::{Recipe, Settings};
 
 const MAGIC: [u8; 8] = *b"\x89thallog";
@@ -32,65 +33,112 @@ pub fn head(recipe: &Recipe) -> Vec<u8> {
 
 /// Reads a head: the recipe and the head's length.
 pub(super) fn read_head(path: &Path, file: &mut impl Read) -> Result<(Settings, u64), LogError> {
+    let read = LogError::read(path);
     let damaged = || LogError::Head(path.to_owned());
     let mut reader = HeadReader {
         file,
         bytes: Vec::new(),
     };
-    let magic = reader
-        .take(8)
-        .ok_or_else(|| LogError::NoLog(path.to_owned()))?;
-    if magic != MAGIC {
+    if reader.take(8).map_err(&read)? != Some(&MAGIC) {
         return Err(LogError::NoLog(path.to_owned()));
     }
-    let format = reader.number().ok_or_else(damaged)?;
-    let version = (format == FORMAT).then(|| reader.text()).flatten();
-    let text = version.as_ref().and_then(|_| reader.text());
-    // The checksum first: a damaged version is no other version.
-    if format == FORMAT && !reader.is_sound() {
-        return Err(damaged());
+    let format = reader.number().map_err(&read)?.ok_or_else(damaged)?;
+    let mut texts = [None, None];
+    if format == FORMAT {
+        texts = reader.texts().map_err(&read)?;
+        // The checksum first: a damaged version is no other version.
+        if !reader.is_sound().map_err(&read)? {
+            return Err(damaged());
+        }
     }
     let length = reader.bytes.len() as u64;
-    match version {
-        Some(version) if version == env!("CARGO_PKG_VERSION") => {
+    match texts {
+        [Some(version), text] if version == env!("CARGO_PKG_VERSION") => {
             let settings = text.and_then(|text| Settings::from_toml(&text).ok());
             Ok((settings.ok_or_else(damaged)?, length))
         }
-        version => Err(LogError::Version {
+        [version, _] => Err(LogError::Version {
             path: path.to_owned(),
             found: version.unwrap_or_else(|| format!("with log format {format}")),
         }),
     }
 }
 
-/// Reads a head part by part and keeps what it read.
+/// Reads a head part by part and keeps what it read. Of a part that is not there, as the file ends before, it
+/// gives none; an error of the system is no damage, and the log may be sound.
 struct HeadReader<'a, R> {
     file: &'a mut R,
     bytes: Vec<u8>,
 }
 
 impl<R: Read> HeadReader<'_, R> {
-    fn take(&mut self, length: usize) -> Option<&[u8]> {
+    fn take(&mut self, length: usize) -> io::Result<Option<&[u8]>> {
         let start = self.bytes.len();
         self.bytes.resize(start + length, 0);
-        self.file.read_exact(&mut self.bytes[start..]).ok()?;
-        Some(&self.bytes[start..])
+        let is_there = fill(self.file, &mut self.bytes[start..])?;
+        Ok(is_there.then(|| &self.bytes[start..]))
     }
 
-    fn number(&mut self) -> Option<u32> {
-        let bytes = self.take(4)?.try_into().ok()?;
-        Some(u32::from_le_bytes(bytes))
+    fn number(&mut self) -> io::Result<Option<u32>> {
+        let bytes = self.take(4)?.and_then(|bytes| bytes.try_into().ok());
+        Ok(bytes.map(u32::from_le_bytes))
     }
 
-    fn text(&mut self) -> Option<String> {
-        let length = self.number()? as usize;
-        let bytes = (length <= LONGEST).then(|| self.take(length)).flatten()?;
-        String::from_utf8(bytes.to_vec()).ok()
+    /// The version, and the text of the recipe.
+    fn texts(&mut self) -> io::Result<[Option<String>; 2]> {
+        let version = self.text()?;
+        let recipe = match version {
+            Some(_) => self.text()?,
+            None => None,
+        };
+        Ok([version, recipe])
+    }
+
+    fn text(&mut self) -> io::Result<Option<String>> {
+        let length = self.number()?.map(|length| length as usize);
+        let Some(length) = length.filter(|&length| length <= LONGEST) else {
+            return Ok(None);
+        };
+        let bytes = self.take(length)?.map(<[u8]>::to_vec);
+        Ok(bytes.and_then(|bytes| String::from_utf8(bytes).ok()))
     }
 
     /// Whether the checksum that comes next is that of what was read.
-    fn is_sound(&mut self) -> bool {
+    fn is_sound(&mut self) -> io::Result<bool> {
         let expected = crc32fast::hash(&self.bytes);
-        self.number() == Some(expected)
+        Ok(self.number()? == Some(expected))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::substrate::Substrate;
+
+    /// A disk that fails after what it has.
+    struct Failing;
+
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("stale file handle"))
+        }
+    }
+
+    #[test]
+    fn a_disk_that_fails_is_no_damage() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
+        let plane = Substrate::load(&file).unwrap();
+        let recipe = Settings::default().resolve(&plane, "plane.obj").unwrap();
+        let head = head(&recipe);
+        let read = |file: &mut dyn Read| read_head(Path::new("run.log"), &mut { file });
+        for length in 0..head.len() {
+            let there = &head[..length];
+            let failed = read(&mut there.chain(Failing));
+            assert!(matches!(failed, Err(LogError::Read { .. })), "{length}");
+            let ends = read(&mut { there });
+            let is_damaged = matches!(ends, Err(LogError::NoLog(_) | LogError::Head(_)));
+            assert!(is_damaged, "{length}");
+        }
+        assert_eq!(read(&mut &head[..]).unwrap().1, head.len() as u64);
     }
 }
