@@ -48,7 +48,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         .for_each(|warning| voice.warn(warning));
     let after = match args.preview {
         0 => After::Nothing,
-        _ => After::Preview,
+        width => After::Preview(u64::from(width) * u64::from(width * 3 / 4)),
     };
     let earlier = resume::earlier(&args, &recipe, voice)?;
     let grown = earlier.as_ref().map_or(0, |log| log.begun.elements.len());

@@ -5,9 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use thallus::cluster::Cluster;
+use thallus::growth::SeedPlace;
 use thallus::run::{Recipe, StopRule};
 use thallus::skin::{Shape, expected_near, expected_triangles};
-use thallus::substrate::{Loaded, Substrate};
+use thallus::substrate::{Component, Loaded, Substrate};
 
 use super::failure::Failure;
 use super::number::{count, duration, short};
@@ -29,6 +30,9 @@ const READ_BYTES: f64 = 64.0;
 /// for its pictures: docs/performance.md has the measurements.
 const COPIED_BYTES: f64 = 110.0;
 const PICTURED_BYTES: f64 = 190.0;
+
+/// Bytes that a pixel of a preview takes.
+const TAKEN_BYTES: f64 = 7.5;
 
 /// Bytes that a triangle of a skin takes at the peak, which is while it is made, or while a picture of it is
 /// taken: docs/skin.md has the measurements.
@@ -90,7 +94,8 @@ pub(super) const MOST_COVERED: f64 = 1.0;
 /// What becomes of a run when it has grown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum After {
-    Preview,
+    /// A picture of so many pixels is taken.
+    Preview(u64),
     Nothing,
     /// It is measured, and pictured with others.
     Sweep,
@@ -107,9 +112,9 @@ pub(super) fn check(
 ) -> Result<(), Failure> {
     let elements = expected_elements(substrate, recipe).max(grown as f64);
     let (each, cure) = match after {
-        After::Preview => (
+        After::Preview(_) => (
             BYTES,
-            "ask for fewer, for a larger --radius, or for --preview 0",
+            "ask for fewer, for a larger --radius, or for a smaller --preview (0 for none)",
         ),
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
@@ -140,7 +145,8 @@ pub(super) fn check(
 fn besides(substrate: &Substrate, recipe: &Recipe, after: After) -> f64 {
     let triangles = substrate.triangles().len();
     match after {
-        After::Preview | After::Sweep => pictured_bytes(triangles),
+        After::Preview(pixels) => pictured_bytes(triangles) + TAKEN_BYTES * pixels as f64,
+        After::Sweep => pictured_bytes(triangles),
         After::Nothing if copies(substrate, recipe) => COPIED_BYTES * triangles as f64,
         After::Nothing => 0.0,
     }
@@ -322,8 +328,9 @@ fn contacts(recipe: &Recipe) -> f64 {
 
 /// About how many elements a run will have.
 fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let largest = substrate.components().first().map_or(0.0, |c| c.area);
-    let area = substrate.units().area_to_file(largest);
+    let area = substrate
+        .units()
+        .area_to_file(piece(substrate, recipe).area);
     let cover = area / (PI * recipe.radius * recipe.radius);
     let room = MOST_COVERED * cover;
     let asked = match recipe.stop {
@@ -332,6 +339,16 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
         StopRule::Cover(share) => share * cover,
     };
     asked.min(room)
+}
+
+/// The piece of the mesh that a run grows on. To find where chance puts its seed takes a look at every triangle.
+fn piece<'a>(substrate: &'a Substrate, recipe: &Recipe) -> &'a Component {
+    let largest = &substrate.components()[0];
+    if substrate.components().len() == 1 || recipe.at == SeedPlace::Top {
+        return largest;
+    }
+    let at = recipe.at.locate(substrate, recipe.seed, 0);
+    at.map_or(largest, |at| substrate.component_of(at.triangle))
 }
 
 /// What (R_e/r)^D is the number of elements of: the curvature rule closes gaps, the more the smaller B is. D was
@@ -454,9 +471,11 @@ mod tests {
         let copied = besides(&boulder, &long, After::Nothing);
         assert_eq!(copied, COPIED_BYTES * triangles);
         for recipe in [&short, &long] {
-            let pictured = besides(&boulder, recipe, After::Preview);
+            let pictured = besides(&boulder, recipe, After::Preview(0));
             assert_eq!(pictured, PICTURED_BYTES * triangles);
         }
+        let wide = besides(&boulder, &short, After::Preview(12_000_000));
+        assert_eq!(wide - PICTURED_BYTES * triangles, 90e6);
         let each = seconds_each(&boulder, &long);
         assert!(
             seconds(&boulder, &long) > 100_000.0 * each
@@ -512,6 +531,34 @@ mod tests {
             let ratio = expected_elements(&plane, &recipe) / grown;
             assert!((0.8..1.25).contains(&ratio), "{bias}: {ratio}");
         }
+    }
+
+    /// Of two pieces, a large one and a small one.
+    #[test]
+    fn a_run_has_the_room_of_its_own_piece() {
+        let square = |x: f64, side: f64| {
+            [[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]].map(|[x, y]| [x, y, 0.0])
+        };
+        let soup = Soup {
+            positions: [square(5.0, 1000.0), square(0.0, 1.0)].concat(),
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+            notes: Vec::new(),
+        };
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let expected = |at: Option<SeedPlace>| {
+            let settings = Settings {
+                radius: Some(Length::Units(0.01)),
+                at,
+                stop: Some(StopSetting::Cover(0.02)),
+                ..Settings::default()
+            };
+            let recipe = settings.resolve(&substrate, "").unwrap();
+            expected_elements(&substrate, &recipe)
+        };
+        let least = 0.02 / (PI * 1e-4);
+        let small = expected(Some(SeedPlace::Point([0.5, 0.5, 0.0])));
+        assert!((small / least - 1.0).abs() < 1e-6, "{small}");
+        assert!(expected(None) > 0.99e6 * least);
     }
 
     #[test]

@@ -3,8 +3,9 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
+use super::Recipe;
 use crate::growth::{PlaceError, SeedPlace};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{Component, Substrate, SurfacePoint};
 
 /// Finds places of seed elements, each of them once: to find one may take a look at every triangle, and most
 /// grids of many runs have one for all of them.
@@ -26,6 +27,14 @@ impl<'a> Places<'a> {
     /// The place for a run with this seed.
     pub(super) fn of(&self, at: &SeedPlace, seed: u64) -> Found {
         self.of_by(at, seed, || at.locate(self.substrate, seed, 0))
+    }
+
+    /// The piece of the mesh that a run grows on; the largest where its seed has no place.
+    pub(crate) fn piece(&self, recipe: &Recipe) -> &'a Component {
+        match self.of(&recipe.at, recipe.seed) {
+            Ok(at) => self.substrate.component_of(at.triangle),
+            Err(_) => &self.substrate.components()[0],
+        }
     }
 
     fn of_by(&self, at: &SeedPlace, seed: u64, locate: impl FnOnce() -> Found) -> Found {
