@@ -146,6 +146,32 @@ fn a_finished_run_whose_log_lost_elements_grows_them_again() {
     }
 }
 
+/// Then the table says how many elements there were, if it can be read.
+#[test]
+fn a_report_that_cannot_be_read_is_no_run_that_has_not_ended() {
+    let finished = Finished::new();
+    let desk = &finished.desk;
+    let last = finished.shorter.len() - 1;
+    finished.put(&finished.shorter[..last]);
+    fs::write(desk.path("out/report.json"), "{").unwrap();
+    let fewer = "--resume out --elements 2500";
+    let before = files(&desk.path("out"));
+    desk.fails(fewer, 2, &["2500 are asked for", "3000 elements"]);
+    assert!(files(&desk.path("out")) == before);
+    let said = desk.done("--resume out");
+    assert!(said.contains("3,000 of its elements are gone"), "{said}");
+    desk.assert_same("out", "whole");
+
+    finished.put(&finished.shorter[..last]);
+    fs::write(desk.path("out/report.json"), "{}").unwrap();
+    fs::write(desk.path("out/elements.ply"), "ply").unwrap();
+    let parts = [
+        "report.json: it has no number of elements",
+        "move that file away",
+    ];
+    desk.fails(fewer, 1, &parts);
+}
+
 /// With a reach the end is not known before.
 #[test]
 fn fewer_elements_never_take_the_place_of_a_finished_run() {

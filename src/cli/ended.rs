@@ -4,7 +4,7 @@
 //! elements than `report.json` says lost some afterwards. They would grow again as they were, but a run that is
 //! stopped meanwhile, or at a smaller size, must not put less in the place of what is finished.
 
-use std::io::BufReader;
+use std::io::{self, BufReader, ErrorKind};
 use std::path::Path;
 
 use thallus::cluster::Element;
@@ -18,17 +18,38 @@ use super::number::{count, plural};
 use super::output::{ELEMENTS, PREVIEW, REPORT};
 use super::terminal;
 
-/// Elements that the run in this folder had when it ended, whether it was done or stopped; 0 where none has.
-pub(super) fn elements(folder: &Path) -> u64 {
-    let file = input::regular(&folder.join(REPORT));
-    let report = file.and_then(|file| Ok(serde_json::from_reader(BufReader::new(file))?));
-    let report: serde_json::Value = report.unwrap_or_default();
-    report["elements"].as_u64().unwrap_or(0)
+/// Elements that the run in this folder had when it ended, whether it was done or stopped; 0 where none has. The
+/// table says it too, where the report cannot be read.
+pub(super) fn elements(folder: &Path) -> Result<u64, Failure> {
+    let report = folder.join(REPORT);
+    let problem = match reported(&report) {
+        Ok(elements) => return Ok(elements),
+        Err(problem) if problem.kind() == ErrorKind::NotFound => return Ok(0),
+        Err(problem) => problem,
+    };
+    let table = read_elements(&folder.join(ELEMENTS));
+    let elements = table.map(|table| table.len() as u64);
+    elements.map_err(|_| {
+        Failure::Failed(anyhow::anyhow!(
+            "{}: {problem}: so nothing says how many elements the run in this folder had when it ended; if it had not \
+             ended, move that file away",
+            report.display()
+        ))
+    })
+}
+
+/// The number in a report.
+fn reported(report: &Path) -> io::Result<u64> {
+    let file = BufReader::new(input::regular(report)?);
+    let report: serde_json::Value = serde_json::from_reader(file)?;
+    let none = || io::Error::new(ErrorKind::InvalidData, "it has no number of elements");
+    report["elements"].as_u64().ok_or_else(none)
 }
 
 /// Elements that the log has lost since the run ended.
-pub(super) fn lost(folder: &Path, log: &Log) -> u64 {
-    elements(folder).saturating_sub(log.begun.elements.len() as u64)
+pub(super) fn lost(folder: &Path, log: &Log) -> Result<u64, Failure> {
+    let ended = elements(folder)?;
+    Ok(ended.saturating_sub(log.begun.elements.len() as u64))
 }
 
 /// Refuses to replace files that the run has not written. A run that has not ended has none of them, unless it was
@@ -68,9 +89,9 @@ fn are_one(table: &Elements, log: &[Element]) -> bool {
 
 /// Refuses a size below that of the run that ended, where that is known before growing.
 pub(super) fn refuse_fewer(folder: &Path, log: &Log, stop: StopRule) -> Result<(), Failure> {
-    let ended = elements(folder);
+    let ended = elements(folder)?;
     match stop {
-        StopRule::Elements(asked) if lost(folder, log) > 0 && asked < ended => {
+        StopRule::Elements(asked) if lost(folder, log)? > 0 && asked < ended => {
             Err(Failure::usage(format!(
                 "{} has a run of {ended} elements, of which the log lost some, and {asked} are asked for: ask for \
                  no fewer than it had, or grow to that size in another folder",
@@ -83,7 +104,7 @@ pub(super) fn refuse_fewer(folder: &Path, log: &Log, stop: StopRule) -> Result<(
 
 /// Refuses to put fewer elements in the place of those that the run had.
 pub(super) fn spare_finished(folder: &Path, growth: &Growth) -> Result<(), Failure> {
-    let (ended, grown) = (elements(folder), growth.cluster.len());
+    let (ended, grown) = (elements(folder)?, growth.cluster.len());
     if grown as u64 >= ended {
         return Ok(());
     }

@@ -81,7 +81,7 @@ pub(crate) fn earlier(
     log.check(recipe)?;
     ended::spare_foreign(folder, &log)?;
     ended::refuse_fewer(folder, &log, recipe.stop)?;
-    tell(&log, ended::lost(folder, &log), voice);
+    tell(&log, ended::lost(folder, &log)?, voice);
     Ok(Some(log))
 }
 
