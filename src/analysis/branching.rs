@@ -14,11 +14,12 @@ use crate::morphometry::{Neighbours, Sample, TIES, Tree};
 pub struct Branching {
     /// Number of tips. Peaks are elements with no other within 6.4 radii that is farther from its seed,
     /// along the tree in hundredths of a radius, the older of two being the farther one where they are equal; tips are
-    /// peaks with no other peak that is, within the width of the branch there.
-    pub tips: usize,
+    /// peaks with no other peak that is, within the width of the branch there. None where nothing has a width, as
+    /// on a closed surface that is grown over.
+    pub tips: Option<usize>,
     /// Angle in degrees at which the ways to two tips part, seen from where they do over twice the
     /// width of the branch there, or to a tip that is nearer (sixteen element radii at least). None
-    /// where no ways go so far: of a lichen with one tip, as a round one may have.
+    /// where no ways go so far: of a lichen with one tip, as a round one may have; and where there are no tips.
     pub angle: Option<Distribution>,
     /// Strahler's order of the whole tree of parents: see [`Tree::strahler`].
     pub strahler_order: u32,
@@ -40,10 +41,12 @@ impl Branching {
         let tree = Tree::new(sample.parents);
         let order = tree.strahler();
         let branches = branches_by_order(sample.parents, &order);
-        let tips = tips(sample, neighbours, widths);
+        let has_width = widths.iter().any(Option::is_some);
+        let tips = has_width.then(|| tips(sample, neighbours, widths));
+        let angles = tips.as_ref().map(|tips| angles(sample, tips, widths));
         Self {
-            tips: tips.len(),
-            angle: Distribution::of(angles(sample, &tips, widths)),
+            tips: tips.map(|tips| tips.len()),
+            angle: angles.and_then(Distribution::of),
             strahler_order: order.iter().copied().max().unwrap_or(0),
             bifurcation_ratio: bifurcation_ratio(&branches),
             branches_by_order: branches,

@@ -9,8 +9,8 @@ pub struct Scaling {
     pub points: Vec<[f64; 2]>,
     /// d ln y / d ln x at each point but the first and the last, from its two neighbours.
     pub local_slopes: Vec<[f64; 2]>,
-    /// The least and the greatest x that the rule of the method lets into the fit.
-    pub range: [f64; 2],
+    /// The least and the greatest x that the rule of the method lets into the fit; none of a curve without points.
+    pub range: Option<[f64; 2]>,
     /// None where the range has fewer than five points, or the curve is flat in x.
     pub fit: Option<Fit>,
 }
@@ -65,8 +65,8 @@ impl Scaling {
         Self {
             local_slopes: points.windows(3).map(local).collect(),
             fit: fit(&fitted, lengths),
+            range: (!points.is_empty()).then_some(range),
             points,
-            range,
         }
     }
 
@@ -274,6 +274,7 @@ mod tests {
             Some(5)
         );
         assert!(Scaling::new([], [1.0, 2.0]).fit.is_none());
-        assert!(Scaling::new([[1.0, 0.0]], [1.0, 2.0]).points.is_empty());
+        let empty = Scaling::new([[1.0, 0.0]], [1.0, 2.0]);
+        assert!(empty.points.is_empty() && empty.range.is_none());
     }
 }

@@ -37,17 +37,22 @@ pub struct Front {
 pub enum Pace {
     /// Each birth adds less than the one before: the exponent is below 1 by more than its error.
     Slowing,
-    /// Each adds the same, as far as the error tells.
+    /// Each adds the same, as far as an error of up to a half tells.
     Constant,
+    /// The error is larger than that, and the exponent may be anything near 1.
+    Undetermined,
     /// Each adds more.
     Quickening,
 }
 
 impl Pace {
     fn of(fit: &Fit) -> Self {
+        /// As far from 1 as the exponent of a disc that fills.
+        const MOST: f64 = 0.5;
         match fit.slope - 1.0 {
             off if off < -fit.error => Self::Slowing,
             off if off > fit.error => Self::Quickening,
+            _ if fit.error > MOST => Self::Undetermined,
             _ => Self::Constant,
         }
     }
@@ -57,6 +62,7 @@ impl Pace {
         match self {
             Self::Slowing => "slowing",
             Self::Constant => "constant",
+            Self::Undetermined => "undetermined",
             Self::Quickening => "quickening",
         }
     }
@@ -118,4 +124,25 @@ fn growth(sample: &Sample<'_>) -> Scaling {
     let counts = prefixes(sample.positions.len());
     let curve: Vec<_> = counts.into_iter().map(|n| [n as f64, radius(n)]).collect();
     Scaling::of_growth(curve, Scales::of(sample).finest())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_that_leaves_room_for_all_determines_nothing() {
+        let pace = |slope, error| {
+            let fit = Fit {
+                slope,
+                error,
+                prefactor: 1.0,
+                points: 9,
+            };
+            Pace::of(&fit).word()
+        };
+        assert_eq!(pace(1.1, 0.2), "constant");
+        assert_eq!(pace(1.1, 1.2), "undetermined");
+        assert_eq!([pace(0.5, 0.1), pace(2.0, 0.7)], ["slowing", "quickening"]);
+    }
 }

@@ -99,6 +99,9 @@ const SLACK: f64 = 1e-6;
 
 impl<'a> SurfaceMetric<'a> {
     /// Of places of a mesh.
+    ///
+    /// # Panics
+    /// When one is in a triangle that the mesh does not have.
     pub fn new(substrate: &'a Substrate, places: &'a [SurfacePoint]) -> Self {
         let vertex = |v: u32| substrate.vertices()[v as usize];
         let edges = |t: &[u32; 3]| [0, 1, 2].map(|k| vertex(t[k]).distance(vertex(t[(k + 1) % 3])));

@@ -24,9 +24,13 @@ pub trait Metric: Sync {
     }
 }
 
-/// Lengths from the first in steps of √2, the first beyond `until` being the last.
+/// Lengths from the first in steps of √2, the first beyond `until` being the last; where that is infinite, the
+/// last that is a number. From 0 no step leads on.
 pub(super) fn ladder(first: f64, until: f64) -> Vec<f64> {
-    let step = |&rung: &f64| (rung <= until).then_some(rung * std::f64::consts::SQRT_2);
+    let step = |&rung: &f64| {
+        let next = rung * std::f64::consts::SQRT_2;
+        (rung > 0.0 && rung <= until && next.is_finite()).then_some(next)
+    };
     std::iter::successors(Some(first), step).collect()
 }
 
@@ -150,6 +154,21 @@ mod tests {
                     "{distance} in {radii:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn ladders_end() {
+        assert_eq!(ladder(1.0, 2.5).len(), 4);
+        let all = ladder(1.0, f64::INFINITY);
+        assert!(all.len() == 2048 && all.iter().all(|rung| rung.is_finite()));
+        for (first, until) in [
+            (0.0, 1.0),
+            (0.0, f64::INFINITY),
+            (-1.0, 1.0),
+            (1.0, f64::NAN),
+        ] {
+            assert_eq!(ladder(first, until), [first]);
         }
     }
 

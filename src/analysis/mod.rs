@@ -121,8 +121,8 @@ impl Analysis {
     /// The cluster must have grown on this substrate. Of another it may give numbers without meaning.
     ///
     /// # Panics
-    /// When the cluster is empty, no element is to be averaged over through space, or one is in a triangle
-    /// that the substrate does not have.
+    /// When the cluster is empty, no element is to be averaged over through space, one is in a triangle
+    /// that the substrate does not have, or one is not born after its parent.
     pub fn of(substrate: &Substrate, cluster: &Cluster, centres: Centres) -> Self {
         let places: Vec<_> = cluster.elements().iter().map(|e| e.at).collect();
         let normals = smooth_normals(substrate, &places);
@@ -149,8 +149,17 @@ pub fn dimensions(
     surface: Option<&dyn Metric>,
     centres: Centres,
 ) -> Vec<Dimension> {
+    assert_measurable(sample);
     let rim = is_rim(&neighbours(sample, LOOK));
     dimensions_among(sample, &rim, surface, centres)
+}
+
+/// What every measure takes for granted: without it some would not end.
+fn assert_measurable(sample: &Sample<'_>) {
+    let radius = sample.radius;
+    assert!(radius > 0.0 && radius.is_finite(), "a radius of {radius}");
+    let mut places = sample.positions.iter().flatten();
+    assert!(places.all(|x| x.is_finite()), "a place that is no number");
 }
 
 /// The elements about each, within so many radii.
@@ -178,9 +187,11 @@ fn dimensions_among(
 /// Measures a lichen on all of rayon's threads; with a metric of its surface, along that too.
 ///
 /// # Panics
-/// When there are no elements, the slices differ in length, or no element is to be averaged over
-/// through space.
+/// When there are no elements, the slices differ in length, the radius is not a positive finite number, a
+/// position is not finite, an element is not born after its parent, the metric is of fewer elements, or none is
+/// to be averaged over through space.
 pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
+    assert_measurable(sample);
     let n = sample.positions.len();
     let near = neighbours(sample, LOOK);
     let rim = is_rim(&near);

@@ -163,8 +163,8 @@ fn pairs(points: &[[f64; 2]]) -> Vec<(f64, f64)> {
 
 /// The two ends of the fitted law.
 fn line(scaling: &Scaling) -> Vec<(f64, f64)> {
-    let fit = scaling.fit.iter();
-    fit.flat_map(|fit| scaling.range.map(|x| (x, fit.at(x))))
+    let ends = scaling.fit.zip(scaling.range).into_iter();
+    ends.flat_map(|(fit, range)| range.map(|x| (x, fit.at(x))))
         .collect()
 }
 
@@ -221,8 +221,8 @@ where
     let is_growth = |d: &&Dimension| d.method == Method::Gyration;
     let curve = |d: &Dimension| {
         let points: Vec<_> = d.local().map(|[x, y]| (x, y)).collect();
-        let [from, to] = d.scaling.range;
-        let fitted = |p: &&(f64, f64)| d.scaling.fit.is_some() && p.0 >= from && p.0 <= to;
+        let range = d.scaling.fit.and(d.scaling.range);
+        let fitted = |p: &&(f64, f64)| range.is_some_and(|[from, to]| p.0 >= from && p.0 <= to);
         Curve {
             label: label(d),
             color: color(d.method),

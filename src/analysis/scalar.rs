@@ -48,7 +48,7 @@ pub const SCALARS: &[Scalar] = &[
     Scalar { name: "branch_width_p50", unit: "unit", meaning: "median width", read: |a| width(a).map(|w| w.percentiles[2]) },
     Scalar { name: "branch_width_p95", unit: "unit", meaning: "width that 95 % of the area is below", read: |a| width(a).map(|w| w.percentiles[4]) },
     Scalar { name: "lobe_width", unit: "unit", meaning: "mean width by area, gaps below 14.2 r closed", read: |a| a.lobe_width.as_ref().map(|w| w.mean) },
-    Scalar { name: "tips", unit: "1", meaning: "number of tips", read: |a| Some(a.branching.tips as f64) },
+    Scalar { name: "tips", unit: "1", meaning: "number of tips", read: |a| Some(a.branching.tips? as f64) },
     Scalar { name: "branching_angle", unit: "degree", meaning: "mean angle at which branches part", read: |a| angle(a).map(|w| w.mean) },
     Scalar { name: "branching_angle_deviation", unit: "degree", meaning: "standard deviation of the angles", read: |a| angle(a).map(|w| w.deviation) },
     Scalar { name: "strahler_order", unit: "1", meaning: "Strahler order of the tree of parents", read: |a| Some(f64::from(a.branching.strahler_order)) },

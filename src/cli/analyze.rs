@@ -33,6 +33,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
     let mut grown = Grown::read(&args.from)?;
     grown.tell_of_more(voice);
+    check_lengths(&args.from, &grown.elements.positions)?;
     let ground = ground(args, &mut grown, voice)?;
     let doing = elements(grown.elements.len());
     let spinner = spinner(voice, &format!("measuring {doing}"));
@@ -48,6 +49,21 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     match args.json {
         true => say_json(&analysis),
         false => Ok(terminal::say_text(&text(&args.from, &analysis))?),
+    }
+}
+
+/// Refuses places so far away that squares of their distances are no numbers.
+fn check_lengths(from: &Path, positions: &[[f64; 3]]) -> Result<(), Failure> {
+    const FARTHEST: f64 = 1e150;
+    let is_far = |p: &[f64; 3]| p.iter().any(|x| x.abs() > FARTHEST);
+    match positions.iter().position(is_far) {
+        None => Ok(()),
+        Some(i) => Err(Failure::Failed(anyhow::anyhow!(
+            "{}: element {i} is at {:?}, beyond {FARTHEST:e}: such lengths cannot be measured; take another unit, \
+             or the table as it was written",
+            from.display(),
+            positions[i]
+        ))),
     }
 }
 
@@ -140,7 +156,7 @@ fn dimension_line(dimension: &Dimension) -> String {
         (Some(value), Some(error)) => format!("{value:.3} +- {error:.3}"),
         _ => "-".to_owned(),
     };
-    let [from, to] = dimension.scaling.range.map(short);
+    let [from, to] = dimension.scaling.range.unwrap_or_default().map(short);
     let points = dimension.scaling.fit.map_or(0, |fit| fit.points);
     let range = match points {
         0 => "too small a lichen to fit".to_owned(),
