@@ -21,7 +21,8 @@ pub trait ElementIndex: Sync {
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
     /// corner; `wide` is the largest radius that [`at_most`](Self::at_most) and
-    /// [`within`](Self::within) will be asked for often, none where that is a few element radii.
+    /// [`within`](Self::within) will be asked for often, none where that is a few element radii. An index may panic
+    /// where the radius is not a positive finite number, or a corner is not finite.
     fn new(radius: f64, wide: Option<f64>, bounds: [DVec3; 2]) -> Self
     where
         Self: Sized;

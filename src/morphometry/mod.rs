@@ -85,7 +85,8 @@ pub struct Morphometry {
 /// The result does not depend on their number.
 ///
 /// # Panics
-/// When the slices differ in length, or `within` is not a positive finite number.
+/// When the slices differ in length, `within` is not a positive finite number, or an element is not born after
+/// its parent.
 pub fn measure(sample: &Sample<'_>, within: f64) -> Morphometry {
     sample.assert_even();
     let tree = Tree::new(sample.parents);

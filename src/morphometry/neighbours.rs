@@ -41,8 +41,8 @@ impl Neighbours {
         assert_eq!(positions.len(), normals.len(), "a normal for each position");
         assert!(within.is_finite() && within > 0.0, "a distance to look in");
         let points = || positions.iter().map(|&p| DVec3::from(p));
-        let low = points().fold(DVec3::INFINITY, DVec3::min);
-        let number = |(i, p)| (pack(cell(p, low, within)), i as u32);
+        let grid = Grid::of(points, within);
+        let number = |(i, p)| (pack(grid.cell(p)), i as u32);
         let mut cells: Vec<(u64, u32)> = points().enumerate().map(number).collect();
         cells.par_sort_unstable();
         let place =
@@ -172,9 +172,60 @@ fn rows_around(of: u64, cells: &[(u64, u32)]) -> Rows {
 
 const MOST: u64 = (1 << BITS) - 1;
 
-/// Cells beyond the last count as the last: neighbours stay neighbours.
-fn cell(p: DVec3, low: DVec3, size: f64) -> [u64; 3] {
-    ((p - low) / size).to_array().map(|c| (c as u64).min(MOST))
+/// Cells of one size, numbered from the lowest corner.
+struct Grid {
+    low: DVec3,
+    size: f64,
+    /// The cells in each direction that hold points, and their numbers, where there are more in a row than numbers:
+    /// empty ones between them are left out, but for one, so that what lay apart does.
+    renumbered: Option<[Vec<(u64, u64)>; 3]>,
+}
+
+impl Grid {
+    fn of<I: Iterator<Item = DVec3>>(points: impl Fn() -> I, size: f64) -> Self {
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let mut grid = Self {
+            low,
+            size,
+            renumbered: None,
+        };
+        if grid.raw(high).into_iter().any(|last| last > MOST) {
+            let axis = |k: usize| renumbered(points().map(|p| grid.raw(p)[k]).collect());
+            grid.renumbered = Some([0, 1, 2].map(axis));
+        }
+        grid
+    }
+
+    fn raw(&self, p: DVec3) -> [u64; 3] {
+        ((p - self.low) / self.size).to_array().map(|c| c as u64)
+    }
+
+    fn cell(&self, p: DVec3) -> [u64; 3] {
+        let raw = self.raw(p);
+        let Some(renumbered) = &self.renumbered else {
+            return raw;
+        };
+        std::array::from_fn(|k| {
+            let cells = &renumbered[k];
+            let at = cells.partition_point(|&(cell, _)| cell < raw[k]);
+            cells[at].1
+        })
+    }
+}
+
+/// Numbers in the same order, side by side where cells are. Beyond the last all count as the last: neighbours stay
+/// neighbours.
+fn renumbered(mut cells: Vec<u64>) -> Vec<(u64, u64)> {
+    cells.par_sort_unstable();
+    cells.dedup();
+    let mut last: Option<(u64, u64)> = None;
+    let number = |cell: u64| {
+        let number = last.map_or(0, |(before, number)| number + (cell - before).min(2));
+        last = Some((cell, number));
+        (cell, number.min(MOST))
+    };
+    cells.into_iter().map(number).collect()
 }
 
 fn pack([x, y, z]: [u64; 3]) -> u64 {
@@ -204,6 +255,24 @@ mod tests {
                 let expected: Vec<_> = (0..blob.positions.len()).filter(near).collect();
                 assert_eq!(found, expected, "{i} within {within}");
             }
+        }
+    }
+
+    /// Or all would be asked of each.
+    #[test]
+    fn a_far_point_leaves_the_others_their_cells() {
+        let mut blob = blob(400, 7);
+        let cells = |positions: &[[f64; 3]]| {
+            let normals = vec![[0.0, 0.0, 1.0]; positions.len()];
+            Neighbours::new(positions, &normals, 0.05).around.len()
+        };
+        let alone = cells(&blob.positions);
+        for far in [1e9, -1e9, 1e300] {
+            blob.positions.push([far, 0.0, far]);
+            let found = cells(&blob.positions);
+            // Cells of a corner elsewhere.
+            assert!(found > alone / 3, "{far}: {found} of {alone}");
+            blob.positions.pop();
         }
     }
 

@@ -12,7 +12,7 @@ use super::Sample;
 /// some direction of the tangent plane.
 ///
 /// # Panics
-/// When the slices of the sample differ in length.
+/// When the slices of the sample differ in length, or an element is not born after its parent.
 pub fn growth_directions(sample: &Sample<'_>) -> Vec<DVec3> {
     sample.assert_even();
     let children = means_to_children(sample);
@@ -38,7 +38,7 @@ pub fn growth_directions(sample: &Sample<'_>) -> Vec<DVec3> {
 /// points where the lichen grew. It is the frame that Houdini makes of `N` and `up`.
 ///
 /// # Panics
-/// When the slices of the sample differ in length.
+/// When the slices of the sample differ in length, or an element is not born after its parent.
 pub fn orientations(sample: &Sample<'_>) -> Vec<[f64; 4]> {
     let frame = |(i, y): (usize, DVec3)| {
         let z = normal(sample, i);
