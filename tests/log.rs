@@ -64,6 +64,22 @@ fn a_log_is_begun_once() {
     assert!(matches!(again, Err(OutputError::FileExists(_))));
 }
 
+/// Or zeros would lie between what was read and what follows.
+#[test]
+fn a_log_that_was_cut_after_it_was_read_is_not_gone_on_with() {
+    let desk = Desk::new();
+    let path = desk.path("cut.log");
+    let (square, recipe) = on_square(300);
+    let mut log = LogWriter::create(&path, &recipe).unwrap();
+    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    log.finish().unwrap();
+    let read = Log::read(&path).unwrap();
+    fs::write(&path, head(&recipe)).unwrap();
+    let refused = LogWriter::open(read).unwrap_err().to_string();
+    assert!(refused.contains("was cut since it was read"), "{refused}");
+    assert_eq!(fs::read(&path).unwrap(), head(&recipe));
+}
+
 #[test]
 fn births_of_a_run_begun_anew_are_kept_out_of_a_log_that_has_elements() {
     let desk = Desk::new();

@@ -13,6 +13,13 @@ const YOUTH: u32 = 4;
 /// Time between flushes, in times of what the last one took.
 const PATIENCE: u32 = 100;
 
+/// A flush that took longer than this puts the next one off by no more than one of this time does, two minutes,
+/// unless those before it took long too: a disk may stall once, and what grows meanwhile would be at risk for an hour.
+const STALL: Duration = Duration::from_millis(1200);
+
+/// Flushes that are looked back at.
+const RECENT: usize = 3;
+
 /// Bytes that wait for a slow disk at most.
 const MOST_WAITING: usize = 1 << 27;
 
@@ -21,8 +28,8 @@ const MOST_WAITING: usize = 1 << 27;
 pub(super) struct Rhythm {
     opened: Instant,
     flushed: Instant,
-    /// What the last flush took.
-    cost: Duration,
+    /// What the last flushes took, the latest first; 0 where there were none.
+    costs: [Duration; RECENT],
 }
 
 /// What is not durable yet.
@@ -39,8 +46,14 @@ impl Rhythm {
         Self {
             opened,
             flushed: opened,
-            cost: opened - started,
+            costs: [opened - started, Duration::ZERO, Duration::ZERO],
         }
+    }
+
+    /// What a flush is taken to cost.
+    fn cost(&self) -> Duration {
+        let least = self.costs.iter().min().copied().unwrap_or_default();
+        self.costs[0].min(STALL.max(least))
     }
 
     /// Whether to flush now: enough time has passed or enough waits, and it costs little beside that time.
@@ -48,14 +61,15 @@ impl Rhythm {
         let since = now - self.flushed;
         let old = since >= EVERY.min((now - self.opened) / YOUTH);
         let many = waiting.elements >= LARGEST_BLOCK as u64;
-        let worth = since >= PATIENCE * self.cost || waiting.bytes >= MOST_WAITING;
+        let worth = since >= PATIENCE * self.cost() || waiting.bytes >= MOST_WAITING;
         (old || many) && worth
     }
 
     /// Told of a flush between these moments.
     pub(super) fn flushed(&mut self, started: Instant, ended: Instant) {
         self.flushed = ended;
-        self.cost = ended - started;
+        self.costs.rotate_right(1);
+        self.costs[0] = ended - started;
     }
 }
 
@@ -198,6 +212,35 @@ mod tests {
                 assert!(run.flushes.len() > 1, "disk {i}, births of {birth} s");
             }
         }
+    }
+
+    /// One stall of half a minute, a hundred seconds into the run.
+    #[test]
+    fn a_disk_that_stalls_once_is_trusted_again() {
+        let calls = std::cell::Cell::new(0);
+        let flush = |_: u64| {
+            calls.set(calls.get() + 1);
+            if calls.get() == 70 { 30.0 } else { 1e-4 }
+        };
+        let pace = Pace {
+            birth: 1e-2,
+            flush: &flush,
+        };
+        let run = Simulated::run(60_000, &pace);
+        let longest = run.gaps().map(|(_, gap)| gap).fold(0.0, f64::max);
+        assert!((119.0..121.0).contains(&longest), "{longest}");
+        assert!(run.flushes.len() > 240, "{}", run.flushes.len());
+    }
+
+    /// One that always takes that long is not asked more often than it can.
+    #[test]
+    fn a_disk_that_is_always_slow_is_waited_for() {
+        let pace = Pace {
+            birth: 0.1,
+            flush: &|_| 30.0,
+        };
+        let run = Simulated::run(300_000, &pace);
+        assert!(run.share() <= 0.0125, "{}", run.share());
     }
 
     /// Elements that wait take memory: a disk that cannot keep up is waited for.

@@ -19,7 +19,7 @@ use crate::run::{Begun, Observer, Progress, Recipe, Settings};
 /// Blocks are written and flushed to the disk every two seconds (more often at the start of a run)
 /// or every [`LARGEST_BLOCK`] elements, but not so often that it takes more than a hundredth
 /// of the time: after a flush that took a second the next comes 100 seconds later at the soonest, unless what
-/// waits would fill memory.
+/// waits would fill memory, and after one that took much longer than those before it two minutes later.
 ///
 /// When the disk refuses, or a birth is not the next one of this log, it ends the run. Nothing says so but
 /// [`LogWriter::finish`]: call it when the run has ended. A writer that is dropped without writes what waits,
@@ -75,13 +75,17 @@ impl LogWriter {
     /// that block is cut off when something is first written, or [`LogWriter::finish`] is called.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// When the system refuses, or the file has become shorter than what was read of it.
     pub fn open(log: Log) -> Result<(Self, Begun), OutputError> {
         Self::reopened(log, Instant::now())
     }
 
     fn reopened(log: Log, started: Instant) -> Result<(Self, Begun), OutputError> {
         let (file, length) = reopen(&log.path).map_err(failure(&log.path))?;
+        if length < log.sound {
+            let cut = "the file was cut since it was read: read it again";
+            return Err(failure(&log.path)(io::Error::other(cut)));
+        }
         let next = log.begun.elements.len() as u64;
         let writer = Self {
             path: log.path,
@@ -188,7 +192,7 @@ impl LogWriter {
         let started = Instant::now();
         if let Err(e) = self.write_blocks() {
             // So that the tail is not torn for the next run; it would cope.
-            let _ = self.file.set_len(self.durable);
+            let _ = self.cut();
             return Err(failure(&self.path)(e));
         }
         self.durable += self.blocks.len() as u64;
@@ -201,10 +205,17 @@ impl LogWriter {
 
     fn write_blocks(&mut self) -> io::Result<()> {
         if self.length > self.durable {
-            self.file.set_len(self.durable)?;
+            self.cut()?;
         }
         self.file.write_all(&self.blocks)?;
         self.file.sync_data()
+    }
+
+    /// Takes off what is not sound.
+    fn cut(&mut self) -> io::Result<()> {
+        self.file.set_len(self.durable)?;
+        self.length = self.durable;
+        Ok(())
     }
 
     /// Whether the log is still where it was opened; an error where that cannot be told.
