@@ -657,6 +657,7 @@ fn elements_that_cannot_be_of_the_run_are_refused() {
             ..right
         },
         far(1e9),
+        far(-1e-3),
         far(f64::INFINITY),
         far(f64::NAN),
     ] {

@@ -248,11 +248,13 @@ impl<'a> Run<'a> {
             && self.is_on_mesh(element, bounds)
     }
 
-    /// Whether an element is where it says, and the mesh is there.
+    /// Whether an element is where it says, in its triangle, and the mesh is there.
     fn is_on_mesh(&self, element: &Element, [low, high]: [DVec3; 2]) -> bool {
         let (at, place) = (&element.at, element.position);
         let room = DVec3::splat(self.cluster.radius());
+        let is_within = at.weights().iter().all(|&weight| weight >= -OUTSIDE);
         (at.triangle as usize) < self.substrate.triangles().len()
+            && is_within
             && place == self.substrate.position(at)
             && place.cmpge(low - room).all()
             && place.cmple(high + room).all()
@@ -342,6 +344,9 @@ impl<'a> Run<'a> {
         .or((progress.elements >= MOST_ELEMENTS).then_some(Stopped::Full))
     }
 }
+
+/// How far outside its triangle an element may be by round-off, as a weight of a corner.
+const OUTSIDE: f64 = 1e-6;
 
 fn seed(substrate: &Substrate, recipe: &Recipe) -> Result<Element, PlaceError> {
     let place = recipe.at.locate(substrate, recipe.seed, 0)?;
