@@ -351,8 +351,8 @@ fn the_page_is_whole_and_needs_no_network() {
         &[("L", "5r,10r"), ("B", "0.2,0.5"), ("join", "pack,touch")],
         2,
     );
-    grid.base.mesh = Some("my <rock> & co's.obj".to_owned());
-    let plan = grid.plan(&plane(), "plane.obj").unwrap();
+    grid.base.mesh = Some("another.obj".to_owned());
+    let plan = grid.plan(&plane(), "my <rock> & co's.obj").unwrap();
     let mut outcomes: Vec<_> = (0..16).map(|i| outcome(f64::from(i), 2.0)).collect();
     outcomes[2] = Err("</script><b>no room".to_owned());
     outcomes[3] = Err("no room".to_owned());

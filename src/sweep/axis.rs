@@ -50,19 +50,27 @@ impl AxisValue {
     }
 
     /// Of a word of a list: a number, or else a text.
-    fn of_word(word: &str) -> Self {
-        Self::of_toml(&match (word.parse::<i64>(), word.parse::<f64>()) {
-            (Ok(whole), _) => toml::Value::Integer(whole),
-            (_, Ok(number)) if number.is_finite() => toml::Value::Float(number),
-            _ => toml::Value::String(word.to_owned()),
-        })
+    fn of_word(key: &str, word: &str) -> Self {
+        Self::of_toml(
+            key,
+            &match (word.parse::<i64>(), word.parse::<f64>()) {
+                (Ok(whole), _) => toml::Value::Integer(whole),
+                (_, Ok(number)) if number.is_finite() => toml::Value::Float(number),
+                _ => toml::Value::String(word.to_owned()),
+            },
+        )
     }
 
-    /// The same label, however a number was written.
-    fn of_toml(value: &toml::Value) -> Self {
+    /// The same label, however a number was written. Counts are whole: 1e3 is 1000.
+    fn of_toml(key: &str, value: &toml::Value) -> Self {
+        let whole = value
+            .as_float()
+            .filter(|x| key == ELEMENTS.name && is_whole(*x));
+        let whole = whole.map(|x| toml::Value::Integer(x as i64));
+        let value = whole.as_ref().unwrap_or(value);
         let label = match value {
             toml::Value::String(text) => text.trim().to_owned(),
-            toml::Value::Float(number) => number.to_string(),
+            toml::Value::Float(number) => plain(*number),
             toml::Value::Array(_) => value.to_string().replace(['[', ']', ' '], ""),
             other => other.to_string(),
         };
@@ -91,7 +99,7 @@ impl Axis {
         for word in words {
             match word.contains("..") {
                 true => values.extend(range(key, word)?),
-                false => values.push(AxisValue::of_word(word)),
+                false => values.push(AxisValue::of_word(key, word)),
             }
         }
         Self::new(key, values)
@@ -104,10 +112,11 @@ impl Axis {
     pub fn from_toml(name: &str, value: &toml::Value) -> Result<Self, AxisError> {
         match value {
             toml::Value::String(text) => Self::parse(name, text),
-            toml::Value::Array(values) => Self::new(
-                key_of(name)?,
-                values.iter().map(AxisValue::of_toml).collect(),
-            ),
+            toml::Value::Array(values) => {
+                let key = key_of(name)?;
+                let value = |value| AxisValue::of_toml(key, value);
+                Self::new(key, values.iter().map(value).collect())
+            }
             other => Self::parse(name, &other.to_string()),
         }
     }
@@ -160,6 +169,9 @@ impl Axis {
     }
 
     /// A value with the axis's name: `L = 5r`.
+    ///
+    /// # Panics
+    /// When there is no such value.
     pub fn title(&self, i: usize) -> String {
         format!("{} = {}", self.symbol(), self.values[i].label)
     }
@@ -177,6 +189,22 @@ impl Axis {
     /// Never: an axis has a value.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
+    }
+
+    /// Whether another has the same values under the same names, however they are written.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let labels = |axis: &Self| {
+            axis.values
+                .iter()
+                .map(|v| v.label.clone())
+                .collect::<Vec<_>>()
+        };
+        let settings = |axis: &Self| {
+            (0..axis.len())
+                .map(|i| axis.settings(i))
+                .collect::<Vec<_>>()
+        };
+        self.key == other.key && labels(self) == labels(other) && settings(self) == settings(other)
     }
 
     /// A value as a line of a recipe.
@@ -253,9 +281,26 @@ fn range(key: &'static str, text: &str) -> Result<Vec<AxisValue>, AxisError> {
         () if is_log && low.min(high) <= 0.0 => Err(fail("a log range is above 0")),
         () => {
             let numbers = spread(low, high, count, is_log).into_iter();
-            let word = |x: f64| AxisValue::of_word(&format!("{}{unit}", whole_if(key, x)));
+            let word = |x: f64| {
+                let word = format!("{}{unit}", plain(whole_if(key, x)));
+                AxisValue::of_word(key, &word)
+            };
             Ok(numbers.map(word).collect())
         }
+    }
+}
+
+/// Whether a number is one that floats count to.
+fn is_whole(x: f64) -> bool {
+    const MOST: f64 = (1u64 << f64::MANTISSA_DIGITS) as f64;
+    x.fract() == 0.0 && x.abs() <= MOST
+}
+
+/// A number as people write it, and no longer than the name of a folder may be.
+fn plain(x: f64) -> String {
+    match x.abs() {
+        0.0 | 1e-7..1e16 => x.to_string(),
+        _ => format!("{x:e}"),
     }
 }
 
@@ -334,6 +379,11 @@ mod tests {
         assert_eq!(
             labels("elements", "100..10000/4log"),
             ["100", "464", "2154", "10000"]
+        );
+        assert_eq!(labels("elements", "1e3,1.5e3"), ["1000", "1500"]);
+        assert_eq!(
+            labels("reach", "1e300,1e299..2e299/2,2.5e-9"),
+            ["1e300", "1e299", "2e299", "2.5e-9"]
         );
         assert_eq!(labels("at", "0,1,0; -1,0,0"), ["0,1,0", "-1,0,0"]);
         assert_eq!(labels("preset", "foliose,dla"), ["foliose", "dla"]);

@@ -69,7 +69,8 @@ impl Grid {
         text
     }
 
-    /// In what another grid differs, in words. The path of the mesh does not count.
+    /// In what another grid differs, in words. The path of the mesh does not count, nor how a number was
+    /// written, where cells have the same names.
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut differences = self.base.differences(&other.base);
         if self.base.stop != other.base.stop {
@@ -88,7 +89,9 @@ impl Grid {
                 .collect()
         };
         let (ours, theirs) = (lines(self), lines(other));
-        if ours != theirs {
+        let pairs = || self.axes.iter().zip(&other.axes);
+        let is_other = self.axes.len() != other.axes.len() || pairs().any(|(a, b)| !a.is_same(b));
+        if is_other {
             let words = |lines: &[String]| match lines.is_empty() {
                 true => "none".to_owned(),
                 false => lines.join(", "),
@@ -240,6 +243,20 @@ mod tests {
             assert_eq!(differences.len(), 1, "{differences:?}");
             assert!(differences[0].contains(part), "{differences:?}");
         }
+    }
+
+    #[test]
+    fn a_number_written_otherwise_is_the_same_axis() {
+        let grid = |text: &str| Grid::from_toml(&format!("[axes]\n{text}\n")).unwrap();
+        for (one, other) in [
+            ("B = \"0,1\"", "bias = [0.0, 1]"),
+            ("B = [0.50]", "B = [5e-1]"),
+            ("elements = \"1000\"", "elements = \"1e3\""),
+        ] {
+            assert!(grid(one).differences(&grid(other)).is_empty(), "{other}");
+        }
+        let named = grid("L = \"5r,10r\"").differences(&grid("L = \"5.0r,10r\""));
+        assert!(!named.is_empty(), "cells have other names");
     }
 
     #[test]

@@ -49,7 +49,7 @@ struct Data<'a> {
 /// The page. `pictures` has one a cell; `facts` are lines about what all cells share.
 ///
 /// # Panics
-/// When there are fewer pictures than cells.
+/// When there are fewer pictures than cells, or fewer outcomes than runs.
 pub fn page(results: &Results, pictures: &[CellPicture], facts: &[(String, String)]) -> String {
     let title = title(results);
     let mut html = format!(
@@ -99,8 +99,11 @@ pub fn title(results: &Results) -> String {
         true => "Seeds".to_owned(),
         false => names.join(" × "),
     };
-    let mesh = results.grid.base.mesh.as_deref().unwrap_or("a mesh");
-    let file = mesh.rsplit(['/', '\\']).next().unwrap_or(mesh);
+    let mesh = results.mesh();
+    let file = match mesh.rsplit(['/', '\\']).next() {
+        Some("") | None => "a mesh",
+        Some(file) => file,
+    };
     format!("{names} on {file}")
 }
 

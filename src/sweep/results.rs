@@ -10,7 +10,7 @@ use crate::run::{COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
 pub struct Outcome {
     /// Why it ended: one word.
     pub stopped: String,
-    /// Named numbers, NaN for none: the same names in the same order in each run.
+    /// Named numbers, NaN for none. Runs are compared by those that the first of them has.
     pub measures: Vec<(String, f64)>,
     /// Seconds that growing took: different every time.
     pub seconds: f64,
@@ -59,10 +59,16 @@ impl Summary {
 pub(super) const FAILED: &str = "failed";
 
 impl<'a> Results<'a> {
-    /// Names of the measures.
+    /// The first run that did not fail.
+    fn first(&self) -> Option<&'a Outcome> {
+        self.outcomes.iter().find_map(|o| o.as_ref().ok())
+    }
+
+    /// Names of the measures: those of the first run that did not fail.
     pub fn measures(&self) -> Vec<&'a str> {
-        let first = self.outcomes.iter().find_map(|o| o.as_ref().ok());
-        let names = first.map(|o| o.measures.iter().map(|(name, _)| name.as_str()));
+        let names = self
+            .first()
+            .map(|o| o.measures.iter().map(|(name, _)| name.as_str()));
         names.into_iter().flatten().collect()
     }
 
@@ -73,6 +79,9 @@ impl<'a> Results<'a> {
     }
 
     /// How many runs of a cell stopped for this reason.
+    ///
+    /// # Panics
+    /// When there is no such cell.
     pub fn stopped(&self, cell: usize, why: Stopped) -> usize {
         let is_so = |run: &usize| {
             let outcome = self.outcomes[*run].as_ref();
@@ -82,39 +91,68 @@ impl<'a> Results<'a> {
     }
 
     /// How many runs of a cell failed.
+    ///
+    /// # Panics
+    /// When there is no such cell.
     pub fn failed(&self, cell: usize) -> usize {
         let has_failed = |run: &usize| self.outcomes[*run].is_err();
         self.runs_of(cell).filter(has_failed).count()
     }
 
     /// The run of a cell that stands for it in pictures: the first that was grown.
+    ///
+    /// # Panics
+    /// When there is no such cell.
     pub fn pictured(&self, cell: usize) -> Option<usize> {
         self.runs_of(cell).find(|&run| self.outcomes[run].is_ok())
     }
 
+    /// The path of the mesh: that of the plan, and that of the grid where the plan has none.
+    pub(super) fn mesh(&self) -> &'a str {
+        let mut files = self.plan.recipes().map(|recipe| recipe.mesh.file.as_str());
+        let said = self.grid.base.mesh.as_deref();
+        let planned = files.find(|file| !file.is_empty());
+        planned.or(said).unwrap_or_default()
+    }
+
     /// The command that grows a run again, and the same bytes.
+    ///
+    /// # Panics
+    /// When there is no such run.
     pub fn command(&self, run: usize) -> String {
         let cell = self.cell_of(run);
         let settings = Settings {
             seed: Some(self.plan.runs[run].seed),
             ..cell.settings.clone()
         };
-        let mesh = settings.mesh.clone().unwrap_or_default();
         format!(
             "thallus grow {} -o {} {}",
-            shell_word(&mesh),
+            shell_word(self.mesh()),
             shell_word(&cell.name),
             settings.flags()
         )
     }
 
-    /// A measure of a run, NaN for none.
+    /// A measure of a run, by its number among [`Results::measures`]; NaN where the run failed, or does not have
+    /// the measure of that name.
+    ///
+    /// # Panics
+    /// When there is no such run or measure.
     pub fn value(&self, run: usize, measure: usize) -> f64 {
-        let outcome = self.outcomes[run].as_ref();
-        outcome.map_or(f64::NAN, |o| o.measures[measure].1)
+        let (name, _) = &self.first().expect("a run with measures").measures[measure];
+        let Ok(Outcome { measures, .. }) = &self.outcomes[run] else {
+            return f64::NAN;
+        };
+        // As a rule all runs have the same, in one order.
+        let beside = measures.get(measure).filter(|(beside, _)| beside == name);
+        let found = beside.or_else(|| measures.iter().find(|(other, _)| other == name));
+        found.map_or(f64::NAN, |(_, value)| *value)
     }
 
     /// A measure over the seeds of a cell.
+    ///
+    /// # Panics
+    /// When there is no such cell or measure.
     pub fn summary(&self, cell: usize, measure: usize) -> Summary {
         let values = self.runs_of(cell).map(|run| self.value(run, measure));
         Summary::of(&values.filter(|x| x.is_finite()).collect::<Vec<_>>())
