@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
@@ -14,18 +15,19 @@ use super::failure::Failure;
 use super::grow;
 use super::named_mesh::named_mesh;
 use super::number::plural;
-use super::output::{ELEMENTS, FILES};
+use super::output::{ELEMENTS, FILES, check_names_folder};
 use super::skin::start_threads;
 use super::sweep::{failed, first_of, plan, settle};
 use super::sweep_args::MergeArgs;
 use super::sweep_page::Page;
 use super::sweep_record::{self as record, GRID, MEASURES};
 use super::sweep_view::PictureStyle;
-use super::terminal::Voice;
+use super::terminal::{self, Voice};
 use super::{interrupt, sweep_part};
 
 pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
+    check_names_folder(&args.output)?;
     let parts = folders(args, voice)?;
     let mut grid = common_grid(&parts)?;
     start_threads(args.run.threads)?;
@@ -35,11 +37,12 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let (substrate, _) = grow::load(&mesh, grid.base.mesh_up)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
-    let sources = sources(&parts, &args.output, &plan, voice)?;
+    let sources = sources(&parts, &args.output, &plan, &cancel, voice)?;
     let style = style(args, &parts)?;
     record::open(&args.output, &grid)?;
     style.keep(&args.output)?;
     for (run, source) in sources.iter().enumerate() {
+        check_cancelled(&cancel)?;
         take(source, &args.output, &plan.folder(run))?;
     }
     let outcomes = outcomes(&sources, &args.output, &plan);
@@ -59,6 +62,15 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let again = format!("thallus sweep {grid} -o {output} tries again");
     failed(&plan, &failures, &again)?;
     page.tell()
+}
+
+/// Ends the command when somebody asked to stop before the page is begun.
+fn check_cancelled(cancel: &AtomicBool) -> Result<(), Failure> {
+    if !cancel.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    terminal::warn("interrupted: the same command goes on");
+    Err(Failure::Interrupted)
 }
 
 /// What every run came to; none where one is no longer there.
@@ -159,12 +171,14 @@ fn sources<'a>(
     parts: &'a [PathBuf],
     output: &Path,
     plan: &Plan,
+    cancel: &AtomicBool,
     voice: Voice,
 ) -> Result<Vec<Source<'a>>, Failure> {
     let mut sources = Vec::new();
     let mut missing = BTreeSet::new();
     let mut doubled: BTreeMap<[&Path; 2], usize> = BTreeMap::new();
     for run in 0..plan.runs.len() {
+        check_cancelled(cancel)?;
         let mut holders = holders(parts, plan, run)?.into_iter();
         let Some(first) = holders.next() else {
             match error(parts, plan, run) {

@@ -79,15 +79,24 @@ impl Page<'_> {
 
     /// Ends the command when somebody asked to stop.
     pub(super) fn check_cancelled(&self) -> Result<(), Failure> {
-        if !self.cancel.load(Ordering::Relaxed) {
-            return Ok(());
+        match self.cancel.load(Ordering::Relaxed) {
+            true => Err(self.interrupted()),
+            false => Ok(()),
         }
+    }
+
+    /// Tells that somebody asked to stop.
+    pub(super) fn interrupted(&self) -> Failure {
+        let failed = match self.failed() {
+            0 => String::new(),
+            failed => format!(", {} of them failed", count(failed as u64)),
+        };
         terminal::warn(&format!(
-            "interrupted: every run is finished, the page is not: thallus sweep {} -o {} makes it",
+            "interrupted: every run has ended{failed}; the page is not made: thallus sweep {} -o {} makes it",
             shell_path(&self.folder.join(GRID)),
             shell_path(self.folder)
         ));
-        Err(Failure::Interrupted)
+        Failure::Interrupted
     }
 
     /// `contact-sheet.png`, or one a page.
@@ -131,6 +140,10 @@ impl Page<'_> {
         ends.fold(size, |size, end| format!("{size}, or until {}", end.words))
     }
 
+    fn failed(&self) -> usize {
+        self.outcomes.iter().filter(|o| o.is_err()).count()
+    }
+
     fn stopped(&self, why: Stopped) -> usize {
         let results = self.results();
         (0..self.plan.cells.len())
@@ -152,7 +165,7 @@ impl Page<'_> {
         facts.push(fact("Grown to", self.size()));
         let runs = plural(self.plan.runs.len(), "run", "runs");
         let seeds = plural(self.grid.seeds as usize, "seed", "seeds");
-        let failed = match self.outcomes.iter().filter(|o| o.is_err()).count() {
+        let failed = match self.failed() {
             0 => String::new(),
             failed => format!("; {} failed", count(failed as u64)),
         };

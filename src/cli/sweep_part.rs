@@ -10,6 +10,7 @@ use thallus::sweep::Plan;
 
 use super::failure::Failure;
 use super::number::plural;
+use super::sweep::first_of;
 use super::sweep_args::Shard;
 
 const START: &str = "part-";
@@ -90,12 +91,16 @@ pub(super) fn wanting(folders: &[PathBuf], plan: &Plan, missing: &BTreeSet<usize
     words.join("; ")
 }
 
+/// So many are named one by one.
+const FEW: usize = 8;
+
 /// `parts 2/3 and 3/3`; empty for none.
 fn named(shards: &[Shard]) -> String {
     let all: Vec<String> = shards.iter().map(Shard::to_string).collect();
     match all.split_last() {
         None => String::new(),
         Some((only, [])) => format!("part {only}"),
+        Some(_) if all.len() > FEW => format!("parts {}", first_of(&all)),
         Some((last, others)) => format!("parts {} and {last}", others.join(", ")),
     }
 }

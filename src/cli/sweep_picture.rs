@@ -4,12 +4,13 @@ use std::cell::LazyCell;
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{read_elements, write_file_atomically};
 use thallus::picture::{
-    Camera, ContactSheet, Disc, Image, Scene, Settings, Stone, Tile, World, number, render,
+    Camera, ContactSheet, Disc, Image, Scene, Settings, Stone, Tile, World, number, render_unless,
     round_below,
 };
 use thallus::skin::{self, Paint, Shape};
@@ -71,7 +72,7 @@ impl Pictures {
         &mut self,
         page: &Page,
         missing: &[Lack],
-        take: impl Fn(usize) -> Result<Image, Failure> + Sync,
+        take: impl Fn(usize) -> Result<Option<Image>, Failure> + Sync,
     ) -> Result<(), Failure> {
         let taken = missing.iter().enumerate().map(|(number, lack)| {
             page.check_cancelled()?;
@@ -80,6 +81,7 @@ impl Pictures {
             let spinner = spinner(page.voice, &doing);
             let image = take(lack.run)?;
             spinner.finish_and_clear();
+            let image = image.ok_or_else(|| page.interrupted())?;
             Ok::<_, Failure>((lack, image))
         });
         let (tile, all) = (self.side[0], self.cells.len());
@@ -341,14 +343,14 @@ fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
     Ok(cluster.with_context(cure)?)
 }
 
-/// A run with its skin on, as `thallus render` draws it.
+/// A run with its skin on, as `thallus render` draws it; none where somebody asked to stop meanwhile.
 fn picture(
     page: &Page,
     stone: &Stone,
     camera: &Camera,
     style: &PictureStyle,
     run: usize,
-) -> Result<Image, Failure> {
+) -> Result<Option<Image>, Failure> {
     let cluster = cluster(page, run)?;
     let (shape, paint) = (Shape::default(), Paint::default());
     let mesh = skin::skin(page.substrate, &cluster, &shape, &paint);
@@ -366,5 +368,6 @@ fn picture(
         samples: style.samples,
         ..Settings::default()
     };
-    Ok(render(&world, camera, &settings))
+    let stopped = || page.cancel.load(Ordering::Relaxed);
+    Ok(render_unless(&world, camera, &settings, &stopped))
 }
