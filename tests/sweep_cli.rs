@@ -1,5 +1,7 @@
 //! `thallus sweep` as it is called: resumed, killed, sharded, merged.
 
+#[path = "sweep_cli/again.rs"]
+mod again;
 #[path = "common/desk.rs"]
 mod desk;
 #[path = "sweep_cli/found.rs"]

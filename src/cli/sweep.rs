@@ -1,6 +1,6 @@
 //! `thallus sweep`: grid → mesh → plan → runs → one page.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use thallus::run::{Execution, Recipe, Settings};
@@ -16,7 +16,7 @@ use super::sweep_args::{SweepArgs, SweepCommand};
 use super::sweep_estimate::Estimate;
 use super::sweep_page::Page;
 use super::sweep_record as record;
-use super::sweep_run::{End, Sweep};
+use super::sweep_run::{End, Ends, Replace, Sweep};
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 use super::{grow, interrupt, memory, sweep_merge, sweep_part, warnings};
@@ -64,16 +64,15 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         execution,
         voice,
     };
-    let asked = chosen(args, only, &sweep);
-    let (runs, impossible): (Vec<_>, Vec<_>) = asked
-        .into_iter()
-        .partition(|&run| plan.runs[run].recipe.is_ok());
+    let (asked, replace) = chosen(args, only, &sweep);
+    let (runs, impossible): (Vec<_>, Vec<_>) =
+        asked.into_iter().partition(|&run| sweep.is_possible(run));
     sweep.leave_out(&impossible);
     // The part that ends last takes the pictures, and no part knows whether it will be.
     let takes_pictures = args.shard.is_none();
     sweep.announce(&runs, takes_pictures.then_some(&style));
-    let ends = sweep.grow(&runs, args.only.is_some());
-    let now = sweep.failed_now(&impossible, &runs, &ends);
+    let ends = sweep.grow(&runs, replace);
+    let now = sweep.failed_now(&impossible, &ends);
     sweep.conclude(args, &style, now, &ends)
 }
 
@@ -183,23 +182,24 @@ fn cell(name: &str, plan: &Plan) -> Result<usize, Failure> {
     }
 }
 
-/// The runs to grow, the costliest first: all that are not finished, of the part or the cell that
-/// was asked for.
-fn chosen(args: &SweepArgs, only: Option<usize>, sweep: &Sweep) -> Vec<usize> {
+/// The runs to grow, the costliest first, and what they may replace: all that are not finished, of the part or
+/// the cell that was asked for; or all of that cell, where nothing is left of it to grow.
+fn chosen(args: &SweepArgs, only: Option<usize>, sweep: &Sweep) -> (Vec<usize>, Replace) {
     let plan = sweep.plan;
-    if let Some(cell) = only {
-        let order = plan.order().into_iter();
-        return order.filter(|&run| plan.runs[run].cell == cell).collect();
-    }
-    let runs = match args.shard {
+    let mut runs = match args.shard {
         None => plan.order(),
         Some(shard) => plan.shard(shard.part, shard.parts),
     };
-    let (finished, left): (Vec<_>, Vec<_>) = runs
-        .into_iter()
-        .partition(|&run| sweep.outcome(run).is_some());
-    finished.into_iter().for_each(|run| sweep.tidy(run));
-    left
+    runs.retain(|&run| only.is_none_or(|cell| plan.runs[run].cell == cell));
+    let (finished, left): (Vec<_>, Vec<_>) =
+        runs.iter().partition(|&&run| sweep.outcome(run).is_some());
+    match only {
+        Some(_) if !left.iter().any(|&run| sweep.is_possible(run)) => (runs, Replace::All),
+        _ => {
+            finished.into_iter().for_each(|run| sweep.tidy(run));
+            (left, only.map_or(Replace::Nothing, |_| Replace::Foreign))
+        }
+    }
 }
 
 /// So many runs are worth a word about memory and time.
@@ -211,9 +211,6 @@ impl Sweep<'_> {
         let Some(&first) = impossible.first() else {
             return;
         };
-        for &run in impossible {
-            self.keep_error(run, &self.problem(run));
-        }
         let names = self.names_of_impossible(impossible);
         self.voice.warn(&format!(
             "{} cannot be grown: {}; the first one: {}; the others grow without them",
@@ -221,6 +218,16 @@ impl Sweep<'_> {
             first_of(&names),
             self.problem(first).trim_end_matches('.')
         ));
+        for &run in impossible {
+            if self.execution.is_cancelled() {
+                break;
+            }
+            self.keep_error(run, &self.problem(run));
+        }
+    }
+
+    fn is_possible(&self, run: usize) -> bool {
+        self.plan.runs[run].recipe.is_ok()
     }
 
     /// Why a run cannot be grown.
@@ -234,9 +241,13 @@ impl Sweep<'_> {
     /// Cells by their names; where a place on the mesh that chance finds is what does not suit, those
     /// of its seeds.
     fn names_of_impossible(&self, impossible: &[usize]) -> Vec<String> {
-        let name = |&run: &usize| match self.plan.runs[run].cell {
-            cell if self.plan.problem(cell).is_some() => self.plan.cells[cell].name.clone(),
-            _ => self.plan.name(run),
+        let cell = |run: usize| self.plan.runs[run].cell;
+        let cells: BTreeSet<usize> = impossible.iter().map(|&run| cell(run)).collect();
+        let has_none = |cell: &usize| self.plan.problem(*cell).is_some();
+        let hopeless: BTreeSet<usize> = cells.into_iter().filter(has_none).collect();
+        let name = |&run: &usize| match hopeless.contains(&cell(run)) {
+            true => self.plan.cells[cell(run)].name.clone(),
+            false => self.plan.name(run),
         };
         let mut names: Vec<String> = impossible.iter().map(name).collect();
         names.dedup();
@@ -333,7 +344,7 @@ impl Sweep<'_> {
         args: &SweepArgs,
         style: &PictureStyle,
         now: BTreeMap<usize, String>,
-        ends: &[End],
+        ends: &Ends,
     ) -> Result<(), Failure> {
         let all = self.plan.runs.len();
         // Once: it reads all elements.
@@ -349,9 +360,17 @@ impl Sweep<'_> {
             return Err(Failure::Interrupted);
         }
         let failures = self.failures(&found, now);
-        let Some(outcomes) = outcomes(found, &failures) else {
-            self.tell_unfinished(args, finished, ends)?;
-            return failed(self.plan, &failures, AGAIN);
+        let outcomes = match outcomes(found, &failures) {
+            Ok(outcomes) => outcomes,
+            Err(missing) => {
+                let done = format!(
+                    "{folder}: {} of {} runs are finished",
+                    count(finished as u64),
+                    count(all as u64)
+                );
+                self.tell_unfinished(args, &done, &missing, ends)?;
+                return failed(self.plan, &failures, AGAIN);
+            }
         };
         let page = Page {
             substrate: self.substrate,
@@ -368,13 +387,8 @@ impl Sweep<'_> {
     }
 
     /// The runs that failed now, those that cannot be among them, and why.
-    fn failed_now(
-        &self,
-        impossible: &[usize],
-        runs: &[usize],
-        ends: &[End],
-    ) -> BTreeMap<usize, String> {
-        let ended = runs.iter().zip(ends).filter_map(|(&run, end)| match end {
+    fn failed_now(&self, impossible: &[usize], ends: &Ends) -> BTreeMap<usize, String> {
+        let ended = ends.iter().filter_map(|(&run, end)| match end {
             End::Failed(reason) => Some((run, reason.clone())),
             _ => None,
         });
@@ -393,47 +407,65 @@ impl Sweep<'_> {
         left.filter_map(recorded).chain(now).collect()
     }
 
-    /// Other parts, or another process, have yet to end.
+    /// Other parts, or another process, have yet to end; or what had ended is there no longer.
     fn tell_unfinished(
         &self,
         args: &SweepArgs,
-        finished: usize,
-        ends: &[End],
+        done: &str,
+        missing: &[usize],
+        ends: &Ends,
     ) -> Result<(), Failure> {
-        let all = self.plan.runs.len();
-        let elsewhere = ends.contains(&End::Elsewhere);
-        let folder = self.folder.display();
-        let done = format!(
-            "{} of {} runs are finished",
-            count(finished as u64),
-            count(all as u64)
-        );
-        if args.shard.is_none() && args.only.is_none() && elsewhere {
+        let is_part = args.shard.is_some() || args.only.is_some();
+        let is_gone = |run: &&usize| match ends.get(*run) {
+            Some(End::Elsewhere) => false,
+            Some(End::Finished) => true,
+            _ => !is_part,
+        };
+        let gone = missing.iter().filter(is_gone);
+        let gone: Vec<String> = gone.map(|&run| self.plan.name(run)).collect();
+        if !gone.is_empty() {
             return Err(Failure::Failed(anyhow::anyhow!(
-                "{folder}: {done}, and another process grows the others: wait for it, then give the \
-                 same command again for the page"
+                "{done}; what {} came to is gone, or cannot be read: {}; the same command grows again what \
+                 is missing",
+                plural(gone.len(), "run", "runs"),
+                first_of(&gone)
+            )));
+        }
+        if !is_part {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{done}, and another process grows the others: wait for it, then give the same command \
+                 again for the page"
             )));
         }
         if !self.voice.quiet {
             terminal::say(&format!(
-                "{folder}: {done}. The page is made by the part that ends last in this folder; \
-                 parts in several folders are joined by: thallus sweep merge DIR... -o OUT"
+                "{done}. The page is made by the part that ends last in this folder; parts in several \
+                 folders are joined by: thallus sweep merge DIR... -o OUT"
             ))?;
         }
         Ok(())
     }
 }
 
-/// What every run came to; none where some are still to grow.
+/// What every run came to; or the runs that came to nothing yet.
 fn outcomes(
     found: Vec<Option<Outcome>>,
     failures: &BTreeMap<usize, String>,
-) -> Option<Vec<Result<Outcome, String>>> {
-    let outcome = |(run, outcome): (usize, Option<Outcome>)| match outcome {
-        Some(outcome) => Some(Ok(outcome)),
-        None => failures.get(&run).cloned().map(Err),
-    };
-    found.into_iter().enumerate().map(outcome).collect()
+) -> Result<Vec<Result<Outcome, String>>, Vec<usize>> {
+    let (mut outcomes, mut missing) = (Vec::new(), Vec::new());
+    for (run, outcome) in found.into_iter().enumerate() {
+        match outcome
+            .map(Ok)
+            .or_else(|| failures.get(&run).cloned().map(Err))
+        {
+            Some(outcome) => outcomes.push(outcome),
+            None => missing.push(run),
+        }
+    }
+    match missing.is_empty() {
+        true => Ok(outcomes),
+        false => Err(missing),
+    }
 }
 
 /// How a sweep tries again what failed.

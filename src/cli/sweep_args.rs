@@ -41,7 +41,8 @@ pub(crate) struct SweepArgs {
     /// merge --help'
     #[arg(long, value_name = "I/N", help_heading = PARTS, conflicts_with = "only")]
     pub(crate) shard: Option<Shard>,
-    /// Grow only this cell, anew if it is there: its name, such as L=5r_B=0.2
+    /// Grow only this cell: its name, such as L=5r_B=0.2. What is unfinished of it goes on; all of it grows anew
+    /// where it is finished, and what is there of another run is replaced
     #[arg(long, value_name = "CELL", help_heading = PARTS)]
     pub(crate) only: Option<String>,
     #[command(flatten)]
@@ -137,10 +138,13 @@ A grid file is a recipe file with seeds = N and, below a line [axes], a line an 
 L = \"5r,10r,20r\" or bias = [0.2, 0.5].
 DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
 results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
-Ctrl-C, a kill or a power cut lose at most the elements of the last seconds: the same command goes
-on. A run that fails or cannot be leaves cells/CELL/seed-N.error.txt, and the others go on.
+After Ctrl-C, a kill or a power cut the same command goes on: the last two take the elements that
+were not on the disk yet, those of some seconds as a rule, of two minutes or more where it stalls. A run that fails or cannot be leaves cells/CELL/seed-N.error.txt, and the others go on.
 Exit codes: 0 done, 1 a run failed or is missing, 2 asked for wrongly, 130 interrupted.
 To try: thallus sweep rock.obj -o out/grid --L 5r,10r,20r --B 0.3,0.5,0.9";
+
+/// As many as runs.
+const MOST_PARTS: usize = 1_000_000;
 
 /// A part of the runs: the I-th of N.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,6 +168,9 @@ impl FromStr for Shard {
         let number = |text: &str| text.trim().parse::<usize>().map_err(|_| FORM);
         let (part, parts) = (number(part)?, number(parts)?);
         match (1..=parts).contains(&part) {
+            true if parts > MOST_PARTS => {
+                Err("there are a million parts at most, as there are runs")
+            }
             true => Ok(Self { part, parts }),
             false => Err(FORM),
         }
@@ -329,7 +336,18 @@ mod tests {
     #[test]
     fn shards_are_one_of_so_many() {
         assert_eq!("2/8".parse(), Ok(Shard { part: 2, parts: 8 }));
-        for text in ["", "2", "0/3", "4/3", "1/0", "a/b", "-1/2", "1/2/3"] {
+        assert!("1/1000000".parse::<Shard>().is_ok());
+        for text in [
+            "",
+            "2",
+            "0/3",
+            "4/3",
+            "1/0",
+            "a/b",
+            "-1/2",
+            "1/2/3",
+            "1/1000001",
+        ] {
             assert!(text.parse::<Shard>().is_err(), "{text}");
         }
     }

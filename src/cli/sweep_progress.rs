@@ -19,6 +19,8 @@ pub(super) struct Show<'a> {
     bar: Option<ProgressBar>,
     started: Instant,
     runs: usize,
+    /// Runs at a time.
+    together: usize,
     /// Of all runs.
     cost: f64,
     done: Mutex<Done>,
@@ -31,7 +33,7 @@ struct Done {
 }
 
 impl<'a> Show<'a> {
-    pub(super) fn new(plan: &'a Plan, runs: &[usize], voice: Voice) -> Self {
+    pub(super) fn new(plan: &'a Plan, runs: &[usize], together: usize, voice: Voice) -> Self {
         let shown = !voice.quiet && stderr().is_terminal();
         Self {
             plan,
@@ -39,6 +41,7 @@ impl<'a> Show<'a> {
             bar: shown.then(bar),
             started: Instant::now(),
             runs: runs.len(),
+            together,
             cost: runs.iter().map(|&run| plan.costs[run]).sum(),
             done: Mutex::default(),
         }
@@ -52,9 +55,10 @@ impl<'a> Show<'a> {
             done.cost += self.plan.costs[run];
         }
         let share = done.cost / self.cost;
-        let left = match done.runs {
-            0 => String::new(),
-            _ => format!(
+        // What those that are under way have done is not known: beside dear ones a cheap one tells nothing.
+        let left = match done.runs < self.together {
+            true => String::new(),
+            false => format!(
                 ", {} left",
                 duration(left(self.started.elapsed().as_secs_f64(), share))
             ),

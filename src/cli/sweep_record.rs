@@ -277,8 +277,11 @@ fn error_file(folder: &Path) -> PathBuf {
     folder.with_added_extension("error.txt")
 }
 
-/// Says why the run of this folder failed.
+/// Says why the run of this folder failed, where that is not said already.
 pub(super) fn write_error(folder: &Path, reason: &str) -> Result<(), OutputError> {
+    if read_error(folder).as_deref() == Some(reason.trim()) {
+        return Ok(());
+    }
     let text = format!("{reason}\n");
     let fill = |out: &mut dyn Write| out.write_all(text.as_bytes());
     write_file_atomically(&error_file(folder), true, fill)

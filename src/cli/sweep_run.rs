@@ -1,5 +1,6 @@
 //! Growing the runs of a grid: the costliest first, each durable as soon as it is done.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -44,6 +45,19 @@ pub(super) enum End {
     Interrupted,
 }
 
+/// How each of some runs ended.
+pub(super) type Ends = BTreeMap<usize, End>;
+
+/// What runs may put theirs in the place of, besides what is unfinished of them, which they go on with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Replace {
+    Nothing,
+    /// What is not of this sweep, or no longer as it was measured.
+    Foreign,
+    /// That, and what is finished.
+    All,
+}
+
 impl Sweep<'_> {
     /// The folder of a run.
     pub(super) fn folder_of(&self, run: usize) -> PathBuf {
@@ -65,9 +79,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Grows these runs in this order, as many at a time as there are threads; `anew` also those
-    /// that are finished. Tells how each ended, in the same order.
-    pub(super) fn grow(&self, runs: &[usize], anew: bool) -> Vec<End> {
+    /// Grows these runs in this order, as many at a time as there are threads. Tells how each ended.
+    pub(super) fn grow(&self, runs: &[usize], replace: Replace) -> Ends {
         let workers = self.execution.threads.min(runs.len());
         // Two threads gain a run little (docs/performance.md).
         let each = Execution {
@@ -75,16 +88,17 @@ impl Sweep<'_> {
             ..self.execution.clone()
         };
         let next = AtomicUsize::new(0);
-        let ends = Mutex::new(vec![End::Interrupted; runs.len()]);
-        let show = Show::new(self.plan, runs, self.voice);
+        let interrupted = runs.iter().map(|&run| (run, End::Interrupted));
+        let ends: Mutex<Ends> = Mutex::new(interrupted.collect());
+        let show = Show::new(self.plan, runs, workers, self.voice);
         let work = || {
             while !each.is_cancelled() {
                 let place = next.fetch_add(1, Ordering::Relaxed);
                 let Some(&run) = runs.get(place) else { break };
                 let started = Instant::now();
-                let end = self.try_run(run, &each, anew);
+                let end = self.try_run(run, &each, replace);
                 show.ended(run, &end, self.outcome(run).as_ref(), started.elapsed());
-                lock(&ends)[place] = end;
+                lock(&ends).insert(run, end);
             }
         };
         std::thread::scope(|scope| {
@@ -97,9 +111,10 @@ impl Sweep<'_> {
     }
 
     /// Grows a run, and leaves its error beside its folder where it fails.
-    fn try_run(&self, run: usize, execution: &Execution, anew: bool) -> End {
+    fn try_run(&self, run: usize, execution: &Execution, replace: Replace) -> End {
         let folder = self.folder_of(run);
-        let done = catch_unwind(AssertUnwindSafe(|| self.run(run, &folder, execution, anew)));
+        let grow = || self.run(run, &folder, execution, replace);
+        let done = catch_unwind(AssertUnwindSafe(grow));
         let reason = match done {
             Ok(Ok(end)) => {
                 record::remove_error(&folder);
@@ -124,18 +139,16 @@ impl Sweep<'_> {
         run: usize,
         folder: &Path,
         execution: &Execution,
-        anew: bool,
+        replace: Replace,
     ) -> Result<End, Failure> {
         let mut output = match OutputDir::create(folder, true) {
             Err(OutputError::Locked { .. }) => return Ok(End::Elsewhere),
             output => output?,
         };
-        if !anew {
-            if self.outcome(run).is_some() {
-                return Ok(End::Finished);
-            }
-            self.check_ours(run, folder)?;
+        if replace != Replace::All && self.outcome(run).is_some() {
+            return Ok(End::Finished);
         }
+        let replace = self.check_ours(run, folder, replace)?;
         let recipe = self.plan.runs[run].recipe.as_ref();
         let recipe = recipe.map_err(Clone::clone)?;
         memory::check(
@@ -145,7 +158,7 @@ impl Sweep<'_> {
             After::Sweep,
             Voice { quiet: true },
         )?;
-        let (begun, mut log) = self.begin(&mut output, run, recipe, anew)?;
+        let (begun, mut log) = self.begin(&mut output, run, recipe, replace)?;
         let started = Instant::now();
         let growth = begun.grow(execution, &mut log);
         let seconds = Timings {
@@ -173,11 +186,13 @@ impl Sweep<'_> {
         Ok(End::Finished)
     }
 
-    /// Refuses to replace what somebody grew in the folder of a run, or changed there.
-    fn check_ours(&self, run: usize, folder: &Path) -> Result<(), Failure> {
+    /// Refuses to replace what somebody grew in the folder of a run, or changed there, unless that was asked for:
+    /// then all of it goes.
+    fn check_ours(&self, run: usize, folder: &Path, replace: Replace) -> Result<Replace, Failure> {
         match record::foreign(folder, &self.plan.runs[run]) {
-            None => Ok(()),
-            Some(problem) => Err(self.with_cure(run, &problem)),
+            None => Ok(replace),
+            Some(problem) if replace == Replace::Nothing => Err(self.with_cure(run, &problem)),
+            Some(_) => Ok(Replace::All),
         }
     }
 
@@ -196,11 +211,11 @@ impl Sweep<'_> {
         output: &mut OutputDir,
         run: usize,
         recipe: &Recipe,
-        anew: bool,
+        replace: Replace,
     ) -> Result<(Run<'_>, LogWriter), Failure> {
-        let earlier = match anew {
-            true => None,
-            false => self.earlier(run, recipe)?,
+        let earlier = match replace {
+            Replace::All => None,
+            _ => self.earlier(run, recipe, replace)?,
         };
         output.remove(MEASURES)?;
         let Some(earlier) = earlier else {
@@ -215,9 +230,18 @@ impl Sweep<'_> {
 
     /// What is sound of an interrupted run's log; none where the run begins anew. What is dropped of a damaged
     /// log is told, and grows again as it was. A log that cannot be read now may be sound.
-    fn earlier(&self, run: usize, recipe: &Recipe) -> Result<Option<Log>, Failure> {
+    fn earlier(
+        &self,
+        run: usize,
+        recipe: &Recipe,
+        replace: Replace,
+    ) -> Result<Option<Log>, Failure> {
         let path = self.folder_of(run).join(LOG);
         let shown = path.display();
+        let other = |problem: String| match replace {
+            Replace::Nothing => Err(self.with_cure(run, &problem)),
+            _ => Ok(None),
+        };
         let is_gone = |error: io::Error| error.kind() == ErrorKind::NotFound;
         if path.symlink_metadata().is_err_and(is_gone) {
             return Ok(None);
@@ -238,17 +262,15 @@ impl Sweep<'_> {
                 return Ok(None);
             }
             Err(LogError::Version { found, .. }) => {
-                let problem = format!("{shown} is of a run by thallus {found}");
-                return Err(self.with_cure(run, &problem));
+                return other(format!("{shown} is of a run by thallus {found}"));
             }
             log => log?,
         };
         match record::other_settings(&log.recipe, recipe) {
             None => Ok(Some(log)),
-            Some(other) => {
-                let problem = format!("{shown} is of another run than this sweep's: {other}");
-                Err(self.with_cure(run, &problem))
-            }
+            Some(differences) => other(format!(
+                "{shown} is of another run than this sweep's: {differences}"
+            )),
         }
     }
 }

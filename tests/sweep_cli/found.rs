@@ -11,7 +11,7 @@ use super::desk::{Desk, said};
 use super::{GRID, LONG, assert_same, desk, done, refused};
 
 /// Runs that take no time.
-const SMALL: &str =
+pub(crate) const SMALL: &str =
     "plane.obj --L 5r,10r --radius 0.4% --elements 60 --size 48x40 --samples 1 --quiet";
 
 /// Measures are of the lichen that they lie beside, and what a user grew in a sweep's folder is theirs.
@@ -111,7 +111,7 @@ fn a_record_that_is_not_whole_is_made_again() {
 }
 
 /// The log of a run that was killed, durable after every 500 elements, and damaged in the second 500.
-fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
+pub(crate) fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
     let file = desk.path("killed.log");
     let (substrate, recipe, log) = desk.begin_log("plane.obj", run, "killed.log");
     let (mut log, begun) = LogWriter::open(log).unwrap();
