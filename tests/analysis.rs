@@ -548,6 +548,7 @@ fn the_smallest_lichens_have_few_answers_and_do_no_harm() {
         assert_eq!(scalars[0], ("elements", f64::from(n)));
         assert!(found.dimensions.iter().all(|d| d.dimension.is_none()));
         assert_eq!(found.branch_width.unwrap().mean, 2.0);
+        assert_eq!(found.front.growth.range.is_none(), n == 1);
         assert!(
             serde_json::to_string(&found)
                 .unwrap()
@@ -558,6 +559,44 @@ fn the_smallest_lichens_have_few_answers_and_do_no_harm() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), SCALARS.len());
+}
+
+/// A ball grown over has no rim, and so nothing that goes by the width of branches.
+#[test]
+fn a_lichen_without_a_rim_has_no_width_and_no_tips() {
+    let n = 400;
+    let places: Vec<DVec3> = (0..n)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+            let (y, x) = (2.4 * f64::from(i)).sin_cos();
+            DVec3::new(x, y, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
+        })
+        .collect();
+    let positions: Vec<_> = places.iter().map(|p| (10.0 * p).to_array()).collect();
+    let normals: Vec<_> = places.iter().map(|p| p.as_vec3().to_array()).collect();
+    let parents: Vec<i32> = (-1..n - 1).collect();
+    let sample = Sample {
+        radius: 1.0,
+        positions: &positions,
+        normals: &normals,
+        parents: &parents,
+    };
+    let found = analyze(&sample, None, Centres::default());
+    assert!(found.branch_width.is_none());
+    assert_eq!((found.branching.tips, found.branching.angle), (None, None));
+    assert_eq!(found.branching.strahler_order, 1);
+}
+
+#[test]
+#[should_panic(expected = "a radius of 0")]
+fn a_radius_of_nothing_is_refused() {
+    let sample = Sample {
+        radius: 0.0,
+        positions: &[[0.0; 3]],
+        normals: &[[0.0, 0.0, 1.0]],
+        parents: &[-1],
+    };
+    analyze(&sample, None, Centres::default());
 }
 
 #[test]

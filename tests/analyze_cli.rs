@@ -10,6 +10,8 @@ use std::process::Output;
 use desk::{Desk, assert_refused_in_a_line, fields, names, said};
 use serde_json::Value;
 use thallus::analysis::{SCALARS, plot_names};
+use thallus::export::{format_of, read_elements};
+use thallus::picture::age_color;
 
 /// Plain DLA, which is large enough for every fit.
 const GROWN: &str = "rock.obj --radius 0.04% --gain 0 --bias 1 --join touch --elements 6000 -o out";
@@ -66,6 +68,22 @@ fn documented() -> BTreeSet<String> {
         all.extend(parts.iter().map(|part| format!("{name}{part}")));
     }
     all
+}
+
+/// Squares of such lengths are no numbers, and ladders up to them did not end.
+#[test]
+fn places_beyond_all_measure_are_refused() {
+    let desk = Desk::new();
+    desk.done("rock.obj --elements 20 -o out");
+    let file = desk.path("out/elements.ply");
+    let mut elements = read_elements(&file).unwrap();
+    elements.positions[7] = [1e200, 0.0, 0.0];
+    let mut bytes = Vec::new();
+    let format = format_of(&file).unwrap();
+    format.write(&elements, &age_color, &mut bytes).unwrap();
+    fs::write(&file, bytes).unwrap();
+    let parts = ["element 7 is at [1e200, 0.0, 0.0]", "cannot be measured"];
+    refused(&desk, "out --quiet", 1, &parts);
 }
 
 #[test]

@@ -319,6 +319,25 @@ fn the_table_has_a_row_a_run() {
     }
 }
 
+#[test]
+fn measures_are_compared_by_their_names() {
+    let grid = grid(&[("B", "0.2,0.5,0.9")], 1);
+    let plan = grid.plan(&plane(), "plane.obj").unwrap();
+    let mut outcomes = [1.0, 2.0, 3.0].map(|n| outcome(n, 10.0 * n));
+    outcomes[1].as_mut().unwrap().measures.reverse();
+    outcomes[2].as_mut().unwrap().measures.truncate(1);
+    let results = Results {
+        grid: &grid,
+        plan: &plan,
+        outcomes: &outcomes,
+    };
+    let column = |measure| [0, 1, 2].map(|run| results.value(run, measure));
+    assert_eq!(results.measures()[1], "effective_radius");
+    assert_eq!(column(0), [1.0, 2.0, 3.0]);
+    assert_eq!(column(1)[..2], [10.0, 20.0]);
+    assert!(column(1)[2].is_nan());
+}
+
 /// Tags of a page in order, with their nesting checked.
 fn check_tags(html: &str) {
     const VOID: [&str; 3] = ["meta", "img", "!doctype"];

@@ -353,8 +353,11 @@ impl Sweep<'_> {
         let folder = self.folder.display();
         if self.execution.is_cancelled() {
             let (finished, all) = (count(finished as u64), count(all as u64));
+            // It would begin anew.
+            let is_over = args.only.is_some() && ends.values().all(|end| *end == End::Finished);
+            let without = if is_over { "without --only " } else { "" };
             terminal::warn(&format!(
-                "interrupted: {finished} of {all} runs of {folder} are finished; the same command \
+                "interrupted: {finished} of {all} runs of {folder} are finished; {without}the same command \
                  goes on"
             ));
             return Err(Failure::Interrupted);
