@@ -23,7 +23,7 @@ use super::animate_out::{Folder, Movie, Target, nearest_folder};
 use super::dress::{self, made_up};
 use super::failure::Failure;
 use super::interrupt::{Hidden, Stop};
-use super::memory::Frames;
+use super::memory::{self, Frames};
 use super::preview::{bare, by_age, packed, staged, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
@@ -38,6 +38,7 @@ pub(super) fn pictures(
     moments: Vec<Presence>,
     stop: &Stop,
 ) -> Result<(), Failure> {
+    memory::check_sizes(sides(args))?;
     // A GIF's palette is chosen by the first picture and the last.
     let ahead = moments.last().filter(|_| is_gif(target));
     let moments: Vec<_> = ahead.into_iter().chain(&moments).copied().collect();

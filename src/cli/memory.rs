@@ -31,8 +31,9 @@ const READ_BYTES: f64 = 64.0;
 const COPIED_BYTES: f64 = 110.0;
 const PICTURED_BYTES: f64 = 190.0;
 
-/// Bytes that a pixel of a preview takes.
+/// Bytes that a pixel of a preview takes, and one of any picture, which may be transparent.
 const TAKEN_BYTES: f64 = 7.5;
+const SHADED_BYTES: f64 = 14.0;
 
 /// Bytes that a triangle of a skin takes at the peak, which is while it is made, or while a picture of it is
 /// taken: docs/skin.md has the measurements.
@@ -160,6 +161,26 @@ pub(super) fn check_pictured(substrate: &Substrate) -> Result<(), Failure> {
 fn check_pictured_within(free: Option<f64>, triangles: usize) -> Result<(), Failure> {
     let what = format!("pictures of {} triangles", count(triangles as u64));
     check_within(free, pictured_bytes(triangles), &what, THINNER)
+}
+
+/// Refuses a picture of so many pixels that does not fit.
+pub(super) fn check_size(size: [u32; 2]) -> Result<(), Failure> {
+    check_size_within(available(), SHADED_BYTES, size)
+}
+
+/// The same of pictures one after the other, of which one is packed while the next is taken.
+pub(super) fn check_sizes(size: [u32; 2]) -> Result<(), Failure> {
+    check_size_within(available(), 2.0 * SHADED_BYTES, size)
+}
+
+fn check_size_within(
+    free: Option<f64>,
+    each: f64,
+    [width, height]: [u32; 2],
+) -> Result<(), Failure> {
+    let needed = each * f64::from(width) * f64::from(height);
+    let what = format!("pictures of {width} x {height} pixels");
+    check_within(free, needed, &what, "make them smaller")
 }
 
 /// What to do about a mesh that is too large.
@@ -451,6 +472,17 @@ mod tests {
             refused.reason(),
             "pictures of 10,000,000 triangles need 1.9 GB of memory, and 1 GB are free: thin the mesh out \
              (in Blender: Decimate), or make room"
+        );
+    }
+
+    #[test]
+    fn pictures_that_do_not_fit_are_refused_with_the_number() {
+        let check = |free| check_size_within(free, SHADED_BYTES, [16_384; 2]);
+        assert!(check(None).is_ok() && check(Some(4e9)).is_ok());
+        let refused = check(Some(3e9)).unwrap_err();
+        assert_eq!(
+            refused.reason(),
+            "pictures of 16384 x 16384 pixels need 3.8 GB of memory, and 3 GB are free: make them smaller"
         );
     }
 

@@ -40,6 +40,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     check_free(std::slice::from_ref(&args.output), args.force)?;
     leave_no_part();
     start_threads(args.run.threads)?;
+    memory::check_size([args.view.size.width, args.view.size.height])?;
     let mut clock = Clock::new();
     let lichens = Lichens::read(args)?;
     let mut seconds = Seconds::default();
