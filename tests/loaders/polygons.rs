@@ -198,6 +198,69 @@ fn a_polygon_that_would_take_minutes_is_refused() {
     assert_says(&message, &["line 20001", "20000 corners", "triangulate it"]);
 }
 
+/// To cut it ear by ear would take hours.
+#[test]
+fn a_polygon_that_comes_to_four_places_again_and_again_is_cut_as_a_fan() {
+    let corners = "1 2 3 4 ".repeat(4_000);
+    let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf {corners}\n");
+    let soup = parsed(text, Format::Obj);
+    assert_eq!(soup.triangles.len(), 15_998);
+    assert!(soup.notes[1].contains("as a fan"), "{:?}", soup.notes);
+}
+
+#[test]
+fn a_file_of_many_polygons_that_would_take_minutes_is_refused() {
+    // A comb is cut in no time, but is not known not to cross itself.
+    let comb = (0..16_000).map(|i| (f64::from(i), f64::from(i % 2)));
+    let points: Vec<(f64, f64)> = comb.collect();
+    let one = polygon(&flat(&points));
+    let face = one.lines().last().expect("a face").to_owned() + "\n";
+    let message = refused(one.clone() + &face.repeat(20), Format::Obj);
+    assert_says(
+        &message,
+        &[
+            "line 16009",
+            "16000 corners",
+            "too many of that kind",
+            "triangulate",
+        ],
+    );
+}
+
+/// Holes that are joined to the outline and to each other: every bridge is passed twice, and its ends are there twice.
+#[test]
+fn a_plate_with_many_holes_keeps_its_area() {
+    const HOLES: usize = 20;
+    let mut points = vec![(80.0, 0.0), (80.0, 80.0), (0.0, 80.0)];
+    let mut ring = vec![0, 1, 2];
+    for row in (0..HOLES).rev() {
+        let y = 4.0 * row as f64 + 2.0;
+        let edge = points.len();
+        points.push((0.0, y));
+        ring.push(edge);
+        let mut back = Vec::new();
+        for x in (0..HOLES).map(|column| 4.0 * column as f64 + 2.0) {
+            let first = points.len();
+            points.extend([(x - 1.0, y), (x, y + 1.0), (x + 1.0, y), (x, y - 1.0)]);
+            ring.extend([0, 1, 2].map(|k| first + k));
+            back.push([2, 3, 0].map(|k| first + k));
+        }
+        ring.extend(back.into_iter().rev().flatten());
+        ring.push(edge);
+    }
+    points.push((0.0, 0.0));
+    ring.push(points.len() - 1);
+    let vertices: String = points
+        .iter()
+        .map(|(x, y)| format!("v {x} {y} 0\n"))
+        .collect();
+    let corners: Vec<String> = ring.iter().map(|corner| (corner + 1).to_string()).collect();
+    let soup = parsed(format!("{vertices}f {}\n", corners.join(" ")), Format::Obj);
+    assert_eq!(soup.notes, ["1 polygon triangulated"]);
+    let holes = 2.0 * (HOLES * HOLES) as f64;
+    assert!((total_area(&soup) - (6400.0 - holes)).abs() < 1e-6);
+}
+
 proptest! {
     /// Star-shaped outlines with corners on their straight edges, in a tilted plane.
     #[test]

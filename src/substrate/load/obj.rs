@@ -24,7 +24,7 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
 use super::mtl;
-use super::polygon::{Corners, Triangulator, check_corners};
+use super::polygon::{Corners, Triangulator};
 use super::text::{
     BYTE_ORDER_MARK, integer, line_of, number, quoted, uncommented, used_are_finite,
 };
@@ -247,7 +247,7 @@ impl<'a> FaceReader<'a> {
             },
             vertices_above: 0,
             corners: Vec::new(),
-            triangulator: Triangulator::new(),
+            triangulator: Triangulator::new(Obj),
             attributes: None,
             two_cornered: 0,
             others: [0; OTHER_GEOMETRY.len()],
@@ -283,12 +283,16 @@ impl<'a> FaceReader<'a> {
         for token in statement.tokens().skip(1) {
             corners.push(self.corner(statement, token)?);
         }
-        let place = || self.place(statement);
-        check_corners(&self.soup.positions, &corners, Obj, place)?;
         self.two_cornered += usize::from(corners.len() < 3);
-        let before = self.soup.triangles.len();
+        let Soup {
+            positions,
+            triangles,
+            ..
+        } = &mut self.soup;
+        let before = triangles.len();
+        let place = || format!("line {}", line_of(self.text, statement.start));
         self.triangulator
-            .polygon(&self.soup.positions, &corners, &mut self.soup.triangles);
+            .polygon(positions, &corners, triangles, place)?;
         if let Some(attributes) = &mut self.attributes {
             attributes.face(statement, &corners, &self.soup.triangles[before..]);
         }

@@ -12,7 +12,7 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
-use super::polygon::{Corners as FaceCorners, Triangulator, check_corners};
+use super::polygon::{Corners as FaceCorners, Triangulator};
 use super::text::{integer, line_of, number, quoted, single, used_are_finite};
 use super::{counted, exclusive_index, no_triangles};
 
@@ -273,7 +273,7 @@ type Corners = Vec<i64>;
 impl<'a, B: Body> Reader<'a, B> {
     fn new(header: &'a Header, body: B) -> Self {
         let soup = Soup::default();
-        let triangulator = Triangulator::new();
+        let triangulator = Triangulator::new(Ply);
         Self {
             header,
             body,
@@ -455,14 +455,16 @@ impl<'a, B: Body> Reader<'a, B> {
         for &index in raw {
             corners.push(self.checked(index, row)?);
         }
-        let body = &self.body;
-        check_corners(&self.soup.positions, corners, Ply, || {
-            format!("face {row} ({})", body.place())
-        })?;
         self.too_short += usize::from(corners.len() < 3);
-        let before = self.soup.triangles.len();
+        let Soup {
+            positions,
+            triangles,
+            ..
+        } = &mut self.soup;
+        let before = triangles.len();
+        let place = || format!("face {row} ({})", self.body.place());
         self.triangulator
-            .polygon(&self.soup.positions, corners, &mut self.soup.triangles);
+            .polygon(positions, corners, triangles, place)?;
         if let Some(attributes) = &mut self.attributes {
             attributes.face(corners, &self.soup.triangles[before..]);
         }

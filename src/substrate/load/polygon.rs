@@ -5,6 +5,10 @@
 //! that lies on the line between its neighbours; in a mesh that corner belongs to the neighbour
 //! face too, and dropping it would open a crack. Such corners are put back, so that every polygon
 //! of n corners becomes n − 2 triangles whose outline is the polygon's own.
+//!
+//! `earcut` is fast on outlines, but takes a time that grows with the square of the corners where they cross
+//! themselves, and with their cube where they come to a few places again and again. The latter are cut as fans,
+//! and of the former a file may have so many.
 
 use earcut::Earcut;
 use glam::DVec2;
@@ -12,9 +16,14 @@ use glam::DVec2;
 use super::error::{LoadFault, Parsed};
 use super::{Format, counted};
 
-/// Most corners of a polygon that may cross itself: cutting one that does takes a time that grows with their
-/// square, a second for this many.
+/// Most corners of a polygon that may cross itself: cutting one that does takes seconds for this many.
 const MOST_CORNERS: usize = 1 << 14;
+
+/// Polygons of more corners are asked whether they are hard to cut.
+const FEW: usize = 256;
+
+/// What all of a file that may cross themselves may cost, in corners squared: a minute.
+const MOST_COST: u64 = 1 << 31;
 
 /// Share of a quad that a triangle of it must have.
 const FLAT: f64 = 1e-10;
@@ -45,29 +54,12 @@ impl<'a> Corners<'a> {
     }
 }
 
-/// Refuses a polygon that may take too long to cut.
-///
-/// # Panics
-/// When a corner is not an index into `positions`.
-pub(super) fn check_corners(
-    positions: &[[f64; 3]],
-    corners: &[u32],
-    format: Format,
-    place: impl FnOnce() -> String,
-) -> Parsed<()> {
-    let count = corners.len();
-    if count <= MOST_CORNERS || is_seen_from_its_middle(positions, corners) {
-        return Ok(());
-    }
-    let problem =
-        format!("a face with {count} corners, more than {MOST_CORNERS}, that may cross itself");
-    let cure = "triangulate it in the program that made the file";
-    Err(LoadFault::malformed(format, place(), problem, cure))
-}
-
 /// Cuts polygons, keeping its buffers between them.
 pub(super) struct Triangulator {
+    format: Format,
     earcut: Earcut<f64>,
+    /// What those that may cross themselves have cost: see [`MOST_COST`].
+    cost: u64,
     flat: Vec<[f64; 2]>,
     cut: Vec<u32>,
     edges: Vec<(u32, u32)>,
@@ -86,9 +78,11 @@ struct Piece {
 }
 
 impl Triangulator {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(format: Format) -> Self {
         Self {
+            format,
             earcut: Earcut::new(),
+            cost: 0,
             flat: Vec::new(),
             cut: Vec::new(),
             edges: Vec::new(),
@@ -98,7 +92,7 @@ impl Triangulator {
         }
     }
 
-    /// Appends the triangles of one polygon to `out`.
+    /// Appends the triangles of one polygon to `out`, unless those of its file take too long to cut.
     ///
     /// # Panics
     /// When a corner is not an index into `positions`.
@@ -107,13 +101,45 @@ impl Triangulator {
         positions: &[[f64; 3]],
         corners: &[u32],
         out: &mut Vec<[u32; 3]>,
-    ) {
+        place: impl FnOnce() -> String,
+    ) -> Parsed<()> {
         match *corners {
             [] | [_] | [_, _] => {}
             [a, b, c] => out.push([a, b, c]),
             [a, b, c, d] => self.quad(positions, [a, b, c, d], out),
-            _ => self.larger(positions, corners, out),
+            _ => {
+                self.charge(positions, corners, place)?;
+                self.larger(positions, corners, out);
+            }
         }
+        Ok(())
+    }
+
+    /// Refuses a polygon with which those of the file may take too long to cut.
+    fn charge(
+        &mut self,
+        positions: &[[f64; 3]],
+        corners: &[u32],
+        place: impl FnOnce() -> String,
+    ) -> Parsed<()> {
+        let count = corners.len();
+        if count <= FEW || is_seen_from_its_middle(positions, corners) {
+            return Ok(());
+        }
+        self.cost = self.cost.saturating_add((count as u64).saturating_pow(2));
+        if count <= MOST_CORNERS && self.cost <= MOST_COST {
+            return Ok(());
+        }
+        let problem = match count > MOST_CORNERS {
+            true => format!(
+                "a face with {count} corners, more than {MOST_CORNERS}, that may cross itself"
+            ),
+            false => format!(
+                "a face with {count} corners that may cross itself, after too many of that kind"
+            ),
+        };
+        let cure = "triangulate it in the program that made the file";
+        Err(LoadFault::malformed(self.format, place(), problem, cure))
     }
 
     /// Words for what was done, for [`Soup::notes`](crate::substrate::Soup::notes).
@@ -176,6 +202,9 @@ impl Triangulator {
             let p = sub(positions[i as usize], base);
             [p[u], p[v]]
         }));
+        if self.flat.len() > FEW && comes_back(&self.flat) {
+            return false;
+        }
         self.earcut
             .earcut_slice::<u32>(&self.flat, &[], &mut self.cut);
         for triangle in self.cut.chunks_exact_mut(3) {
@@ -244,6 +273,14 @@ fn split_open_edges(pending: &mut Vec<Piece>, n: u32, out: &mut Vec<[u32; 3]>) {
             out.push([a, b, c]);
         }
     }
+}
+
+/// Whether an outline is at each of its places more than twice, in the mean. Bridges to holes are passed twice.
+fn comes_back(outline: &[[f64; 2]]) -> bool {
+    let mut places: Vec<[u64; 2]> = outline.iter().map(|p| p.map(f64::to_bits)).collect();
+    places.sort_unstable();
+    places.dedup();
+    2 * places.len() < outline.len()
 }
 
 /// Whether a polygon's outline goes once round the mean of its corners, and never back: then it does not cross
