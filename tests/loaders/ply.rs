@@ -230,3 +230,85 @@ fn points_are_nothing_to_grow_on() {
         &["no triangles to grow on", "3 points"],
     );
 }
+
+/// Scans keep a vertex for every direction they looked in. Only what is refused asks for its line.
+#[test]
+fn many_vertices_without_a_position_take_no_time() {
+    let count = 200_000;
+    let text = small("float", "uchar int vertex_indices", ROWS);
+    let text = text.replace("vertex 3", &format!("vertex {}", count + 3));
+    let text = text.replace(ROWS, &format!("{}{ROWS}", "nan nan nan\n".repeat(count)));
+    let [a, b, c] = [0, 1, 2].map(|corner| corner + count);
+    let text = text.replace("3 0 1 2", &format!("3 {a} {b} {c}"));
+    let begun = std::time::Instant::now();
+    assert_eq!(parsed(&text, Format::Ply).triangles.len(), 1);
+    assert!(
+        begun.elapsed().as_secs_f64() < 10.0,
+        "{:?}",
+        begun.elapsed()
+    );
+    let text = text.replace(&format!("3 {a} {b}"), &format!("3 {a} 7"));
+    assert_says(
+        &refused(text, Format::Ply),
+        &["vertex 7 (line 17)", "not finite"],
+    );
+}
+
+#[test]
+fn what_is_left_over_is_told() {
+    let list = "uchar int vertex_indices";
+    let text = small("float", list, &format!("{ROWS}3 2 1 0\n"));
+    let note = "4 words after the last element ignored";
+    assert_eq!(parsed(text, Format::Ply).notes, [note]);
+    // Wrapped anywhere, with a word too many.
+    let text = small("float", list, "0 0 0 1 0\n0 0 1 0 3\n0 1 2 9\n");
+    let note = "1 word after the last element ignored";
+    assert_eq!(parsed(text, Format::Ply).notes, [note]);
+    for rows in [
+        "0 0 0 1 0\n0 0 1 0 3\n0 1 2\n",
+        "0 0 0 1\n0 0\n0 1 0 3\n0 1 2\n",
+    ] {
+        assert!(
+            parsed(small("float", list, rows), Format::Ply)
+                .notes
+                .is_empty()
+        );
+    }
+    let mut bytes = binary(false);
+    bytes.extend([0; 3]);
+    let notes = parsed(bytes, Format::Ply).notes;
+    assert!(
+        notes.contains(&"3 bytes after the last element ignored".into()),
+        "{notes:?}"
+    );
+}
+
+/// Read on as if it were declared it gave another mesh, or a fault that is none.
+#[test]
+fn a_value_in_each_line_that_is_not_declared_is_named() {
+    let list = "uchar int vertex_indices";
+    let every = "0 0 0 1\n1 0 0 1\n0 1 0 1\n3 0 1 2\n";
+    for rows in [
+        every,
+        &every.replace('\n', "\r\n"),
+        &ROWS.replace("1 0 0", "1 0 0 1"),
+    ] {
+        let line = if rows.starts_with("0 0 0 1") {
+            "line 10"
+        } else {
+            "line 11"
+        };
+        let parts = [
+            line,
+            "more in this line than the header declares",
+            "declare it",
+        ];
+        assert_says(&refused(small("float", list, rows), Format::Ply), &parts);
+    }
+    let faces = ROWS.replace("3 0 1 2", "3 0 1 2 255 0 0");
+    assert_eq!(
+        refused(small("float", list, &faces), Format::Ply),
+        "PLY, line 13: there is more in this line than the header declares; declare it in the header or export the \
+         file again"
+    );
+}

@@ -6,6 +6,7 @@
 //! declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
 use crate::color;
+use crate::substrate::soup::is_representable;
 use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
 
@@ -21,7 +22,7 @@ pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<S
     let header = ply_header::read(bytes)?;
     let at = header.body;
     match header.encoding {
-        Encoding::Ascii => read(&header, Ascii { bytes, at }, texturing),
+        Encoding::Ascii => read(&header, Ascii::new(bytes, at), texturing),
         Encoding::LittleEndian => read(&header, Binary::<false> { bytes, at }, texturing),
         Encoding::BigEndian => read(&header, Binary::<true> { bytes, at }, texturing),
     }
@@ -127,8 +128,22 @@ trait Body: Clone {
     fn left(&self) -> usize;
     /// The most numbers of this type that can be left.
     fn most(&self, scalar: Scalar) -> usize;
-    /// Words for where we are.
-    fn place(&self) -> String;
+    /// Where we are, in bytes from the beginning of the file.
+    fn at(&self) -> usize;
+    /// Words for a place.
+    fn place_of(&self, at: usize) -> String;
+    /// What is left, in words; none where nothing is.
+    fn rest(&self) -> Option<String>;
+    /// Says that a row of an element has been read.
+    fn end_row(&mut self) {}
+    /// The first row that has more than the header declares, where these are told apart by lines.
+    fn overlong(&self, _rows: usize) -> Option<usize> {
+        None
+    }
+
+    fn place(&self) -> String {
+        self.place_of(self.at())
+    }
 }
 
 #[derive(Clone)]
@@ -188,18 +203,49 @@ impl<const BIG: bool> Body for Binary<'_, BIG> {
         self.left() / scalar.size()
     }
 
-    fn place(&self) -> String {
-        format!("byte {}", self.at)
+    fn at(&self) -> usize {
+        self.at
+    }
+
+    fn place_of(&self, at: usize) -> String {
+        format!("byte {at}")
+    }
+
+    fn rest(&self) -> Option<String> {
+        let left = self.left();
+        (left > 0).then(|| counted(left, "byte", "bytes"))
     }
 }
 
 #[derive(Clone)]
 struct Ascii<'a> {
     bytes: &'a [u8],
+    /// Where the body begins.
+    start: usize,
     at: usize,
+    /// Whether the next row begins a line.
+    begins_line: bool,
+    /// Where the first row ends that begins a line and does not end it.
+    overlong: Option<usize>,
 }
 
 impl<'a> Ascii<'a> {
+    fn new(bytes: &'a [u8], start: usize) -> Self {
+        Self {
+            bytes,
+            start,
+            at: start,
+            begins_line: true,
+            overlong: None,
+        }
+    }
+
+    /// Those with anything in them.
+    fn lines(&self) -> usize {
+        let lines = self.bytes[self.start..].split(|b| b"\r\n".contains(b));
+        lines.filter(|line| !line.trim_ascii().is_empty()).count()
+    }
+
     fn token(&mut self) -> Option<&'a [u8]> {
         let rest = &self.bytes[self.at..];
         let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
@@ -247,8 +293,33 @@ impl Body for Ascii<'_> {
         self.left().div_ceil(2)
     }
 
-    fn place(&self) -> String {
-        format!("line {}", line_of(self.bytes, self.at))
+    fn at(&self) -> usize {
+        self.at
+    }
+
+    fn place_of(&self, at: usize) -> String {
+        format!("line {}", line_of(self.bytes, at))
+    }
+
+    fn rest(&self) -> Option<String> {
+        let mut rest = self.clone();
+        let words = std::iter::from_fn(|| rest.token()).count();
+        (words > 0).then(|| counted(words, "word", "words"))
+    }
+
+    fn end_row(&mut self) {
+        let next = self.bytes[self.at..].iter().find(|b| !b" \t".contains(b));
+        let ends_line = next.is_none_or(|b| b"\r\n".contains(b));
+        if self.begins_line && !ends_line && self.overlong.is_none() {
+            self.overlong = Some(self.at);
+        }
+        self.begins_line = ends_line;
+    }
+
+    /// Lines mean nothing in PLY, and some files wrap them anywhere. But where there is one for each row, and what is
+    /// in them does not come out even, that is what their writer meant.
+    fn overlong(&self, rows: usize) -> Option<usize> {
+        self.overlong.filter(|_| self.lines() == rows)
     }
 }
 
@@ -263,8 +334,8 @@ struct Reader<'a, B> {
     too_short: usize,
     /// Elements that hold points or edges, for the message when there is nothing else.
     others: Vec<String>,
-    /// Vertices without a finite position, and where the next one begins.
-    unfit: Vec<(usize, String)>,
+    /// Vertices without a finite position, and where they end.
+    unfit: Vec<(usize, usize)>,
 }
 
 /// One row's list of vertex indices; −1 is kept for strips.
@@ -287,9 +358,20 @@ impl<'a, B: Body> Reader<'a, B> {
     }
 
     fn read(mut self) -> Parsed<(Soup, Option<Attributes>)> {
+        let rest = self.elements().map_err(|fault| {
+            let overlong = self.overlong(&self.body);
+            overlong.unwrap_or(fault)
+        })?;
+        let attributes = self.attributes.take();
+        Ok((self.finish(rest)?, attributes))
+    }
+
+    /// Reads all elements. What is left, in words.
+    fn elements(&mut self) -> Parsed<Option<String>> {
         let mut before_vertices = Vec::new();
         let mut have_vertices = false;
-        for element in &self.header.elements {
+        let header = self.header;
+        for element in &header.elements {
             self.check_room(element)?;
             match (element.name.as_slice(), have_vertices) {
                 (b"vertex", true) => {
@@ -312,8 +394,22 @@ impl<'a, B: Body> Reader<'a, B> {
             self.body = body;
             self.faces(element)?;
         }
-        let attributes = self.attributes.take();
-        Ok((self.finish(end.left())?, attributes))
+        let rest = end.rest();
+        match self.overlong(&end).filter(|_| rest.is_some()) {
+            Some(fault) => Err(fault),
+            None => Ok(rest),
+        }
+    }
+
+    /// The fault of a file with more in a line than its header declares.
+    fn overlong(&self, body: &B) -> Option<LoadFault> {
+        let elements = self.header.elements.iter();
+        let rows = elements.filter(|element| !element.properties.is_empty());
+        let rows = rows.map(|element| element.count);
+        let at = body.overlong(rows.fold(0, usize::saturating_add))?;
+        let problem = "there is more in this line than the header declares";
+        let cure = "declare it in the header or export the file again";
+        Some(LoadFault::malformed(Ply, body.place_of(at), problem, cure))
     }
 
     /// Holds the header's count against the bytes that are there.
@@ -360,8 +456,8 @@ impl<'a, B: Body> Reader<'a, B> {
             self.row(element, &wanted, &mut row)
                 .ok_or_else(|| self.broken("vertex", vertex))?;
             let position = axes.map(|at| row[at]);
-            if position.iter().any(|x| !x.is_finite()) {
-                self.unfit.push((vertex, self.body.place()));
+            if !is_representable(position) {
+                self.unfit.push((vertex, self.body.at()));
             }
             self.soup.positions.push(position);
             if let Some(attributes) = &mut self.attributes {
@@ -384,6 +480,7 @@ impl<'a, B: Body> Reader<'a, B> {
                 kind => self.skip(kind)?,
             }
         }
+        self.body.end_row();
         Some(())
     }
 
@@ -414,6 +511,7 @@ impl<'a, B: Body> Reader<'a, B> {
                 };
                 read.ok_or_else(|| self.broken("face", row))?;
             }
+            self.body.end_row();
             if strips {
                 self.strips(&raw, row, &mut corners)?;
             } else {
@@ -520,6 +618,7 @@ impl<'a, B: Body> Reader<'a, B> {
                 self.skip(property.kind)
                     .ok_or_else(|| self.broken("row", row))?;
             }
+            self.body.end_row();
         }
         Ok(())
     }
@@ -549,7 +648,7 @@ impl<'a, B: Body> Reader<'a, B> {
         )
     }
 
-    fn finish(self, trailing: usize) -> Parsed<Soup> {
+    fn finish(self, rest: Option<String>) -> Parsed<Soup> {
         let mut soup = self.soup;
         let mut ignored = self.others;
         if self.too_short > 0 {
@@ -559,18 +658,16 @@ impl<'a, B: Body> Reader<'a, B> {
         if soup.triangles.is_empty() {
             return Err(no_triangles(soup.positions.len(), &ignored));
         }
-        if trailing > 0 && self.header.encoding != Encoding::Ascii {
-            ignored.push(format!("{trailing} bytes after the last element"));
-        }
+        ignored.extend(rest.map(|rest| format!("{rest} after the last element")));
         soup.notes = ignored
             .into_iter()
             .map(|what| format!("{what} ignored"))
             .collect();
         soup.notes.extend(self.triangulator.notes());
-        let unfit = self.unfit;
+        let (unfit, body) = (self.unfit, self.body);
         used_are_finite(&mut soup, Ply, |vertex| {
             let place = unfit.binary_search_by_key(&vertex, |one| one.0);
-            let place = place.map_or("", |i| unfit[i].1.as_str());
+            let place = place.map_or_else(|_| String::new(), |i| body.place_of(unfit[i].1));
             format!("vertex {vertex} ({place})")
         })?;
         Ok(soup)
