@@ -155,3 +155,42 @@ fn without_faces_there_is_nothing_to_grow_on() {
         &["1 face without three corners"],
     );
 }
+
+/// As where a program has put a line on top of another's file.
+#[test]
+fn line_ends_may_be_mixed() {
+    let lines: Vec<&str> = "# made by\nv 0 0 0\nv 1 0 0\n\nv 0 1 \\\n0\n# a\nf 1 \\\n2 3\nf 3 2 1"
+        .lines()
+        .collect();
+    for first in 0..3 {
+        let ends = ["\n", "\r", "\r\n"];
+        let ended = lines.iter().enumerate();
+        let text: String = ended
+            .map(|(k, line)| format!("{line}{}", ends[(first + k * (k + 1) / 2) % 3]))
+            .collect();
+        let soup = parsed(&text, Format::Obj);
+        assert_eq!(soup.positions.len(), 3, "{text:?}");
+        assert_eq!(soup.triangles, [[0, 1, 2], [2, 1, 0]], "{text:?}");
+        assert_says(
+            &refused(format!("{text}f 1 2 9"), Format::Obj),
+            &["line 11"],
+        );
+    }
+}
+
+/// As Microsoft's C library wrote what is not finite; a `#` begins a comment elsewhere.
+#[test]
+fn no_numbers_are_no_comments() {
+    for word in ["1.#QNAN", "-1.#IND", "1.#INF", "-1.#IND00", "1.#J"] {
+        let text = with(&format!("v 0 0 {word} # why\nf 1 2 3"));
+        let soup = parsed(&text, Format::Obj);
+        let note = "1 unused vertex without a finite position ignored";
+        assert_eq!(soup.notes, [note], "{word}");
+        let message = refused(format!("{text}\nf 1 2 4"), Format::Obj);
+        assert_says(&message, &["line 4", "(0, 0, NaN) is not finite", "repair"]);
+    }
+    let soup = parsed(with("v 0 0 7#a\nv 0 0 1 #1.#b\nf 1 2 3#c\n"), Format::Obj);
+    assert_eq!(soup.positions[3..], [[0.0, 0.0, 7.0], [0.0, 0.0, 1.0]]);
+    let message = refused(with("v 0 0 1.#7\nf 1 2 3\n"), Format::Obj);
+    assert_says(&message, &["line 4", "three numbers", "'1.#7'"]);
+}

@@ -96,14 +96,20 @@ struct Statement<'a> {
 }
 
 impl<'a> Statement<'a> {
+    /// Where a comment begins: at a `#` that is not in `1.#QNAN` or such.
+    fn comment(&self) -> usize {
+        let begins = |&at: &usize| !self.bytes[..at].ends_with(b"1.");
+        let hash = self.bytes.iter().position(|&b| b == b'#');
+        let Some(first) = hash else {
+            return self.bytes.len();
+        };
+        let mut hashes = (first..self.bytes.len()).filter(|&at| self.bytes[at] == b'#');
+        hashes.find(begins).unwrap_or(self.bytes.len())
+    }
+
     /// The words up to a comment. A continuation is white space.
     fn tokens(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        let end = self
-            .bytes
-            .iter()
-            .position(|&b| b == b'#')
-            .unwrap_or(self.bytes.len());
-        self.bytes[..end]
+        self.bytes[..self.comment()]
             .split(|b| b.is_ascii_whitespace() || *b == b'\\')
             .filter(|token| !token.is_empty())
     }
@@ -112,25 +118,24 @@ impl<'a> Statement<'a> {
 struct Statements<'a> {
     text: &'a [u8],
     at: usize,
-    line_end: u8,
 }
 
 impl<'a> Statements<'a> {
     fn new(text: &'a [u8]) -> Self {
-        let line_end = if text.contains(&b'\n') { b'\n' } else { b'\r' };
-        Self {
-            text,
-            at: 0,
-            line_end,
-        }
+        Self { text, at: 0 }
     }
 
-    /// Where the physical line that starts at `from` ends (its terminator excluded).
-    fn line_end_after(&self, from: usize) -> usize {
+    /// Where the physical line that starts at `from` ends, and where the next begins. LF, CRLF and CR alone may be
+    /// mixed, as where a program puts a line on top of another's file.
+    fn line_after(&self, from: usize) -> (usize, usize) {
         let rest = &self.text[from..];
-        rest.iter()
-            .position(|&b| b == self.line_end)
-            .map_or(self.text.len(), |n| from + n)
+        // Nearly all bytes are greater.
+        let ends = |b: &u8| *b <= b'\r' && (*b == b'\n' || *b == b'\r');
+        match rest.iter().position(ends) {
+            None => (self.text.len(), self.text.len()),
+            Some(n) if rest[n..].starts_with(b"\r\n") => (from + n, from + n + 2),
+            Some(n) => (from + n, from + n + 1),
+        }
     }
 }
 
@@ -142,17 +147,15 @@ impl<'a> Iterator for Statements<'a> {
         if start >= self.text.len() {
             return None;
         }
-        let mut end = self.line_end_after(start);
+        let (mut end, mut next) = self.line_after(start);
         let mut line = start..end;
         let may_go_on = may_go_on(&self.text[line.clone()]);
-        while may_go_on
-            && end < self.text.len()
-            && continues(&self.text[line.clone()], &self.text[end + 1..])
-        {
-            line = end + 1..self.line_end_after(end + 1);
-            end = line.end;
+        while may_go_on && next > end && continues(&self.text[line.clone()], &self.text[next..]) {
+            line.start = next;
+            (end, next) = self.line_after(next);
+            line.end = end;
         }
-        self.at = end + 1;
+        self.at = next;
         Some(Statement {
             bytes: &self.text[start..end],
             start,
@@ -185,7 +188,7 @@ fn continues(line: &[u8], rest: &[u8]) -> bool {
 
 /// Whether a line ends with `\`.
 fn is_open(line: &[u8]) -> bool {
-    line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\")
+    line.ends_with(b"\\")
 }
 
 /// Whether this is a `v` line: decided without tokenizing, as most lines are not.

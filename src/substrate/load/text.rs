@@ -41,16 +41,22 @@ pub(super) fn quoted(token: &[u8]) -> String {
 
 /// Reads a decimal number; `None` when it is not one. `nan` and `inf` are numbers here.
 pub(super) fn number(token: &[u8]) -> Option<f64> {
-    std::str::from_utf8(token).ok()?.parse().ok()
+    let read = std::str::from_utf8(token).ok()?.parse().ok();
+    read.or_else(|| is_no_number(token).then_some(f64::NAN))
+}
+
+/// Whether this is what Microsoft's C library wrote until 2015 for what is not finite, as `1.#INF`, `-1.#IND00`,
+/// `1.#QNAN` and, with few digits, `1.#J`.
+fn is_no_number(token: &[u8]) -> bool {
+    let digits = token.strip_prefix(b"-").unwrap_or(token);
+    matches!(digits, [b'1', b'.', b'#', letter, ..] if letter.is_ascii_alphabetic())
 }
 
 /// Reads a decimal number as the nearest `f32`, widened: what its writer had.
 pub(super) fn single(token: &[u8]) -> Option<f64> {
-    std::str::from_utf8(token)
-        .ok()?
-        .parse::<f32>()
-        .ok()
-        .map(f64::from)
+    let read = std::str::from_utf8(token).ok()?.parse::<f32>().ok();
+    let read = read.map(f64::from);
+    read.or_else(|| is_no_number(token).then_some(f64::NAN))
 }
 
 /// Reads an optionally signed decimal integer.
