@@ -553,10 +553,23 @@ fn colours_of_vertices_are_baked() {
         shape: &Shape::default(),
         paint: &Paint::default(),
     };
-    for factor in [None, Some([0.5, 0.25, 1.0])] {
-        if let Some(base_color) = factor {
+    // An image that is cut off leaves the colour that is said for that.
+    let cut_off = thallus::substrate::Texture {
+        image: 0,
+        strength: 1.0,
+        transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    };
+    texturing.images = vec![b"\x89PNG\r\n\x1a\n".to_vec()];
+    for (factor, texture) in [
+        (None, None),
+        (Some([0.5, 0.25, 1.0]), None),
+        (Some([0.75, 0.5, 0.25]), Some(cut_off)),
+    ] {
+        if let Some(color) = factor {
             texturing.materials = vec![Material {
-                base_color,
+                base_color: texture.map_or(color, |_| [1.0; 3]),
+                bare_color: color,
+                base_color_texture: texture,
                 ..plain()
             }];
             texturing.material_of = vec![Some(0); 2];
@@ -595,6 +608,7 @@ fn colours_of_vertices_are_baked() {
 fn plain() -> Material {
     Material {
         base_color: [1.0; 3],
+        bare_color: [1.0; 3],
         metallic: 0.0,
         roughness: 1.0,
         base_color_texture: None,

@@ -23,6 +23,14 @@ pub struct Appearance<'a> {
     notes: Vec<String>,
 }
 
+/// A material's colour where no texture says it.
+fn untextured(material: &Material) -> [f32; 3] {
+    match material.base_color_texture {
+        Some(_) => material.bare_color,
+        None => material.base_color,
+    }
+}
+
 impl std::fmt::Debug for Appearance<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Appearance").finish_non_exhaustive()
@@ -103,13 +111,14 @@ impl<'a> Appearance<'a> {
         let numbers: BTreeSet<&u32> = self.texturing.material_of.iter().flatten().collect();
         let materials = &self.texturing.materials;
         let all = numbers.iter().filter_map(|&&n| materials.get(n as usize));
-        let mut colors = all.clone().map(|material| material.base_color);
+        let textures = all.clone().filter_map(|m| m.base_color_texture);
+        let mut colors = all.map(untextured);
         let first = colors.next();
         let mut painted = self.texturing.colors.iter().flatten().flatten();
         let first_painted = painted.next();
         self.instead.is_some()
             || painted.any(|color| Some(color) != first_painted)
-            || all.filter_map(|m| m.base_color_texture).any(is_read)
+            || textures.clone().any(is_read)
             || colors.any(|color| Some(color) != first)
     }
 
@@ -124,9 +133,12 @@ impl<'a> Appearance<'a> {
             return uv.map(|uv| image.color(uv));
         }
         let material = self.texturing.material_of(self.substrate, triangle)?;
-        let factor = Vec3::from_array(material.base_color);
         let texture = uv.and_then(|uv| self.image(&material.base_color_texture, uv));
-        Some(texture.map_or(factor, |(image, _, uv)| factor * image.color(uv)))
+        let color = match texture {
+            Some((image, _, uv)) => Vec3::from_array(material.base_color) * image.color(uv),
+            None => Vec3::from_array(untextured(material)),
+        };
+        Some(color)
     }
 
     /// Linear light of a place between painted vertices.

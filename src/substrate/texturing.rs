@@ -33,6 +33,8 @@ pub struct Texturing {
 pub struct Material {
     /// Linear red, green and blue: a factor where there is a texture.
     pub base_color: [f32; 3],
+    /// The same where `base_color_texture` cannot be read.
+    pub bare_color: [f32; 3],
     /// 0 for stone, 1 for metal; a factor where there is a texture.
     pub metallic: f32,
     /// 0 for a mirror, 1 for chalk; a factor where there is a texture.

@@ -164,7 +164,8 @@ fn materials_of_obj_come_from_its_libraries() {
     assert_eq!((base.image, base.strength), (0, 1.0));
     assert_eq!((normal.image, normal.strength), (1, 0.5));
     assert_eq!((rock.base_color, texturing.images.len()), ([1.0; 3], 2));
-    assert_eq!(plain.base_color, [0.25; 3]);
+    assert_eq!(rock.bare_color, [0.1; 3]);
+    assert_eq!([plain.base_color, plain.bare_color], [[0.25; 3]; 2]);
     assert_eq!((plain.roughness, plain.metallic), (0.5, 1.0));
 
     // Two libraries in a line, an image that is none, one that is not there, and a library that is not.

@@ -189,6 +189,7 @@ impl Images<'_> {
         Material {
             base_color: [r, g, b],
             metallic: pbr.metallic_factor,
+            bare_color: [r, g, b],
             roughness: pbr.roughness_factor,
             base_color_texture: texture(&pbr.base_color_texture, "base colour"),
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),

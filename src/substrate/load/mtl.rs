@@ -3,7 +3,7 @@
 //!
 //! Read here and not with `tobj`, which refuses a whole library for one word that is not its number, takes the options
 //! before a file's name for a part of it, and knows no normal maps. A fault here is a note, and never keeps lichen from
-//! growing. Where there is a texture, `Kd` is passed over, for programs write any colour beside one.
+//! growing. Where there is a texture that can be read, `Kd` is passed over, for programs write any colour beside one.
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
@@ -128,6 +128,7 @@ impl Library<'_> {
         self.numbers.insert(name.to_owned(), number as u32);
         self.out.materials.push(Material {
             base_color: [1.0; 3],
+            bare_color: [1.0; 3],
             metallic: 0.0,
             roughness: Material::ROUGH,
             base_color_texture: None,
@@ -148,9 +149,12 @@ impl Library<'_> {
         let mut shares = words(rest).map_while(share);
         let first = shares.next();
         match (word, first, texture) {
-            (b"Kd", Some(red), _) if material.base_color_texture.is_none() => {
+            (b"Kd", Some(red), _) => {
                 let [green, blue] = [(); 2].map(|()| shares.next().unwrap_or(red));
-                material.base_color = [red, green, blue];
+                material.bare_color = [red, green, blue];
+                if material.base_color_texture.is_none() {
+                    material.base_color = material.bare_color;
+                }
             }
             (b"Pr", Some(rough), _) => material.roughness = rough,
             (b"Pm", Some(metal), _) => material.metallic = metal,
