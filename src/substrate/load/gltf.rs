@@ -169,11 +169,7 @@ fn parse_document(
         }
     };
     let buffers = Buffers::new(&root, format, chunk, base);
-    let accessors = Accessors {
-        root: &root,
-        buffers,
-        format,
-    };
+    let accessors = Accessors::new(&root, buffers, format);
     let looks = texturing.is_some().then(|| Looks::read(json));
     let mut scene = SceneWalk {
         root: &root,
@@ -450,9 +446,8 @@ impl<'a> SceneWalk<'a> {
         let tally = &mut self.collector.passed_over;
         tally.posed += usize::from(placing.pose.is_some());
         tally.skinned += usize::from(node.skin.is_some() && placing.pose.is_none());
-        if placing.transforms.is_empty() {
-            return Ok(());
-        }
+        let place = format!("node {index}");
+        self.collector.charge(placing.transforms.len(), &place)?;
         let mut shared = SharedPositions::default();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("node {index}, mesh {mesh_index}, primitive {number}");

@@ -3,6 +3,8 @@
 //! Integers are dequantized as `KHR_mesh_quantization` and section 3.11 of the specification say:
 //! unnormalized as they are, normalized by the largest value of their type, clamped to −1.
 
+use std::cell::Cell;
+
 use super::Format;
 use super::error::{LoadFault, Parsed};
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN, View};
@@ -11,11 +13,16 @@ use super::gltf_schema::{Accessor, Root, Sparse};
 /// Most elements of an accessor without data of its own (all zeros, unless sparse).
 const MOST_UNBACKED: usize = 1 << 20;
 
+/// Most elements that are read of a document: primitives may name one accessor again and again, and one without data
+/// takes no bytes of the file.
+const MOST_READ: usize = 1 << 29;
+
 /// Reads accessors of one document.
 pub(super) struct Accessors<'a> {
     pub(super) root: &'a Root<'a>,
     pub(super) buffers: Buffers<'a>,
     pub(super) format: Format,
+    read: Cell<usize>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -89,6 +96,15 @@ impl Elements<'_> {
 }
 
 impl<'a> Accessors<'a> {
+    pub(super) fn new(root: &'a Root<'a>, buffers: Buffers<'a>, format: Format) -> Self {
+        Self {
+            root,
+            buffers,
+            format,
+            read: Cell::new(0),
+        }
+    }
+
     /// How many elements accessor `index` has.
     pub(super) fn get(&self, index: usize, place: &str) -> Parsed<&'a Accessor<'a>> {
         let known = self.root.accessors.len();
@@ -192,12 +208,17 @@ impl<'a> Accessors<'a> {
         lanes: usize,
         place: &str,
     ) -> Parsed<Option<Elements<'_>>> {
+        let sparse = accessor.sparse.as_ref().map_or(0, |sparse| sparse.count);
+        if sparse > accessor.count {
+            let problem = format!("{sparse} sparse elements, of {}", accessor.count);
+            return Err(self.fault(place, index, problem));
+        }
         let Some(view) = accessor.buffer_view else {
             if accessor.count > MOST_UNBACKED {
                 let problem = format!("{} elements without any data", accessor.count);
                 return Err(self.fault(place, index, problem));
             }
-            return Ok(None);
+            return self.charge(index, accessor.count, place).map(|()| None);
         };
         let view = self.view(view, place, index)?;
         let elements = Elements {
@@ -206,9 +227,21 @@ impl<'a> Accessors<'a> {
             count: accessor.count,
             component,
         };
-        self.within(elements, view, accessor.byte_offset, lanes)
-            .map(Some)
-            .map_err(|problem| self.fault(place, index, problem))
+        let elements = self
+            .within(elements, view, accessor.byte_offset, lanes)
+            .map_err(|problem| self.fault(place, index, problem))?;
+        self.charge(index, accessor.count, place)
+            .map(|()| Some(elements))
+    }
+
+    fn charge(&self, index: usize, count: usize, place: &str) -> Parsed<()> {
+        let read = self.read.get().saturating_add(count);
+        self.read.set(read);
+        if read <= MOST_READ {
+            return Ok(());
+        }
+        let problem = "accessors are read again and again, 500 million elements by now";
+        Err(self.fault(place, index, problem.into()))
     }
 
     fn sparse_values(

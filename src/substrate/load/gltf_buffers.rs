@@ -13,6 +13,10 @@ use crate::input;
 /// What to do about a file whose structure is wrong.
 pub(super) const EXPORT_AGAIN: &str = "export the file again";
 
+/// Decoded bytes that a file may have for each of its own, and in addition. One compressed byte can stand for a
+/// thousand, and many views for the same bytes.
+const MOST_DECODED: (usize, usize) = (64, 1 << 27);
+
 /// The bytes of a document's buffers and views, each fetched or decoded once.
 pub(super) struct Buffers<'a> {
     root: &'a Root<'a>,
@@ -59,14 +63,27 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// An upper bound on how many elements the bytes in memory can hold.
-    pub(super) fn bytes_in_memory(&self) -> usize {
-        let fetched = self
-            .fetched
-            .iter()
-            .chain(&self.decoded)
-            .filter_map(OnceCell::get);
+    /// The bytes that were read: what they decode to says nothing of how much a file has.
+    fn bytes_read(&self) -> usize {
+        let fetched = self.fetched.iter().filter_map(OnceCell::get);
         self.chunk.map_or(0, <[u8]>::len) + fetched.map(Vec::len).sum::<usize>()
+    }
+
+    /// An upper bound on how many vertices and corners the bytes that were read can hold: a compressed triangle takes
+    /// one.
+    pub(super) fn most_elements(&self) -> usize {
+        self.bytes_read().saturating_mul(3)
+    }
+
+    /// How many bytes the next view may decode to.
+    fn room(&self) -> usize {
+        let (for_each, more) = MOST_DECODED;
+        let allowed = self
+            .bytes_read()
+            .saturating_mul(for_each)
+            .saturating_add(more);
+        let decoded = self.decoded.iter().filter_map(OnceCell::get);
+        allowed.saturating_sub(decoded.map(Vec::len).sum())
     }
 
     /// The bytes of view `index`.
@@ -113,7 +130,7 @@ impl<'a> Buffers<'a> {
             &place,
         );
         let decoded = source.and_then(|data| {
-            meshopt::decode(compressed, data).map_err(|problem| LoadFault::Malformed {
+            meshopt::decode(compressed, data, self.room()).map_err(|problem| LoadFault::Malformed {
                 format: self.format,
                 place: place.clone(),
                 problem,

@@ -15,7 +15,7 @@ use super::gltf_schema::Primitive;
 use super::gltf_skin::{Pose, accessors_of};
 use super::text::used_are_finite;
 
-/// Vertices and triangles that a document may have beyond what its bytes could hold: instances
+/// Copies, vertices and corners that a document may have beyond what its bytes could hold: instances
 /// multiply a mesh, and a few kilobytes must not fill the memory.
 const MOST_REPEATED: usize = 1 << 25;
 
@@ -359,13 +359,13 @@ impl<'a> Collector<'a> {
         }
     }
 
-    fn charge(&mut self, elements: usize, place: &str) -> Parsed<()> {
+    pub(super) fn charge(&mut self, elements: usize, place: &str) -> Parsed<()> {
         self.used = self.used.saturating_add(elements);
         if self.used > MOST_REPEATED
-            && self.used - MOST_REPEATED > self.accessors.buffers.bytes_in_memory()
+            && self.used - MOST_REPEATED > self.accessors.buffers.most_elements()
         {
             let problem = "the instances of this file's meshes unfold to more than 33 million \
-                           vertices and corners";
+                           copies, vertices and corners";
             return Err(LoadFault::malformed(
                 self.accessors.format,
                 place,

@@ -20,17 +20,22 @@ const SLACK: usize = 1 << 16;
 /// Widest vertex that the codec knows, in bytes.
 const WIDEST: usize = 256;
 
-/// Decodes a view to `count * byte_stride` bytes.
+/// Decodes a view to `count * byte_stride` bytes, which may be as many as there is `room` for.
 ///
 /// # Errors
 /// In words, when the description is impossible or the data malformed.
-pub(super) fn decode(view: &Compressed, data: &[u8]) -> Result<Vec<u8>, String> {
+pub(super) fn decode(view: &Compressed, data: &[u8], room: usize) -> Result<Vec<u8>, String> {
     let (count, stride) = (view.count, view.byte_stride);
     let size = count.saturating_mul(stride);
     if size > data.len().saturating_mul(BEST_RATIO).saturating_add(SLACK) {
         return Err(format!(
             "{} bytes cannot hold {count} elements of {stride} bytes",
             data.len()
+        ));
+    }
+    if size > room {
+        return Err(format!(
+            "{count} elements of {stride} bytes, and {room} bytes is all that its compressed data may still unfold to"
         ));
     }
     if count == 0 {
