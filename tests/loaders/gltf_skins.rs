@@ -156,3 +156,56 @@ fn joints_and_matrices_that_are_not_there_are_named() {
     let said = doc.refused();
     assert!(said.contains("skin 0: 1 matrices for 2 joints"), "{said}");
 }
+
+/// Two triangles, the second of which hangs on the second joint.
+fn two_skinned() -> Doc {
+    let mut doc = skinned([[0; 4]; 3], ALL_ON_THE_FIRST, json!({"joints": [1, 2]}));
+    let joints = doc.accessor(&[1; 12], U8, "VEC4", 3);
+    let mut other = doc.json["meshes"][0]["primitives"][0].clone();
+    other["attributes"]["JOINTS_0"] = json!(joints);
+    let primitives = doc.json["meshes"][0]["primitives"].as_array_mut();
+    primitives.unwrap().push(other);
+    doc
+}
+
+#[test]
+fn a_joint_that_turns_inside_out_turns_what_hangs_on_it_alone() {
+    let mut doc = two_skinned();
+    doc.push("nodes", json!({"scale": [-1, 1, 1]}));
+    doc.push("nodes", json!({"translation": [0, 0, 8]}));
+    let soup = doc.load();
+    assert_eq!(soup.triangles, [[0, 2, 1], [3, 4, 5]]);
+    assert_at(&soup, [[0.0; 3], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    // The first turns nothing that hangs on the second, nor by a weight that is less than the other's.
+    let weights = [[0.4, 0.6, 0.0, 0.0]; 3];
+    let mut doc = skinned([[0, 1, 0, 0]; 3], weights, json!({"joints": [1, 2]}));
+    doc.push("nodes", json!({"scale": [-1, 1, 1]}));
+    doc.push("nodes", json!({}));
+    assert_eq!(doc.load().triangles, [[0, 1, 2]]);
+}
+
+#[test]
+fn primitives_that_differ_in_their_second_joints_have_each_their_pose() {
+    let weights = [[0.5, 0.0, 0.0, 0.0]; 3];
+    let mut doc = skinned([[0; 4]; 3], weights, json!({"joints": [1, 2]}));
+    let half: Vec<u8> = [[0.5f32, 0.0, 0.0, 0.0]; 3]
+        .as_flattened()
+        .iter()
+        .flat_map(|w| w.to_le_bytes())
+        .collect();
+    let half = doc.accessor(&half, FLOAT, "VEC4", 3);
+    let first = doc.json["meshes"][0]["primitives"][0].clone();
+    let primitives = [0, 1].map(|joint| {
+        let joints = doc.accessor(&[joint; 12], U8, "VEC4", 3);
+        let mut primitive = first.clone();
+        primitive["attributes"]["JOINTS_1"] = json!(joints);
+        primitive["attributes"]["WEIGHTS_1"] = json!(half);
+        primitive
+    });
+    doc.json["meshes"][0]["primitives"] = json!(primitives);
+    doc.push("nodes", json!({}));
+    doc.push("nodes", json!({"translation": [0, 0, 8]}));
+    let soup = doc.load();
+    assert_eq!(soup.positions.len(), 6);
+    assert_eq!([0, 3].map(|v| soup.positions[v][2]), [0.0, 4.0]);
+}

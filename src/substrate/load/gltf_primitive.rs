@@ -1,6 +1,7 @@
 //! One glTF mesh primitive, placed in the world once or many times.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -12,7 +13,7 @@ use super::exclusive_index;
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::EXPORT_AGAIN;
 use super::gltf_schema::Primitive;
-use super::gltf_skin::{Pose, accessors_of};
+use super::gltf_skin::{Pose, all_accessors_of};
 use super::text::used_are_finite;
 
 /// Copies, vertices and corners that a document may have beyond what its bytes could hold: instances
@@ -63,7 +64,39 @@ struct Placed {
 /// The position accessors that the primitives of one node's mesh share, with those of the joints and weights
 /// that move them.
 #[derive(Default)]
-pub(super) struct SharedPositions(HashMap<(usize, Option<[usize; 2]>), Placed>);
+pub(super) struct SharedPositions(HashMap<(usize, Vec<[usize; 2]>), Posed>);
+
+/// Vertices that were placed, and the sense that joints gave each of them ([`Pose::apply`]); none where no joint turns
+/// anything inside out.
+#[derive(Clone)]
+struct Posed {
+    placed: Placed,
+    senses: Rc<[f64]>,
+}
+
+/// What was done to one copy of a primitive.
+struct Copy<'a> {
+    mirrored: bool,
+    senses: &'a [f64],
+    /// What turns its normals, if that is known.
+    turn: Option<DMat3>,
+}
+
+impl Copy<'_> {
+    /// Whether a triangle of it is turned inside out: as most of it is where joints differ.
+    fn mirrors(&self, corners: [u32; 3]) -> bool {
+        let sense = |v: u32| self.senses.get(v as usize).copied().unwrap_or(1.0);
+        self.mirrored || corners.map(sense).iter().sum::<f64>() < 0.0
+    }
+
+    /// The triangle as it faces then.
+    fn facing(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+        match self.mirrors([a, b, c]) {
+            true => [a, c, b],
+            false => [a, b, c],
+        }
+    }
+}
 
 /// Where a node's mesh goes.
 pub(super) struct Placing {
@@ -136,35 +169,31 @@ impl<'a> Collector<'a> {
         };
         self.refuse_draco(primitive, position, place)?;
         self.passed_over.morphed += usize::from(!primitive.targets.is_empty());
-        let moved_by = pose.and_then(|_| accessors_of(primitive, 0));
-        let placed = match shared.0.get(&(position, moved_by)) {
-            Some(placed) => *placed,
+        let moved_by = pose.map_or_else(Vec::new, |_| all_accessors_of(primitive));
+        let key = (position, moved_by);
+        let posed = match shared.0.get(&key) {
+            Some(posed) => posed.clone(),
             None => self.place_vertices(primitive, position, place, placing)?,
         };
-        shared.0.insert((position, moved_by), placed);
+        shared.0.insert(key, posed.clone());
+        let Posed { placed, senses } = posed;
         let corners = self.corners(primitive, placed, place)?;
-        self.charge(corners.len().saturating_mul(transforms.len()), place)?;
-        let mirrored: Vec<bool> = match pose {
-            Some(pose) => vec![pose.mirrors()],
-            None => transforms.iter().map(mirrors).collect(),
-        };
-        for (copy, &mirrored) in mirrored.iter().enumerate() {
-            let base = (placed.start + copy * placed.count) as u32;
-            assemble(
-                primitive.mode,
-                &corners,
-                &mut self.soup.triangles,
-                |[a, b, c]| {
-                    let [b, c] = if mirrored { [c, b] } else { [b, c] };
-                    [a + base, b + base, c + base]
-                },
-            );
+        let elements = corners.len().saturating_add(1);
+        self.charge(elements.saturating_mul(transforms.len()), place)?;
+        let is_posed = pose.is_some();
+        let copies = transforms.iter().map(|transform| Copy {
+            mirrored: mirrors(transform),
+            senses: &senses,
+            turn: of_normals(transform).filter(|_| !is_posed),
+        });
+        let copies: Vec<Copy> = copies.filter(|_| corners.len() > 0).collect();
+        for (number, copy) in copies.iter().enumerate() {
+            let base = (placed.start + number * placed.count) as u32;
+            let triangles = &mut self.soup.triangles;
+            assemble(primitive.mode, &corners, triangles, |corners| {
+                copy.facing(corners).map(|corner| corner + base)
+            });
         }
-        let directions: Vec<Option<DMat3>> = match pose {
-            Some(_) => vec![None],
-            None => transforms.iter().map(of_normals).collect(),
-        };
-        let copies: Vec<_> = mirrored.into_iter().zip(directions).collect();
         self.texture(primitive, &corners, placed.count, place, &copies)?;
         self.passed_over.leftover_indices += match primitive.mode {
             4 => corners.len() % 3,
@@ -173,15 +202,14 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// Adds the texture coordinates and normals of the triangles that were added, in the same order: mirrored or not,
-    /// and with what turns their normals, if that is known.
+    /// Adds the texture coordinates and normals of the triangles that were added, in the same order.
     fn texture(
         &mut self,
         primitive: &Primitive,
         corners: &Corners,
         vertices: usize,
         place: &str,
-        copies: &[(bool, Option<DMat3>)],
+        copies: &[Copy],
     ) -> Parsed<()> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
@@ -189,12 +217,13 @@ impl<'a> Collector<'a> {
         let uvs = self.texcoords(primitive, vertices, place)?;
         let normals = self.normals(primitive, place);
         let colors = self.colors(primitive, place);
-        for &(mirrored, turn) in copies {
+        for copy in copies {
             let mut triangles = Vec::new();
-            assemble(primitive.mode, corners, &mut triangles, |[a, b, c]| {
-                if mirrored { [a, c, b] } else { [a, b, c] }
+            assemble(primitive.mode, corners, &mut triangles, |corners| {
+                copy.facing(corners)
             });
-            let turned = |normal: &[f64; 3]| Some((turn? * DVec3::from_array(*normal)).to_array());
+            let turned =
+                |normal: &[f64; 3]| Some((copy.turn? * DVec3::from_array(*normal)).to_array());
             let corner = |v: u32| Corner {
                 uv: uvs.as_ref().map(|uvs| uvs[v as usize]),
                 normal: normals.get(v as usize).and_then(turned),
@@ -292,7 +321,7 @@ impl<'a> Collector<'a> {
         accessor: usize,
         place: &str,
         placing: &Placing,
-    ) -> Parsed<Placed> {
+    ) -> Parsed<Posed> {
         let (transforms, pose) = placing.of(primitive);
         let count = self.accessors.get(accessor, place)?.count;
         let start = self.soup.positions.len();
@@ -304,10 +333,11 @@ impl<'a> Collector<'a> {
         let total = count.saturating_mul(transforms.len()).saturating_add(start);
         exclusive_index(total, self.accessors.format)?;
         positions.reserve(total - positions.len());
-        if let Some(pose) = pose {
-            pose.apply(primitive, &self.accessors, place, &mut positions[start..])?;
-        }
-        for transform in &transforms[1..] {
+        let senses = match pose {
+            Some(pose) => pose.apply(primitive, &self.accessors, place, &mut positions[start..])?,
+            None => Vec::new(),
+        };
+        for transform in transforms.iter().skip(1).filter(|_| count > 0) {
             for vertex in start..start + count {
                 let moved = moved(transform, positions[vertex]);
                 positions.push(moved);
@@ -322,7 +352,8 @@ impl<'a> Collector<'a> {
             place: place.to_owned(),
             accessor,
         });
-        Ok(placed)
+        let senses = senses.into();
+        Ok(Posed { placed, senses })
     }
 
     /// Refuses triangles with a corner that is no place in space.

@@ -14,6 +14,14 @@ use super::gltf_schema::{Primitive, Skin};
 /// What each joint of a skin does to a vertex.
 pub(super) struct Pose {
     joints: Vec<DAffine3>,
+    /// Whether any of them turns things inside out.
+    mirrors: bool,
+}
+
+/// Where joints take a vertex, and how far that turns it inside out: 1 not at all, −1 wholly.
+struct Blend {
+    transform: DAffine3,
+    sense: f64,
 }
 
 /// Up to four joints of each vertex, by their numbers in the skin, and their weights.
@@ -47,7 +55,8 @@ impl Pose {
                 *joint *= bound;
             }
         }
-        Ok(Some(Self { joints }))
+        let mirrors = joints.iter().any(|joint| sense(joint) < 0.0);
+        Ok(Some(Self { joints, mirrors }))
     }
 
     /// Whether the joints move a primitive's vertices.
@@ -55,43 +64,44 @@ impl Pose {
         accessors_of(primitive, 0).is_some()
     }
 
-    /// Whether it turns things inside out, as far as one joint tells.
-    pub(super) fn mirrors(&self) -> bool {
-        self.joints[0].matrix3.determinant() < 0.0
-    }
-
-    /// Moves the vertices of a primitive.
+    /// Moves the vertices of a primitive. The sense of each, where any joint turns things inside out: it is not that
+    /// of the blended matrix, which is flat and of either sense where joints are half a turn apart.
     pub(super) fn apply(
         &self,
         primitive: &Primitive,
         accessors: &Accessors,
         place: &str,
         positions: &mut [[f64; 3]],
-    ) -> Parsed<()> {
-        let sets = (0..).map_while(|set| accessors_of(primitive, set));
+    ) -> Parsed<Vec<f64>> {
+        let sets = all_accessors_of(primitive).into_iter();
         let sets = sets.map(|set| influences(accessors, set, place, positions.len()));
         let sets = sets.collect::<Parsed<Vec<Influences>>>()?;
+        let mut senses = Vec::new();
         for (vertex, position) in positions.iter_mut().enumerate() {
             let all = sets
                 .iter()
                 .flat_map(|(joints, weights)| joints[vertex].into_iter().zip(weights[vertex]));
-            let transform = self.blend(all).map_err(|joint| {
+            let blend = self.blend(all).map_err(|joint| {
                 let problem = format!(
                     "vertex {vertex} hangs on joint {joint}, the skin has {}",
                     self.joints.len()
                 );
                 fault(accessors, place, problem)
             })?;
-            let moved = transform.transform_point3(DVec3::from_array(*position));
+            let moved = blend
+                .transform
+                .transform_point3(DVec3::from_array(*position));
             *position = moved.to_array();
+            senses.extend(self.mirrors.then_some(blend.sense));
         }
-        Ok(())
+        Ok(senses)
     }
 
     /// The mean of the joints' transforms by their weights; that of the first where all weights are zero. An
     /// error is a joint that is not there.
-    fn blend(&self, influences: impl Iterator<Item = (f64, f64)>) -> Result<DAffine3, f64> {
+    fn blend(&self, influences: impl Iterator<Item = (f64, f64)>) -> Result<Blend, f64> {
         let mut sum = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        let mut turned = 0.0;
         let mut first = None;
         for (joint, weight) in influences {
             let transform = self.joints.get(joint as usize);
@@ -103,19 +113,38 @@ impl Pose {
             sum.0 += transform.matrix3 * weight;
             sum.1 += transform.translation * weight;
             sum.2 += weight;
+            turned += sense(transform) * weight;
         }
-        match sum.2 == 0.0 {
-            true => Ok(first.unwrap_or(self.joints[0])),
-            false => Ok(DAffine3 {
-                matrix3: sum.0 * (1.0 / sum.2),
-                translation: sum.1 / sum.2,
-            }),
+        if sum.2 == 0.0 {
+            let transform = first.unwrap_or(self.joints[0]);
+            let sense = sense(&transform);
+            return Ok(Blend { transform, sense });
         }
+        let transform = DAffine3 {
+            matrix3: sum.0 * (1.0 / sum.2),
+            translation: sum.1 / sum.2,
+        };
+        let sense = turned / sum.2;
+        Ok(Blend { transform, sense })
     }
 }
 
-/// The accessors of a primitive's joints and weights: there may be several sets of four.
-pub(super) fn accessors_of(primitive: &Primitive, set: usize) -> Option<[usize; 2]> {
+/// −1 for what turns things inside out.
+fn sense(transform: &DAffine3) -> f64 {
+    match transform.matrix3.determinant() < 0.0 {
+        true => -1.0,
+        false => 1.0,
+    }
+}
+
+/// The accessors of a primitive's joints and weights, set by set: there may be several sets of four.
+pub(super) fn all_accessors_of(primitive: &Primitive) -> Vec<[usize; 2]> {
+    (0..)
+        .map_while(|set| accessors_of(primitive, set))
+        .collect()
+}
+
+fn accessors_of(primitive: &Primitive, set: usize) -> Option<[usize; 2]> {
     let accessor = |name: &str| primitive.attributes.get(format!("{name}_{set}").as_str());
     Some([*accessor("JOINTS")?, *accessor("WEIGHTS")?])
 }
