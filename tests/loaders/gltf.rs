@@ -490,3 +490,28 @@ fn materials_and_unknown_extensions_do_not_stop_a_load() {
         ["the file requires the extension 'ACME_warp', which was not applied"]
     );
 }
+
+/// They may be anywhere, and would make the middle of the scene theirs.
+#[test]
+fn vertices_that_no_triangle_uses_cost_no_precision_far_from_the_origin() {
+    let far = json!({"translation": [6_378_137.25, 10, 20]});
+    let show = |stray: &[[f32; 3]]| {
+        let mut doc = Doc::new();
+        let corners = CORNERS.map(|corner| corner.map(|x| 0.3 * x));
+        let position = doc.positions(&[&corners, stray].concat());
+        let indices = doc.indices(&SOLID);
+        let primitive = json!({"attributes": {"POSITION": position}, "indices": indices});
+        doc.show(primitive, far.clone());
+        doc.load()
+    };
+    let expected = corners(&show(&[]));
+    for stray in [
+        [-6_378_137.0, 0.0, 0.0],
+        [f32::NAN; 3],
+        [f32::MAX, -f32::MAX, f32::INFINITY],
+    ] {
+        let soup = show(&[stray]);
+        assert_eq!(corners(&soup), expected, "{stray:?}");
+        assert!(soup.positions.as_flattened().iter().all(|x| x.is_finite()));
+    }
+}

@@ -281,7 +281,7 @@ fn finish(mut scene: SceneWalk) -> Parsed<Soup> {
         soup.notes
             .push(format!("one of {} scenes read", scene.root.scenes.len()));
     }
-    round_to_single(&mut soup.positions);
+    round_to_single(&mut soup);
     Ok(soup)
 }
 
@@ -323,11 +323,13 @@ fn met<const N: usize>(counts: [(usize, &str, &str); N]) -> Vec<String> {
         .collect()
 }
 
-/// Rounds to `f32`, relative to the origin or, when that is far away, to the scene's middle.
-fn round_to_single(positions: &mut [[f64; 3]]) {
+/// Rounds to `f32`, relative to the origin or, when that is far away, to the scene's middle. Vertices that no triangle
+/// uses may be anywhere, and do not say where that is.
+fn round_to_single(soup: &mut Soup) {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
-    for position in positions.iter() {
+    for &corner in soup.triangles.as_flattened() {
+        let position = soup.positions[corner as usize];
         for axis in 0..3 {
             low[axis] = low[axis].min(position[axis]);
             high[axis] = high[axis].max(position[axis]);
@@ -344,10 +346,15 @@ fn round_to_single(positions: &mut [[f64; 3]]) {
             0.0
         }
     });
-    for position in positions {
-        for axis in 0..3 {
-            position[axis] = f64::from((position[axis] - middle[axis]) as f32) + middle[axis];
-        }
+    for coordinate in soup
+        .positions
+        .iter_mut()
+        .flat_map(|p| p.iter_mut().zip(middle))
+    {
+        let (at, middle) = coordinate;
+        let rounded = f64::from((*at - middle) as f32) + middle;
+        // As far apart as numbers go, which only an unused vertex can be.
+        *at = if rounded.is_finite() { rounded } else { middle };
     }
 }
 
