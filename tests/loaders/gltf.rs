@@ -361,6 +361,17 @@ fn buffers_come_from_the_chunk_from_data_uris_and_from_files() {
         expected
     );
 
+    let escaped: String = doc.bin.iter().map(|b| format!("%{b:02x}")).collect();
+    let base64 = base64(&doc.bin);
+    for uri in [
+        format!("data:application/octet-stream,{escaped}"),
+        format!("data:,{escaped}"),
+        format!("data:application/octet-stream;base64;x=1,{base64}"),
+    ] {
+        let soup = parse_soup(&doc.with_uri(&uri), Format::Gltf, None);
+        assert_eq!(soup.unwrap(), expected, "{uri}");
+    }
+
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a b%é.bin"), &doc.bin).unwrap();
     let path = folder.path().join("scene.gltf");
@@ -432,6 +443,17 @@ fn a_buffer_may_be_named_as_its_file_is() {
         assert_eq!(load_soup(&path).unwrap().soup, expected, "{name}");
         std::fs::remove_file(folder.path().join(name)).unwrap();
     }
+    // As Windows has it.
+    std::fs::create_dir(folder.path().join("my buffers")).unwrap();
+    std::fs::write(folder.path().join("my buffers/b.bin"), &doc.bin).unwrap();
+    for name in [
+        "my buffers\\b.bin",
+        "my%20buffers%5cb.bin",
+        ".\\my buffers/b.bin",
+    ] {
+        std::fs::write(&path, doc.with_uri(name)).unwrap();
+        assert_eq!(load_soup(&path).unwrap().soup, expected, "{name}");
+    }
     let escaped: String = base64(&doc.bin)
         .replace('/', "%2F")
         .replace('+', "%2B")
@@ -465,6 +487,8 @@ fn missing_and_short_buffers_are_named() {
     let cases = [
         ("https://example.org/a.bin", "lies elsewhere"),
         ("data:;base64,????", "not valid base64"),
+        ("data:,%zz", "percent sign in its data URI"),
+        ("data:;base64", "data URI has no comma"),
         ("a.bin", "external file"),
         ("%zz.bin", "external file"),
     ];

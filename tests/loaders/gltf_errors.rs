@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 #[test]
 fn errors_name_the_node_the_primitive_and_the_accessor() {
     type Break = fn(&mut Value);
-    let cases: [(Break, &[&str]); 17] = [
+    let cases: [(Break, &[&str]); 20] = [
         (|j| j["scene"] = json!(3), &["scene 3", "no such scene"]),
         (
             |j| j["nodes"][0]["mesh"] = json!(9),
@@ -26,6 +26,24 @@ fn errors_name_the_node_the_primitive_and_the_accessor() {
             &["node 1", "child of two nodes"],
         ),
         (
+            |j| j["scenes"] = json!([{"nodes": [0, 0]}]),
+            &["node 0", "the scene names it twice"],
+        ),
+        (
+            |j| {
+                j["nodes"] = json!([{"children": [1]}, {}]);
+                j["scenes"] = json!([{"nodes": [0, 1]}]);
+            },
+            &["node 1", "child of a node too"],
+        ),
+        (
+            |j| {
+                let view = json!({"bufferView": 0, "componentType": U16});
+                j["accessors"][0]["sparse"] = json!({"count": 5, "indices": view, "values": view});
+            },
+            &["accessor 0", "5 sparse elements, of 4"],
+        ),
+        (
             |j| j["nodes"][0]["scale"] = json!([1e300, 1, 1]),
             &[
                 "primitive 0, accessor 0, vertex 1",
@@ -34,7 +52,7 @@ fn errors_name_the_node_the_primitive_and_the_accessor() {
         ),
         (
             |j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0]),
-            &["node 0", "transform"],
+            &["node 0", "its rotation", "no length"],
         ),
         (
             |j| j["nodes"][0]["matrix"] = json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
@@ -136,4 +154,57 @@ fn containers_are_checked() {
     assert_says(&json.unwrap_err().to_string(), &["version '1', not 2"]);
     let json = parse_soup(b"{\n\"asset\": }", Format::Gltf, None);
     assert_says(&json.unwrap_err().to_string(), &["JSON line 2, column 10"]);
+}
+
+/// A kilobyte that names a million instances of nothing, or the same zeros, again and again.
+#[test]
+fn what_takes_no_bytes_of_a_file_takes_no_hours() {
+    let zeros = json!({"componentType": FLOAT, "type": "VEC3", "count": 1 << 20});
+    let mut doc = tetrahedron(json!({}));
+    let many = doc.push("accessors", zeros.clone());
+    let none = doc.push(
+        "accessors",
+        json!({"componentType": FLOAT, "type": "VEC3", "count": 0}),
+    );
+    let primitive = json!({"attributes": {"POSITION": none}});
+    doc.push("meshes", json!({"primitives": vec![primitive; 200]}));
+    let extension = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
+    doc.push("nodes", json!({"mesh": 1, "extensions": extension}));
+    assert_says(&doc.refused(), &["node 1", "33 million", "export only"]);
+    // Normals of triangles, in as many primitives.
+    let mut doc = tetrahedron(json!({}));
+    let many = doc.push("accessors", zeros);
+    let mut primitive = doc.json["meshes"][0]["primitives"][0].clone();
+    primitive["attributes"]["JOINTS_0"] = json!(many);
+    primitive["attributes"]["WEIGHTS_0"] = json!(many);
+    doc.json["accessors"][many]["type"] = json!("VEC4");
+    // Each with another position accessor, so that none shares its pose.
+    let primitives: Vec<Value> = (0..400)
+        .map(|_| {
+            let position = doc.json["accessors"][0].clone();
+            primitive["attributes"]["POSITION"] = json!(doc.push("accessors", position));
+            primitive.clone()
+        })
+        .collect();
+    doc.json["meshes"][0]["primitives"] = json!(primitives);
+    doc.json["nodes"][0]["skin"] = json!(0);
+    doc.json["skins"] = json!([{"joints": [0]}]);
+    assert_says(&doc.refused(), &["again and again", "accessor 2"]);
+}
+
+#[test]
+fn a_json_chunk_may_be_padded_with_zeros_and_extensions_may_be_null() {
+    let mut doc = tetrahedron(json!({"extensions": null}));
+    doc.json["meshes"][0]["primitives"][0]["extensions"] = json!(null);
+    doc.json["bufferViews"][0]["extensions"] = json!(null);
+    let mut whole = doc.glb();
+    let end = 20 + u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
+    let text = whole[20..end].trim_ascii_end().len();
+    whole[20 + text..end].fill(0);
+    whole.splice(end..end, [0; 4]);
+    whole[12..16].copy_from_slice(&(end as u32 - 16).to_le_bytes());
+    let length = whole.len() as u32;
+    whole[8..12].copy_from_slice(&length.to_le_bytes());
+    let soup = parse_soup(&whole, Format::Glb, None).unwrap();
+    assert_eq!(volume(&soup), 1.0);
 }

@@ -102,6 +102,11 @@ fn open_container(bytes: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
         let problem = format!("the first chunk is {}, not JSON", quoted(kind));
         return fault(GLB_HEADER, problem, EXPORT_AGAIN);
     }
+    // Against the specification some pad it as they do the other.
+    let json = &json[..json
+        .iter()
+        .rposition(|&b| b != 0)
+        .map_or(0, |last| last + 1)];
     for chunk in chunks {
         if let (BIN_CHUNK, data) = chunk? {
             return Ok((json, Some(data)));
@@ -382,15 +387,20 @@ impl<'a> SceneWalk<'a> {
     fn placed(&self) -> Parsed<Vec<(usize, DAffine3)>> {
         let mut placed = Vec::new();
         let mut met = vec![false; self.root.nodes.len()];
-        let roots = self.root_nodes()?.into_iter().rev();
-        let mut pending: Vec<_> = roots.map(|node| (node, DAffine3::IDENTITY)).collect();
+        let roots = self.root_nodes()?;
+        let roots = || roots.iter().rev().copied();
+        let mut pending: Vec<_> = roots().map(|node| (node, DAffine3::IDENTITY)).collect();
         while let Some((index, parent)) = pending.pop() {
             let Some(node) = self.root.nodes.get(index) else {
                 let problem = format!("there is no such node, the file has {}", met.len());
                 return Err(self.fault(format!("node {index}"), problem));
             };
             if std::mem::replace(&mut met[index], true) {
-                let problem = "it is its own ancestor, or the child of two nodes";
+                let problem = match roots().filter(|&root| root == index).count() {
+                    0 => "it is its own ancestor, or the child of two nodes",
+                    1 => "the scene names it, and it is the child of a node too",
+                    _ => "the scene names it twice",
+                };
                 return Err(self.fault(format!("node {index}"), problem.into()));
             }
             let world = parent * self.local_transform(index, node)?;
@@ -536,16 +546,22 @@ impl<'a> SceneWalk<'a> {
                 };
                 return affine(matrix).ok_or_else(skewed);
             }
-            Some(_) => None,
+            Some(_) => Err(NOT_FINITE),
             None => compose(node.translation, node.rotation, node.scale),
         };
         self.usable(local, || format!("node {index}"))
     }
 
-    fn usable(&self, transform: Option<DAffine3>, place: impl Fn() -> String) -> Parsed<DAffine3> {
-        transform
-            .filter(DAffine3::is_finite)
-            .ok_or_else(|| self.fault(place(), "its transform is not finite".into()))
+    fn usable(
+        &self,
+        transform: Result<DAffine3, &str>,
+        place: impl Fn() -> String,
+    ) -> Parsed<DAffine3> {
+        match transform {
+            Ok(transform) if transform.is_finite() => Ok(transform),
+            Ok(_) => Err(self.fault(place(), NOT_FINITE.into())),
+            Err(problem) => Err(self.fault(place(), problem.into())),
+        }
     }
 
     fn fault(&self, place: String, problem: String) -> LoadFault {
@@ -557,6 +573,8 @@ impl<'a> SceneWalk<'a> {
         )
     }
 }
+
+const NOT_FINITE: &str = "its transform is not finite";
 
 /// A column-major matrix, if it keeps parallels parallel, but for the round-off of programs that multiply
 /// matrices.
@@ -580,20 +598,23 @@ fn compose(
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
     scale: Option<[f64; 3]>,
-) -> Option<DAffine3> {
+) -> Result<DAffine3, &'static str> {
     let turn = match rotation {
         None => DMat3::IDENTITY,
         Some(q) => {
             let length_sq = q.iter().map(|x| x * x).sum::<f64>();
-            if !(length_sq > 0.0 && length_sq.is_finite()) {
-                return None;
+            if length_sq == 0.0 {
+                return Err("its rotation, a quaternion, has no length");
+            }
+            if !length_sq.is_finite() {
+                return Err(NOT_FINITE);
             }
             DMat3::from_quat(DQuat::from_array(q.map(|x| x / length_sq.sqrt())))
         }
     };
     let [sx, sy, sz] = scale.unwrap_or([1.0; 3]);
     let matrix3 = DMat3::from_cols(turn.x_axis * sx, turn.y_axis * sy, turn.z_axis * sz);
-    Some(DAffine3 {
+    Ok(DAffine3 {
         matrix3,
         translation: DVec3::from_array(translation.unwrap_or([0.0; 3])),
     })

@@ -189,8 +189,7 @@ impl<'a> Buffers<'a> {
     fn fetch(&self, index: usize, buffer: &Buffer, uri: &str) -> Parsed<Vec<u8>> {
         let place = format!("buffer {index}");
         if is_data(uri) {
-            return decode_data_uri(uri)
-                .ok_or_else(|| self.fault(&place, "its data URI is not valid base64".into()));
+            return decode_data_uri(uri).map_err(|problem| self.fault(&place, problem.into()));
         }
         let path = self.local_path(uri).map_err(|problem| {
             let cure = "put the buffer file beside the glTF file, or export as GLB";
@@ -207,7 +206,7 @@ impl<'a> Buffers<'a> {
     /// document.
     pub(super) fn outside(&self, uri: &str) -> Result<Vec<u8>, String> {
         if is_data(uri) {
-            return decode_data_uri(uri).ok_or_else(|| "its data URI is not valid base64".into());
+            return decode_data_uri(uri).map_err(str::to_owned);
         }
         let path = self.local_path(uri)?;
         let read = input::regular_bytes(&path);
@@ -225,13 +224,16 @@ impl<'a> Buffers<'a> {
         let base = self
             .base
             .ok_or("it needs an external file, which memory does not have")?;
-        // Some programs write a file's name as it is, which may have a percent sign.
-        let as_it_is = base.join(uri);
-        let decoded = decode_percent(uri).map(|name| base.join(name));
-        if as_it_is.is_file() && !decoded.as_ref().is_some_and(|path| path.is_file()) {
-            return Ok(as_it_is);
-        }
-        decoded.ok_or_else(|| format!("bad name {}", shortened(uri)))
+        // Some programs write a file's name as it is, which may have a percent sign, or as Windows has it.
+        let decoded = decode_percent(uri);
+        let names = [decoded.as_deref(), Some(uri)].into_iter().flatten();
+        let with_slashes = names.clone().map(|name| name.replace('\\', "/"));
+        let mut files = names.map(str::to_owned).chain(with_slashes);
+        let there = files
+            .find(|name| base.join(name).is_file())
+            .or(decoded.clone());
+        let name = there.ok_or_else(|| format!("bad name {}", shortened(uri)))?;
+        Ok(base.join(name))
     }
 
     fn fault(&self, place: &str, problem: String) -> LoadFault {
@@ -269,16 +271,23 @@ fn shortened(uri: &str) -> String {
     uri.chars().take(60).collect()
 }
 
-/// The payload of `data:...;base64,...`.
-fn decode_data_uri(uri: &str) -> Option<Vec<u8>> {
-    let (head, payload) = uri.split_once(',')?;
-    let (_, encoding) = head.rsplit_once(';')?;
-    if !encoding.eq_ignore_ascii_case("base64") {
-        return None;
-    }
-    match payload.contains('%') {
-        true => decode_base64(decode_percent(payload)?.as_bytes()),
-        false => decode_base64(payload.as_bytes()),
+/// The payload of `data:...;base64,...`, or of `data:...,...` with percent signs (RFC 2397).
+fn decode_data_uri(uri: &str) -> Result<Vec<u8>, &'static str> {
+    const NOT_PERCENT: &str = "a percent sign in its data URI is not followed by two digits";
+    let (head, payload) = uri.split_once(',').ok_or("its data URI has no comma")?;
+    let mut parameters = head.split(';').skip(1);
+    let is_base64 = parameters.any(|one| one.trim().eq_ignore_ascii_case("base64"));
+    let decoded;
+    let bytes = match payload.contains('%') {
+        true => {
+            decoded = percent_bytes(payload).ok_or(NOT_PERCENT)?;
+            &decoded
+        }
+        false => payload.as_bytes(),
+    };
+    match is_base64 {
+        true => decode_base64(bytes).ok_or("its data URI is not valid base64"),
+        false => Ok(bytes.to_vec()),
     }
 }
 
@@ -310,8 +319,14 @@ fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     (held < 6).then_some(out)
 }
 
-/// RFC 3986 section 2.1.
+/// The name that a URI means.
 fn decode_percent(uri: &str) -> Option<String> {
+    let name = String::from_utf8(percent_bytes(uri)?).ok();
+    name.filter(|name| !name.contains('\0'))
+}
+
+/// RFC 3986 section 2.1.
+fn percent_bytes(uri: &str) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {
@@ -324,7 +339,5 @@ fn decode_percent(uri: &str) -> Option<String> {
         out.push(u8::from_str_radix(digits, 16).ok()?);
         rest = &tail[2..];
     }
-    String::from_utf8(out)
-        .ok()
-        .filter(|name| !name.contains('\0'))
+    Some(out)
 }

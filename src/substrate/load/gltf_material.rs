@@ -13,6 +13,7 @@ use crate::substrate::{Material, Texture, Texturing};
 
 use super::encoded_image;
 use super::gltf_buffers::Buffers;
+use super::gltf_schema::or_absent;
 
 /// Materials, and which primitives have them.
 #[derive(Default, Deserialize)]
@@ -82,7 +83,7 @@ struct TextureInfo {
     scale: Option<f32>,
     /// Of occlusion.
     strength: Option<f32>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_absent")]
     extensions: TextureExtensions,
 }
 
@@ -188,8 +189,8 @@ impl Images<'_> {
         };
         Material {
             base_color: [r, g, b],
-            metallic: pbr.metallic_factor,
             bare_color: [r, g, b],
+            metallic: pbr.metallic_factor,
             roughness: pbr.roughness_factor,
             base_color_texture: texture(&pbr.base_color_texture, "base colour"),
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),

@@ -11,7 +11,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -114,7 +114,7 @@ pub(super) struct BufferView<'a> {
     pub(super) byte_offset: usize,
     pub(super) byte_length: usize,
     pub(super) byte_stride: Option<usize>,
-    #[serde(default, borrow)]
+    #[serde(default, borrow, deserialize_with = "or_absent")]
     pub(super) extensions: ViewExtensions<'a>,
 }
 
@@ -157,8 +157,17 @@ pub(super) struct Primitive<'a> {
     pub(super) mode: u32,
     #[serde(default)]
     pub(super) targets: Vec<serde::de::IgnoredAny>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_absent")]
     pub(super) extensions: PrimitiveExtensions,
+}
+
+/// Some programs write `null` for what is not there.
+pub(super) fn or_absent<'de, D, T>(deserializer: D) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Default + Deserialize<'de>,
+{
+    Option::deserialize(deserializer).map(Option::unwrap_or_default)
 }
 
 fn triangles() -> u32 {
@@ -181,7 +190,7 @@ pub(super) struct Node<'a> {
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
-    #[serde(default, borrow)]
+    #[serde(default, borrow, deserialize_with = "or_absent")]
     pub(super) extensions: NodeExtensions<'a>,
 }
 
