@@ -180,13 +180,15 @@ impl<'a> Collector<'a> {
         let corners = self.corners(primitive, placed, place)?;
         let elements = corners.len().saturating_add(1);
         self.charge(elements.saturating_mul(transforms.len()), place)?;
-        let is_posed = pose.is_some();
-        let copies = transforms.iter().map(|transform| Copy {
+        let turns_normals = pose.is_none() && self.texturing.is_some();
+        // Instances of nothing are many in no time.
+        let used = transforms.iter().filter(|_| corners.len() > 0);
+        let copies = used.map(|transform| Copy {
             mirrored: mirrors(transform),
             senses: &senses,
-            turn: of_normals(transform).filter(|_| !is_posed),
+            turn: turns_normals.then(|| of_normals(transform)).flatten(),
         });
-        let copies: Vec<Copy> = copies.filter(|_| corners.len() > 0).collect();
+        let copies: Vec<Copy> = copies.collect();
         for (number, copy) in copies.iter().enumerate() {
             let base = (placed.start + number * placed.count) as u32;
             let triangles = &mut self.soup.triangles;
