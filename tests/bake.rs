@@ -558,6 +558,7 @@ fn colours_of_vertices_are_baked() {
         image: 0,
         strength: 1.0,
         transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        wrap: Default::default(),
     };
     texturing.images = vec![b"\x89PNG\r\n\x1a\n".to_vec()];
     for (factor, texture) in [
@@ -638,6 +639,7 @@ fn pictures_tilt_normals_as_the_image_lies() {
                 image: 0,
                 strength: 1.0,
                 transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                wrap: Default::default(),
             });
             texturing.materials = vec![Material {
                 normal_texture,

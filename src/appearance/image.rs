@@ -9,6 +9,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::color::to_linear;
+use crate::substrate::Wrap;
 
 /// Texels of 8 bits a channel, rows from the top.
 pub(crate) struct Image {
@@ -43,6 +44,22 @@ impl Image {
         self.bilinear(uv, |rgb| {
             Vec3::from_array(rgb.map(|byte| f32::from(byte) / 255.0))
         })
+    }
+
+    /// A place where [`color`](Self::color) and [`values`](Self::values), which repeat the image, say what it is there
+    /// when it goes on otherwise. Between its outermost texels and what they go on with nothing changes.
+    pub(crate) fn wrapped(&self, place: [f64; 2], wrap: [Wrap; 2]) -> [f64; 2] {
+        let along = |(x, size, wrap): (f64, usize, Wrap)| {
+            let within = match wrap {
+                Wrap::Repeat => return x,
+                Wrap::Clamp => x,
+                Wrap::Mirror => 1.0 - (x.rem_euclid(2.0) - 1.0).abs(),
+            };
+            let half = 0.5 / size as f64;
+            within.clamp(half, 1.0 - half)
+        };
+        let ([u, v], [across, down]) = (place, wrap);
+        [(u, self.width, across), (v, self.height, down)].map(along)
     }
 
     fn bilinear(&self, [u, v]: [f64; 2], of: impl Fn([u8; 3]) -> Vec3) -> Vec3 {
@@ -109,4 +126,38 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
         height,
         rgb: raw.as_chunks().0.to_vec(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of four texels of 0 to 3, at a place in their row, when they go on as this says.
+    fn red(u: f64, wrap: Wrap) -> f32 {
+        let image = Image {
+            width: 4,
+            height: 1,
+            rgb: [0, 85, 170, 255].map(|grey| [grey; 3]).to_vec(),
+        };
+        let place = image.wrapped([u, 0.5], [wrap, Wrap::Repeat]);
+        (3.0 * image.values(place).x * 16.0).round() / 16.0
+    }
+
+    #[test]
+    fn images_go_on_beyond_their_borders() {
+        for (u, repeated, mirrored, clamped) in [
+            (0.125, 0.0, 0.0, 0.0),
+            (0.25, 0.5, 0.5, 0.5),
+            (0.0, 1.5, 0.0, 0.0),
+            (1.0, 1.5, 3.0, 3.0),
+            (1.125, 0.0, 3.0, 3.0),
+            (1.375, 1.0, 2.0, 3.0),
+            (2.125, 0.0, 0.0, 3.0),
+            (-0.375, 2.0, 1.0, 0.0),
+            (-1.125, 3.0, 3.0, 0.0),
+        ] {
+            let found = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].map(|wrap| red(u, wrap));
+            assert_eq!(found, [repeated, mirrored, clamped], "{u}");
+        }
+    }
 }

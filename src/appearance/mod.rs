@@ -167,7 +167,7 @@ impl<'a> Appearance<'a> {
         let texture = texture.as_ref()?;
         let image = self.images.get(texture.image)?.as_ref()?;
         let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
-        Some((image, texture.strength, place))
+        Some((image, texture.strength, image.wrapped(place, texture.wrap)))
     }
 
     /// A normal tilted as a normal texture says.

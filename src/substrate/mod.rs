@@ -44,7 +44,7 @@ pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
-pub use texturing::{Material, Texture, Texturing};
+pub use texturing::{Material, Texture, Texturing, Wrap};
 pub use units::Units;
 pub use up::UpAxis;
 pub(crate) use winding::Winding;

@@ -49,7 +49,19 @@ pub struct Material {
     pub occlusion_texture: Option<Texture>,
 }
 
-/// An image on a surface, repeated beyond its borders.
+/// How an image goes on beyond its borders, along its rows or its columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// It begins anew.
+    #[default]
+    Repeat,
+    /// It begins anew the other way round.
+    Mirror,
+    /// As it is at the border.
+    Clamp,
+}
+
+/// An image on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
     /// Its place in [`Texturing::images`].
@@ -58,6 +70,8 @@ pub struct Texture {
     pub strength: f32,
     /// From (u, v, 1) to the image's coordinates: the two rows of `KHR_texture_transform`.
     pub transform: [[f64; 3]; 2],
+    /// Beyond its sides, and beyond its top and bottom.
+    pub wrap: [Wrap; 2],
 }
 
 impl Material {

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use serde::Deserialize;
 
-use crate::substrate::{Material, Texture, Texturing};
+use crate::substrate::{Material, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::gltf_buffers::Buffers;
@@ -24,6 +24,8 @@ pub(super) struct Looks {
     materials: Vec<JsonMaterial>,
     #[serde(default)]
     textures: Vec<JsonTexture>,
+    #[serde(default)]
+    samplers: Vec<JsonSampler>,
     #[serde(default)]
     images: Vec<JsonImage>,
     /// Why nothing could be read.
@@ -125,6 +127,25 @@ impl Transform {
 #[derive(Deserialize)]
 struct JsonTexture {
     source: Option<usize>,
+    sampler: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct JsonSampler {
+    wrap_s: Option<u32>,
+    wrap_t: Option<u32>,
+}
+
+impl JsonSampler {
+    /// By the numbers of OpenGL that the specification has.
+    fn wrap(&self) -> [Wrap; 2] {
+        [self.wrap_s, self.wrap_t].map(|number| match number {
+            Some(33_071) => Wrap::Clamp,
+            Some(33_648) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        })
+    }
 }
 
 #[derive(Deserialize)]
@@ -206,7 +227,10 @@ impl Images<'_> {
             self.out.notes.push(note);
             return None;
         }
-        let source = self.looks.textures.get(info.index).and_then(|t| t.source);
+        let texture = self.looks.textures.get(info.index);
+        let sampler = texture.and_then(|t| self.looks.samplers.get(t.sampler?));
+        let wrap = sampler.map_or_else(Default::default, JsonSampler::wrap);
+        let source = texture.and_then(|t| t.source);
         let image = source.filter(|&s| s < self.places.len());
         let Some(image) = image.and_then(|s| self.image(s)) else {
             let note = format!("the {what} texture is passed over: it has no PNG or JPEG image");
@@ -217,6 +241,7 @@ impl Images<'_> {
             image,
             strength: info.scale.or(info.strength).unwrap_or(1.0),
             transform: transform.rows(),
+            wrap,
         })
     }
 
@@ -249,5 +274,25 @@ impl Images<'_> {
             (None, None) => return Err("it has no data".into()),
         };
         encoded_image(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samplers_say_how_images_go_on() {
+        let wrap = |json: &str| serde_json::from_str::<JsonSampler>(json).map(|s| s.wrap());
+        let is = |json, expected| assert_eq!(wrap(json).expect(json), expected);
+        is("{}", [Wrap::Repeat, Wrap::Repeat]);
+        is(
+            r#"{"wrapS": 33071, "magFilter": 9729}"#,
+            [Wrap::Clamp, Wrap::Repeat],
+        );
+        is(
+            r#"{"wrapS": 10497, "wrapT": 33648}"#,
+            [Wrap::Repeat, Wrap::Mirror],
+        );
     }
 }

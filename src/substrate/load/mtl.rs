@@ -10,7 +10,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::input;
-use crate::substrate::{Material, Texture, Texturing};
+use crate::substrate::{Material, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::text::{BYTE_ORDER_MARK, number, uncommented};
@@ -182,6 +182,7 @@ impl Library<'_> {
             image: image?,
             strength: said.strength,
             transform: said.transform(),
+            wrap: said.wrap,
         })
     }
 
@@ -215,6 +216,8 @@ struct Said<'a> {
     /// `-s` and `-o`, along the image's rows and, from below, along its columns.
     scale: [f64; 2],
     offset: [f64; 2],
+    /// `-clamp`.
+    wrap: [Wrap; 2],
 }
 
 impl<'a> Said<'a> {
@@ -224,6 +227,7 @@ impl<'a> Said<'a> {
             strength: 1.0,
             scale: [1.0; 2],
             offset: [0.0; 2],
+            wrap: [Wrap::Repeat; 2],
         };
         while let (option @ [b'-', _, ..], rest) = first_word(said.file) {
             said.file = said.option(option, rest);
@@ -237,6 +241,12 @@ impl<'a> Said<'a> {
             b"-s" | b"-o" | b"-t" => 3,
             b"-mm" => 2,
             b"-bm" => 1,
+            b"-clamp" => {
+                let (word, rest) = first_word(rest);
+                let is_on = word.eq_ignore_ascii_case(b"on");
+                self.wrap = [if is_on { Wrap::Clamp } else { Wrap::Repeat }; 2];
+                return rest;
+            }
             _ => return first_word(rest).1,
         };
         let mut rest = rest;
@@ -274,6 +284,8 @@ mod tests {
         let said = Said::read(b"-bm 0.5 -mm 0 1 -t 1 -clamp off n.png");
         assert_eq!((said.file, said.strength), (&b"n.png"[..], 0.5));
         assert_eq!(said.transform(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert_eq!(said.wrap, [Wrap::Repeat; 2]);
+        assert_eq!(Said::read(b"-clamp on n.png").wrap, [Wrap::Clamp; 2]);
         for empty in [&b""[..], b"-s", b"-s 1 2 3", b"-clamp", b"-bm x"] {
             assert!(Said::read(empty).file.len() < 2, "{empty:?}");
         }
