@@ -35,15 +35,16 @@ impl Outline {
     }
 }
 
-/// Area of the part of an element's disc that is nearer to it than to any other.
+/// Area of the part of an element's disc that is nearer to it than to any other, where others are by the same
+/// directions and distances as for the rim.
 fn cell(neighbours: &Neighbours, of: usize) -> f64 {
     let normal = neighbours.normal(of).as_dvec3();
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     let mut cell = Cell::new(0.5 * neighbours.within());
     neighbours.visit(of, |_, way, distance| {
         if distance > 0.0 {
-            let along = DVec2::new(way.dot(x), way.dot(y));
-            cell.cut(along, 0.5 * way.length_squared());
+            let direction = DVec2::new(way.dot(x), way.dot(y)).normalize_or_zero();
+            cell.cut(direction, 0.5 * way.length());
         }
     });
     cell.area()

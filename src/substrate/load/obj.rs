@@ -17,6 +17,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use memchr::memchr2;
+
 use crate::color;
 use crate::substrate::texturing::Corner;
 use crate::substrate::{Soup, Texturing};
@@ -129,9 +131,7 @@ impl<'a> Statements<'a> {
     /// mixed, as where a program puts a line on top of another's file.
     fn line_after(&self, from: usize) -> (usize, usize) {
         let rest = &self.text[from..];
-        // Nearly all bytes are greater.
-        let ends = |b: &u8| *b <= b'\r' && (*b == b'\n' || *b == b'\r');
-        match rest.iter().position(ends) {
+        match memchr2(b'\n', b'\r', rest) {
             None => (self.text.len(), self.text.len()),
             Some(n) if rest[n..].starts_with(b"\r\n") => (from + n, from + n + 2),
             Some(n) => (from + n, from + n + 1),
