@@ -133,7 +133,7 @@ impl<W: Write> GifWriter<W> {
             let problem = "a GIF is 1 to 65535 pixels wide and high";
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         };
-        if !(fps > 0.0) {
+        if fps.is_nan() || fps <= 0.0 {
             let problem = "pictures a second are a positive number";
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         }

@@ -1,0 +1,186 @@
+//! Surfaces that are awkward: pinched, long, of one side, of many sheets.
+
+use super::*;
+
+/// A closed cylinder or, with a top of radius 0, a cone, of so many sides about the y axis: a fan at each end.
+fn pillar(sides: usize, height: f64, radii: [f64; 2]) -> Substrate {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let rim = |i: usize, end: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * (i % sides) as f64 / sides as f64).sin_cos();
+        [radii[end] * cos, height * end as f64, radii[end] * sin]
+    };
+    for i in 0..sides {
+        let n = positions.len() as u32;
+        positions.extend([rim(i, 0), rim(i + 1, 0), rim(i, 1), rim(i + 1, 1)]);
+        positions.extend([[0.0; 3], [0.0, height, 0.0]]);
+        triangles.push([n, n + 4, n + 1]);
+        triangles.push([n, n + 2, n + 1]);
+        if radii[1] > 0.0 {
+            triangles.extend([[n + 1, n + 2, n + 3], [n + 2, n + 5, n + 3]]);
+        }
+    }
+    substrate(positions, triangles)
+}
+
+/// Two sheets of long triangles, a wide one and a narrow one, that share an edge and go round into one another at both
+/// its ends: of the edge's four triangles two pairs belong together.
+fn pinched(wide_is_above: bool, first: usize) -> Substrate {
+    let up = if wide_is_above { 1.0 } else { -1.0 };
+    let positions = [
+        [0.0, 0.0, 0.0],
+        [10.0, 0.0, 0.0],
+        [9.9, 0.01 * up, 0.5],
+        [9.9, 0.01 * up, -0.5],
+        [9.9, -0.08 * up, 0.1],
+        [9.9, -0.08 * up, -0.1],
+    ];
+    let mut triangles = vec![
+        [0, 1, 2],
+        [1, 0, 3],
+        [1, 0, 4],
+        [0, 1, 5],
+        [0, 2, 4],
+        [0, 5, 3],
+        [1, 4, 2],
+        [1, 3, 5],
+    ];
+    triangles.rotate_left(first);
+    substrate(positions.to_vec(), triangles)
+}
+
+#[test]
+fn sheets_that_share_a_long_edge_are_cut_each_by_itself() {
+    let all = [true, false].map(|above| [0, 1, 2, 3].map(|first| pinched(above, first)));
+    for surface in all.iter().flatten() {
+        let radius = 0.05;
+        let places: Vec<DVec3> = (1..190)
+            .map(|i| DVec3::new(0.05 * f64::from(i), 0.0, 0.0))
+            .collect();
+        let mesh = skinned(
+            surface,
+            &placed(surface, radius, &places),
+            &Shape::default(),
+        );
+        let longest = mesh
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|ends| {
+                let [p, q] = ends.map(|v| DVec3::from(mesh.positions[v as usize]));
+                p.distance(q)
+            });
+        let longest = longest.fold(0.0, f64::max);
+        // The wide sheet is cut into pieces of two thirds, and the underside no finer where it need not be.
+        assert!(longest < 0.8, "{longest}");
+    }
+}
+
+/// What is long and thin is cut across, not into slivers: a lichen has about as many triangles there as on a plane, and
+/// they are as wide as elsewhere.
+#[test]
+fn long_triangles_are_cut_across() {
+    let on = |surface: &Substrate, radius: f64| {
+        let recipe = Recipe {
+            at: SeedPlace::Random,
+            ..recipe(radius, 1500)
+        };
+        let growth = grow(surface, &recipe, &Execution::default(), &mut ()).expect("grows");
+        let mesh = skinned(surface, &growth.cluster, &Shape::default());
+        mesh.triangles.len() as f64 / growth.cluster.len() as f64
+    };
+    let usual = on(&plane(2.0), 0.005);
+    assert!(usual < 12.0, "{usual} on a plane");
+    for (name, sides, height, radii) in [
+        ("a cylinder", 32, 2.0, [1.0, 1.0]),
+        ("a pole", 64, 10.0, [0.5, 0.5]),
+        ("a fine pole", 256, 10.0, [0.5, 0.5]),
+        ("a cone", 32, 2.0, [1.0, 0.0]),
+        ("a wire", 5, 40.0, [0.05, 0.05]),
+    ] {
+        let surface = pillar(sides, height, radii);
+        let each = on(&surface, 0.005);
+        assert!(each < 2.2 * usual, "{name}: {each}, {usual} on a plane");
+    }
+}
+
+/// A strip of quads about the y axis that may close with a half turn, windings at random.
+fn band(twisted: bool) -> Substrate {
+    let (columns, rows) = (48, 6);
+    let at = |i: usize, j: usize| {
+        let (i, j) = match (i == columns, twisted) {
+            (true, true) => (0, rows - j),
+            (true, false) => (0, j),
+            _ => (i, j),
+        };
+        let turn = std::f64::consts::TAU * i as f64 / columns as f64;
+        let across = 0.6 * (j as f64 / rows as f64 - 0.5);
+        let lean = if twisted { 0.5 * turn } else { 0.0 };
+        let out = 1.0 + across * lean.cos();
+        [out * turn.cos(), across * lean.sin(), out * turn.sin()]
+    };
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..columns {
+        for j in 0..rows {
+            let first = positions.len() as u32;
+            positions.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            let half = [[0, 1, 2], [0, 2, 3]];
+            let turned = [[0, 2, 1], [0, 2, 3]];
+            let both = if (i * 7 + j * 3) % 5 < 2 {
+                turned
+            } else {
+                half
+            };
+            triangles.extend(both.map(|t: [u32; 3]| t.map(|k| first + k)));
+        }
+    }
+    substrate(positions, triangles)
+}
+
+/// Sheets that share an edge, as the pages of an open book.
+fn book() -> Substrate {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for page in 0..5u32 {
+        let (sin, cos) = (1.3 * f64::from(page)).sin_cos();
+        let first = positions.len() as u32;
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        positions.extend(corners.map(|[x, y]| [cos * x, y, sin * x]));
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    substrate(positions, triangles)
+}
+
+#[test]
+fn awkward_surfaces_have_sound_skins() {
+    // Two cones that touch in their tips: a vertex of two fans.
+    let cone = |up: f64| {
+        let rim = move |i: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i % 8) / 8.0).sin_cos();
+            [cos, up, sin]
+        };
+        (0..8).flat_map(move |i| [[0.0; 3], rim(i + 1), rim(i)])
+    };
+    let corners: Vec<[f64; 3]> = cone(0.7).chain(cone(-0.7)).collect();
+    let faces = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    let cones = substrate(corners, faces.collect());
+    let surfaces = [
+        ("band", band(false)),
+        ("twisted band", band(true)),
+        ("book", book()),
+        ("cones", cones),
+    ];
+    for (name, surface) in &surfaces {
+        let points = packed(0.02, 2.0, 0.0);
+        let spread: Vec<DVec3> = points
+            .iter()
+            .flat_map(|p| {
+                [
+                    *p,
+                    DVec3::new(p.x, p.z, 0.3 * p.x),
+                    DVec3::new(0.0, p.x, p.z),
+                ]
+            })
+            .collect();
+        let mesh = skinned(surface, &placed(surface, 0.02, &spread), &Shape::default());
+        assert!(mesh.triangles.len() > 1000, "{name}");
+    }
+}
