@@ -482,7 +482,7 @@ mod tests {
         let refused = check(Some(3e9)).unwrap_err();
         assert_eq!(
             refused.reason(),
-            "pictures of 16384 x 16384 pixels need 3.8 GB of memory, and 3 GB are free: make them smaller"
+            "pictures of 16384 x 16384 pixels need 3.758 GB of memory, and 3 GB are free: make them smaller"
         );
     }
 
