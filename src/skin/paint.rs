@@ -128,7 +128,7 @@ pub fn parse_color(text: &str) -> Result<[u8; 3], ColormapError> {
 /// The dark line at the margin of many crustose lichens: hyphae without algae, which run ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prothallus {
-    /// How far it reaches in from the outermost elements, in element radii, 0 to 200. Holes narrower than 16 radii have
+    /// How far it reaches in from the outermost elements, in element radii, 0.1 to 200. Holes narrower than 16 radii have
     /// none.
     pub width: f32,
     /// sRGB.
@@ -142,7 +142,7 @@ impl Prothallus {
     /// [`SkinError::Range`] for one that is not.
     pub fn check(&self) -> Result<(), SkinError> {
         let width = as_meant(self.width);
-        in_range(("the width of the margin", width, 0.0, 200.0, "r"))
+        in_range(("the width of the margin", width, 0.1, 200.0, "r"))
     }
 }
 
@@ -263,7 +263,7 @@ mod tests {
             Paint::of(map).check().expect(map.name);
         }
         let (mut least, mut most) = (structured(), structured());
-        number(&mut least, [0.0, 0.0, 3.0, 3.0, 3.0, 1.0, 0.0]);
+        number(&mut least, [0.0, 0.1, 3.0, 3.0, 3.0, 1.0, 0.0]);
         number(&mut most, [1.0, 200.0, 1e3, 1e3, 1e4, 1e4, 0.6]);
         assert_eq!([least.check(), most.check()], [Ok(()), Ok(())]);
         for wrong in [f32::NAN, f32::INFINITY, -0.1, 2e4] {
