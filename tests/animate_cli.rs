@@ -365,6 +365,42 @@ fn interrupted_it_leaves_nothing() {
     }
 }
 
+/// The second Ctrl-C comes while ffmpeg, which takes no picture here, is waited for.
+#[cfg(unix)]
+#[test]
+fn interrupted_twice_a_movie_leaves_nothing() {
+    use std::os::unix::fs::PermissionsExt;
+    let desk = desk();
+    let bin = desk.path("bin");
+    fs::create_dir(&bin).unwrap();
+    fs::write(bin.join("ffmpeg"), "#!/bin/sh\nexec sleep 20\n").unwrap();
+    fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    let path = std::env::join_paths([bin, "/usr/bin".into(), "/bin".into()]).unwrap();
+    let mut command = desk.call("animate", "out -o a.mp4 --frames 500 --width 320");
+    let mut child = command
+        .env("PATH", path)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let hidden = || names(desk.0.path()).len() > 3;
+    for _ in 0..300 {
+        std::thread::sleep(Duration::from_millis(10));
+        if hidden() {
+            break;
+        }
+    }
+    assert!(hidden(), "it makes its movie in a folder");
+    for _ in 0..2 {
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(kill.unwrap().success(), "it has ended before");
+        std::thread::sleep(Duration::from_millis(300));
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(desk.0.path()), ["bin", "out", "rock.obj"]);
+}
+
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let desk = desk();

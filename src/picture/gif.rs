@@ -307,6 +307,15 @@ mod tests {
         bytes
     }
 
+    #[test]
+    fn pictures_without_a_pace_are_refused() {
+        let still = picture(5.0);
+        let palette = GifPalette::new(&still, &still);
+        let is_begun = |fps: f64| GifWriter::new(Vec::new(), SIDES, fps, &palette).is_ok();
+        assert!(is_begun(24.0));
+        assert!(![0.0, -1.0, f64::NAN].into_iter().any(is_begun));
+    }
+
     /// What a viewer shows, frame after frame.
     fn shown(bytes: &[u8]) -> Vec<Vec<[u8; 3]>> {
         let mut gif = gif::DecodeOptions::new().read_info(bytes).unwrap();

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use serde_json::{Map, Value, json};
 
-use super::{Spool, Spools, invalid};
+use super::{NOTHING, Spool, Spools, invalid};
 use crate::color::to_linear;
 use crate::export::glb::{document, write_head};
 use crate::export::mesh::glb::{Parts, VERTICES, write_body};
@@ -30,9 +30,6 @@ pub(super) struct Glb {
     /// Elements that have come so far.
     come: usize,
 }
-
-/// Why there is no film.
-pub(super) const NOTHING: &str = "there is nothing to see in any frame";
 
 impl Glb {
     pub(super) fn new(spools: Spools) -> Self {

@@ -151,7 +151,7 @@ impl Film {
             return Err(invalid("frames a second are a positive number"));
         }
         if !self.shows {
-            return Err(invalid(glb::NOTHING));
+            return Err(invalid(NOTHING));
         }
         let mut out = BufWriter::with_capacity(1 << 16, out);
         match self.form {
@@ -161,6 +161,9 @@ impl Film {
         out.flush()
     }
 }
+
+/// Why there is no film.
+const NOTHING: &str = "there is nothing to see in any frame";
 
 fn invalid(problem: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, problem)

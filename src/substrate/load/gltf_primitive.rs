@@ -74,15 +74,15 @@ struct Posed {
     senses: Rc<[f64]>,
 }
 
-/// What was done to one copy of a primitive.
-struct Copy<'a> {
+/// What was done to one instance of a primitive.
+struct Instance<'a> {
     mirrored: bool,
     senses: &'a [f64],
     /// What turns its normals, if that is known.
     turn: Option<DMat3>,
 }
 
-impl Copy<'_> {
+impl Instance<'_> {
     /// Whether a triangle of it is turned inside out: as most of it is where joints differ.
     fn mirrors(&self, corners: [u32; 3]) -> bool {
         let sense = |v: u32| self.senses.get(v as usize).copied().unwrap_or(1.0);
@@ -183,12 +183,12 @@ impl<'a> Collector<'a> {
         let turns_normals = pose.is_none() && self.texturing.is_some();
         // Instances of nothing are many in no time.
         let used = transforms.iter().filter(|_| corners.len() > 0);
-        let copies = used.map(|transform| Copy {
+        let copies = used.map(|transform| Instance {
             mirrored: mirrors(transform),
             senses: &senses,
             turn: turns_normals.then(|| of_normals(transform)).flatten(),
         });
-        let copies: Vec<Copy> = copies.collect();
+        let copies: Vec<Instance> = copies.collect();
         for (number, copy) in copies.iter().enumerate() {
             let base = (placed.start + number * placed.count) as u32;
             let triangles = &mut self.soup.triangles;
@@ -211,7 +211,7 @@ impl<'a> Collector<'a> {
         corners: &Corners,
         vertices: usize,
         place: &str,
-        copies: &[Copy],
+        copies: &[Instance],
     ) -> Parsed<()> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
