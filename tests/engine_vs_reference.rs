@@ -9,13 +9,15 @@
 
 #[path = "common/stats.rs"]
 mod common_stats;
+#[path = "common/finer.rs"]
+mod finer;
 mod reference;
 
 use rayon::prelude::*;
 use reference::shapes::{self, Shape};
 use reference::{Params, Run, Search, Stop, grow, stats};
-use thallus::cluster::NO_PARENT;
-use thallus::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use thallus::cluster::{Cluster, Element, NO_PARENT, SparseIndex};
+use thallus::growth::{Boundary, Counts, GrowthModel, Join, Law, SeedPlace, Steps, WalkerModel};
 use thallus::run::{Execution, MeshId, Recipe, StopRule};
 use thallus::substrate::{Soup, Substrate};
 
@@ -26,20 +28,25 @@ const SHIFT: f64 = 0.03;
 /// measures in eight cases a correct engine fails about once in a hundred changes of all its random numbers.
 const ALARM: f64 = 4.5;
 
-/// Grows with the crate's engine and gives its cluster as the reference does: positions in the mesh's own units.
-fn engine_run(
-    vertices: &[[f64; 3]],
-    triangles: &[[u32; 3]],
-    params: &Params,
-    elements: usize,
-) -> Run {
+fn mesh((vertices, triangles): &Shape) -> Substrate {
     let soup = Soup {
-        positions: vertices.to_vec(),
-        triangles: triangles.to_vec(),
+        positions: vertices.clone(),
+        triangles: triangles.clone(),
         notes: Vec::new(),
     };
-    let substrate = Substrate::from_soup(soup).expect("a mesh");
-    let recipe = Recipe {
+    Substrate::from_soup(soup).expect("a mesh")
+}
+
+/// Grows with the crate's engine and gives its cluster as the reference does: positions in the mesh's own units.
+fn engine_run(shape: &Shape, params: &Params, elements: usize) -> Run {
+    let (substrate, recipe) = (mesh(shape), recipe(params, elements));
+    let growth =
+        thallus::run::grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+    run_of(&substrate, &growth.cluster, &growth.counts)
+}
+
+fn recipe(params: &Params, elements: usize) -> Recipe {
+    Recipe {
         version: String::new(),
         mesh: MeshId {
             file: String::new(),
@@ -64,9 +71,10 @@ fn engine_run(
         },
         boundary: Boundary::Reflect,
         stop: StopRule::Elements(elements as u64),
-    };
-    let growth =
-        thallus::run::grow(&substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
+    }
+}
+
+fn run_of(substrate: &Substrate, cluster: &Cluster, counts: &Counts) -> Run {
     let element = |e: &thallus::cluster::Element| reference::Element {
         position: substrate.units().to_file(e.position).to_array(),
         triangle: substrate.source_triangle(e.at.triangle) as usize,
@@ -74,14 +82,14 @@ fn engine_run(
         probability: e.probability,
     };
     Run {
-        elements: growth.cluster.elements().iter().map(element).collect(),
+        elements: cluster.elements().iter().map(element).collect(),
         counters: reference::Counters {
-            walkers: growth.counts.walkers,
-            killed: growth.counts.killed,
-            steps: growth.counts.steps,
-            contacts: growth.counts.contacts,
-            refusals: growth.counts.refusals,
-            unpacked: elements as u64 - 1 - growth.counts.packed,
+            walkers: counts.walkers,
+            killed: counts.killed,
+            steps: counts.steps,
+            contacts: counts.contacts,
+            refusals: counts.refusals,
+            unpacked: cluster.len() as u64 - 1 - counts.packed,
         },
     }
 }
@@ -139,6 +147,13 @@ fn sample(
 }
 
 fn check(case: &Case) {
+    check_engine(case, |params| {
+        engine_run(&case.shape, params, case.elements)
+    });
+}
+
+/// Whether what an engine grows is what the reference grows on the case's shape.
+fn check_engine(case: &Case, run: impl Fn(&Params) -> Run + Sync) {
     let (vertices, triangles) = &case.shape;
     let literal = |params: &Params| {
         grow(
@@ -150,9 +165,7 @@ fn check(case: &Case) {
     };
     let scale = stats::radius_of_gyration(&literal(&case.params).positions());
     let reference = sample(case, scale, literal);
-    let engine = sample(case, scale, |params| {
-        engine_run(vertices, triangles, params, case.elements)
-    });
+    let engine = sample(case, scale, run);
     for ((name, ours), (_, theirs)) in engine.iter().zip(&reference) {
         let (difference, error) = stats::compare(ours, theirs);
         println!("{}: {name} {difference:.4} ± {error:.4}", case.name);
@@ -270,6 +283,48 @@ fn packed_lichen_on_the_rock() {
     ));
 }
 
+/// Grows with walkers that are from the first one on where those of a long run are.
+fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> Run {
+    let parameters = recipe(params, elements).parameters(substrate);
+    let at = SeedPlace::Point(params.at).locate(substrate, params.seed, 0);
+    let mut cluster = Cluster::new(parameters.radius);
+    let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
+    cluster.push(Element::seed(substrate, at.expect("a place")));
+    model.born(&cluster);
+    model.resume(Counts {
+        crossings: u64::MAX / 2,
+        ..Counts::default()
+    });
+    while cluster.len() < elements {
+        cluster.push(model.next(&cluster, &|| false).expect("there is room"));
+        model.born(&cluster);
+    }
+    run_of(substrate, &cluster, model.counts())
+}
+
+/// The same rock in 294,912 triangles: walkers are on a copy of it that hardly strays.
+#[test]
+fn packed_lichen_on_the_rock_in_small_triangles() {
+    let params = Params {
+        at: [0.0, 0.0, 1.0],
+        search: Search::Cells,
+        ..Params::new(0.01, 0)
+    };
+    let case = case(
+        "L = 10r, B = 0.5, rock in small triangles",
+        shapes::rock(24),
+        params,
+        3000,
+        10,
+    );
+    let substrate = finer::in_fours(&mesh(&case.shape), 3);
+    assert_eq!(substrate.triangles().len(), 294_912);
+    check_engine(&case, |params| late_run(&substrate, params, case.elements));
+    let run = late_run(&substrate, &case.params, case.elements);
+    let smallest = stats::smallest_distance(&run.positions()) / (2.0 * case.params.radius);
+    assert!(smallest > 1.0 - 1e-6, "a pair at {smallest} diameters");
+}
+
 /// Elements about as large as triangles: every contact and every packing crosses edges, and from some size on the
 /// launch sphere encloses the rock, so that walkers start by area.
 #[test]
@@ -327,12 +382,11 @@ fn small_steps_on_the_plane() {
 
 #[test]
 fn engine_keeps_off_what_it_packed_against() {
-    let (vertices, triangles) = shapes::rock(24);
     let params = Params {
         at: [0.0, 0.0, 1.0],
         ..Params::new(0.01, 1)
     };
-    let run = engine_run(&vertices, &triangles, &params, 3000);
+    let run = engine_run(&shapes::rock(24), &params, 3000);
     let smallest = stats::smallest_distance(&run.positions()) / (2.0 * params.radius);
     assert!(smallest > 1.0 - 1e-6, "a pair at {smallest} diameters");
 }

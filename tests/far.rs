@@ -10,6 +10,8 @@
 #[path = "common/chi_square.rs"]
 mod chi_square;
 mod common;
+#[path = "common/finer.rs"]
+mod finer;
 #[path = "common/shapes.rs"]
 mod shapes;
 
@@ -134,6 +136,13 @@ fn for_small_elements() {
     compare("small elements", &rock, rock.auto_radius(), 1000);
 }
 
+/// So that walkers are on a copy that hardly strays, up to the lichen.
+#[test]
+fn on_flat_faces_in_small_triangles() {
+    let rock = finer::in_fours(&common::rock(12), 4);
+    compare("flat faces", &rock, 3.0 * rock.auto_radius(), 1000);
+}
+
 /// As scans are: bumps of all sizes down to a triangle's, noise from corner to corner, and so large that copies
 /// are simplified in parts.
 #[test]
@@ -173,7 +182,19 @@ fn on_scans() {
 #[test]
 fn threads_and_interruptions_change_nothing() {
     let rock = common::rock(60);
-    let recipe = common::recipe(3.0 * rock.auto_radius(), 5000);
+    interrupt(&rock, 3.0 * rock.auto_radius(), [150, 4000, 5000]);
+}
+
+/// As there, with a copy that hardly strays.
+#[test]
+fn nor_do_they_on_a_copy_that_hardly_strays() {
+    let rock = finer::in_fours(&common::rock(12), 3);
+    interrupt(&rock, 3.0 * rock.auto_radius(), [150, 4000, 5000]);
+}
+
+/// Runs that end before the copy is made, after that, and later are parts of one run.
+fn interrupt(mesh: &Substrate, radius: f64, [before, after, all]: [u64; 3]) {
+    let recipe = common::recipe(radius, all);
     let run = |elements: u64, threads: usize| {
         let recipe = Recipe {
             stop: StopRule::Elements(elements),
@@ -181,28 +202,29 @@ fn threads_and_interruptions_change_nothing() {
         };
         let execution = Execution {
             threads,
+            uses_all_threads: true,
             ..Execution::default()
         };
-        grow(&rock, &recipe, &execution, &mut ()).expect("grows")
+        grow(mesh, &recipe, &execution, &mut ()).expect("grows")
     };
-    let whole = run(5000, 1);
+    let whole = run(all, 1);
     for threads in [2, 5] {
-        let other = run(5000, threads);
+        let other = run(all, threads);
         assert_eq!(other.cluster.elements(), whole.cluster.elements());
         assert_eq!(other.counts, whole.counts);
     }
-    for (elements, is_after) in [(150, false), (4000, true)] {
+    for (elements, is_after) in [(before, false), (after, true)] {
         let part = run(elements, 1);
-        let made_after = CROSSINGS_PER_TRIANGLE * rock.triangles().len() as u64;
+        let made_after = CROSSINGS_PER_TRIANGLE * mesh.triangles().len() as u64;
         assert_eq!(part.counts.crossings > made_after, is_after);
-        let mut model = WalkerModel::<SparseIndex>::new(&rock, recipe.parameters(&rock));
+        let mut model = WalkerModel::<SparseIndex>::new(mesh, recipe.parameters(mesh));
         let mut cluster = Cluster::new(part.cluster.radius());
         for element in part.cluster.elements() {
             cluster.push(*element);
             model.born(&cluster);
         }
         model.resume(part.counts);
-        while cluster.len() < 5000 {
+        while (cluster.len() as u64) < all {
             let element = model.next(&cluster, &|| false).expect("there is room");
             cluster.push(element);
             model.born(&cluster);
@@ -235,8 +257,13 @@ fn shares_that_differ_by_a_tenth_are_seen() {
 }
 
 /// A plate of unit sides, this thick, each face a grid of so many squares along its sides, closed at the rim.
-fn plate(squares: usize, thickness: f64) -> Substrate {
+/// Places inside are raised by up to `rough` from there.
+fn plate(squares: usize, thickness: f64, rough: f64) -> Substrate {
     let at = |i: usize| i as f64 / squares as f64;
+    let raised = |i: usize, j: usize| match [i, j].iter().any(|&k| k == 0 || k == squares) {
+        true => 0.0,
+        false => rough * ((i * 7919 + j * 104_729) as f64).sin(),
+    };
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let mut add = |rows: usize, place: &dyn Fn(usize, usize) -> DVec3| {
         let (more, faces) = shapes::patch(squares, rows, place, None);
@@ -244,8 +271,10 @@ fn plate(squares: usize, thickness: f64) -> Substrate {
         positions.extend(more);
         triangles.extend(faces.into_iter().map(|t| t.map(|corner| first + corner)));
     };
-    add(squares, &|i, j| DVec3::new(at(j), 0.0, at(i)));
-    add(squares, &|i, j| DVec3::new(at(i), -thickness, at(j)));
+    add(squares, &|i, j| DVec3::new(at(j), raised(i, j), at(i)));
+    add(squares, &|i, j| {
+        DVec3::new(at(i), raised(i, j) - thickness, at(j))
+    });
     for side in 0..4 {
         add(1, &|i, j| {
             let (along, back, y) = (at(i), at(squares - i), -thickness * j as f64);
@@ -265,9 +294,20 @@ fn plate(squares: usize, thickness: f64) -> Substrate {
 /// engine asserts that nothing is touched there.
 #[test]
 fn walkers_below_lichen_of_the_other_face_stay_on_the_mesh() {
+    grow_on_plate(0.2);
+}
+
+/// A smooth one has a copy where they are asked for.
+#[test]
+fn or_on_a_copy_that_hardly_strays() {
+    grow_on_plate(0.0);
+}
+
+/// With faces that are so rough, in radii.
+fn grow_on_plate(rough: f64) {
     let diagonal = 2f64.sqrt();
     let radius = diagonal / 250.0;
-    let plate = plate(130, 2.0 * radius);
+    let plate = plate(130, 2.0 * radius, rough * radius);
     assert!(plate.triangles().len() > 60_000);
     for seed in 0..6 {
         let recipe = Recipe {

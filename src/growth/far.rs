@@ -5,15 +5,29 @@
 //! Contacts, sheets and joining know nothing of it. On a copy bumps are flatter, so far jumps go over
 //! them straighter; what that changes in where walkers come to the lichen is measured in
 //! `tests/far.rs`.
+//!
+//! Where a surface is so smooth that a copy with a small share of its triangles hardly strays from it, as flat
+//! faces in small triangles are, walkers are on that copy up to the lichen: see [`near`](super::near). If it has few
+//! triangles there are no others.
 
 use std::sync::Arc;
 
-use crate::substrate::{Coarse, Substrate, SurfacePoint};
+use glam::DVec3;
+
+use super::surroundings::Ground;
+use crate::substrate::{Copies, Errors, Substrate, SurfacePoint};
 use crate::walk::Stand;
 
 /// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies
 /// may as many times more as their bounds are larger.
 const ERROR: f64 = 8.0;
+
+/// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Distances along the
+/// surface differ by the square of that.
+const NEAR_ERROR: f64 = 0.02;
+
+/// A place on it stands for one on the surface that is within this many times as much.
+const BESIDE: f64 = 4.0;
 
 /// A walker on a copy lands when its bound is less than this many times what the copy may stray.
 const LAND: f64 = 1.5;
@@ -26,8 +40,10 @@ const MOST_WALKS: usize = 3;
 
 /// Coarser copies, and when to walk on them.
 pub(super) struct Far {
-    copies: Arc<Vec<Coarse>>,
+    copies: Arc<Copies>,
     reaches: Vec<Reach>,
+    /// How far a place on the copy that hardly strays may be from the one that it stands for.
+    beside: f64,
 }
 
 /// Which surface a walker is on: the mesh's own, or the copy with this number from 1, the finest
@@ -40,21 +56,59 @@ struct Reach {
     deviations: Vec<f64>,
     /// A walker on the copy with a smaller bound lands.
     land: f64,
+    /// One below it with a greater bound comes to it.
+    lift: f64,
 }
 
 impl Far {
-    /// For elements of this radius, local units. None where no copy would be worth having.
-    pub(super) fn new(substrate: &Substrate, radius: f64) -> Option<Self> {
-        let copies = substrate.coarser(ERROR * radius);
+    /// For elements of this radius, local units; with one that hardly strays, if that is worth having, or without.
+    /// None where no copy would be.
+    pub(super) fn new(substrate: &Substrate, radius: f64, near: bool) -> Option<Self> {
+        let near_error = NEAR_ERROR * radius;
+        let copies = substrate.coarser(Errors {
+            near: near.then_some(near_error),
+            far: ERROR * radius,
+        });
+        let beside = BESIDE * near_error;
         let mut reaches: Vec<Reach> = Vec::new();
-        for copy in copies.iter() {
-            let finer = reaches.last().map(|reach| reach.deviations.as_slice());
-            reaches.push(Reach {
-                deviations: copy.deviations(finer),
-                land: LAND * copy.error(),
+        for copy in &copies.all {
+            reaches.push(match copies.has_near && reaches.is_empty() {
+                true => Reach {
+                    deviations: vec![0.0; copy.surface().triangles().len()],
+                    land: f64::NEG_INFINITY,
+                    lift: radius + beside,
+                },
+                false => {
+                    let finer = reaches.last().map(|reach| reach.deviations.as_slice());
+                    let land = LAND * copy.error();
+                    Reach {
+                        deviations: copy.deviations(finer),
+                        land,
+                        lift: LIFT * land,
+                    }
+                }
             });
         }
-        (!reaches.is_empty()).then_some(Self { copies, reaches })
+        (!reaches.is_empty()).then_some(Self {
+            copies,
+            reaches,
+            beside,
+        })
+    }
+
+    /// Whether a level is a copy that hardly strays, where lichen is touched as on the surface.
+    #[inline]
+    pub(super) fn is_near(&self, level: Level) -> bool {
+        level == 1 && self.copies.has_near
+    }
+
+    /// The copy that hardly strays.
+    pub(super) fn near(&self) -> Ground<'_> {
+        let copy = &self.copies.all[0];
+        Ground {
+            surface: copy.surface(),
+            stand_ins: Some(copy.stand_ins()),
+        }
     }
 
     /// The surface to walk on.
@@ -62,7 +116,7 @@ impl Far {
     pub(super) fn surface<'a>(&'a self, level: Level, substrate: &'a Substrate) -> &'a Substrate {
         match level {
             0 => substrate,
-            _ => self.copies[level - 1].surface(),
+            _ => self.copies.all[level - 1].surface(),
         }
     }
 
@@ -85,41 +139,70 @@ impl Far {
     /// Bounds above this are for the next coarser level.
     pub(super) fn most(&self, level: Level) -> f64 {
         let next = self.reaches.get(level);
-        next.map_or(f64::INFINITY, |next| LIFT * next.land)
+        next.map_or(f64::INFINITY, |next| next.lift)
     }
 
-    /// From a level to the next coarser one.
-    pub(super) fn lifted(&self, level: Level, here: &Stand) -> Stand {
-        let copy = &self.copies[level];
-        Stand::new(copy.surface(), &copy.above(here.triangle, here.position))
+    /// From a level to the next coarser one. None where the one that hardly strays is not near.
+    pub(super) fn lifted(&self, level: Level, here: &Stand) -> Option<Stand> {
+        let copy = &self.copies.all[level];
+        let above = copy.above(here.triangle, here.position);
+        let there = Stand::new(copy.surface(), &above);
+        if !self.is_near(level + 1) {
+            return Some(there);
+        }
+        self.if_beside(copy.surface(), there, here.position)
     }
 
-    /// From a copy to the next finer level: from a triangle near there by short walks over that
-    /// surface, each towards the place on the copy, as long as they lead nearer.
+    /// From a copy to the next finer level: from a triangle near there by short walks over that surface.
     pub(super) fn landed(
         &self,
         level: Level,
         substrate: &Substrate,
         here: &Stand,
     ) -> Option<Stand> {
-        let triangle = self.copies[level - 1].below(here.triangle, here.at);
+        let triangle = self.copies.all[level - 1].below(here.triangle, here.at);
         if triangle == u32::MAX {
             return None;
         }
         let finer = self.surface(level - 1, substrate);
-        let mut there = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
-        for _ in 0..MOST_WALKS {
-            let frame = &finer.frames()[there.triangle as usize];
-            let onward = frame.turned(here.position - there.position);
-            let next = there.step(finer, onward, false).to;
-            let [before, after] = [there, next].map(|s| s.position.distance_squared(here.position));
-            if after >= before {
-                break;
-            }
-            there = next;
+        let begin = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
+        match self.is_near(level) {
+            true => self.if_beside(finer, begin, here.position),
+            false => Some(walk_to(finer, begin, here.position)),
         }
-        Some(there)
     }
+
+    /// From the copy that hardly strays to the surface.
+    pub(super) fn landed_from_near(
+        &self,
+        level: Level,
+        substrate: &Substrate,
+        here: &Stand,
+    ) -> Option<Stand> {
+        let is_near = self.is_near(level);
+        is_near.then(|| self.landed(level, substrate, here))?
+    }
+
+    /// A place beside another in space, by short walks over the surface, where that leads to one.
+    fn if_beside(&self, surface: &Substrate, from: Stand, to: DVec3) -> Option<Stand> {
+        let there = walk_to(surface, from, to);
+        (there.position.distance(to) <= self.beside).then_some(there)
+    }
+}
+
+/// Short walks over a surface, each towards a place, as long as they lead nearer.
+fn walk_to(surface: &Substrate, mut there: Stand, to: DVec3) -> Stand {
+    for _ in 0..MOST_WALKS {
+        let frame = &surface.frames()[there.triangle as usize];
+        let onward = frame.turned(to - there.position);
+        let next = there.step(surface, onward, false).to;
+        let [before, after] = [there, next].map(|s| s.position.distance_squared(to));
+        if after >= before {
+            break;
+        }
+        there = next;
+    }
+    there
 }
 
 #[cfg(test)]
@@ -133,14 +216,14 @@ mod tests {
     fn boulder() -> (Substrate, Far) {
         let substrate = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
         let radius = substrate.units().length_to_local(substrate.auto_radius());
-        let far = Far::new(&substrate, radius).expect("worth having");
+        let far = Far::new(&substrate, radius, false).expect("worth having");
         (substrate, far)
     }
 
     #[test]
     fn copies_have_ever_fewer_triangles_and_serve_ever_larger_bounds() {
         let (substrate, far) = boulder();
-        assert_eq!(far.copies.len(), 2);
+        assert_eq!(far.copies.all.len(), 2);
         let mut finer = &substrate;
         for level in 1..=2 {
             let copy = far.surface(level, &substrate);
@@ -161,7 +244,7 @@ mod tests {
             let mut here = Stand::new(&substrate, &area.sample(&mut stream));
             let there = here.position;
             for level in 1..=2 {
-                here = far.lifted(level - 1, &here);
+                here = far.lifted(level - 1, &here).expect("a place");
                 let most = far.deviation(level, here.triangle);
                 assert!(here.position.distance(there) <= most);
             }
@@ -181,5 +264,57 @@ mod tests {
         assert!(adrift < 40, "{adrift} of 2000");
         // What is nearest to a place may be one that the triangle beside stands for.
         assert!(beyond < 20, "{beyond} of 4000");
+    }
+
+    /// A cube, each face cut into so many squares along its sides.
+    fn cube(squares: u32) -> Substrate {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        let at = |i: u32| f64::from(i) / f64::from(squares) - 0.5;
+        for (face, i) in (0..6).flat_map(|face| (0..squares).map(move |i| (face, i))) {
+            for j in 0..squares {
+                let place = |[i, j]: [u32; 2]| {
+                    let side = if face < 3 { 0.5 } else { -0.5 };
+                    let mut p = [at(i), at(j), side];
+                    p.rotate_left(face % 3);
+                    p
+                };
+                let first = positions.len() as u32;
+                positions.extend([[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(place));
+                triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k)));
+            }
+        }
+        let soup = crate::substrate::Soup {
+            positions,
+            triangles,
+            notes: Vec::new(),
+        };
+        Substrate::from_soup(soup).expect("a mesh")
+    }
+
+    #[test]
+    fn flat_faces_have_one_copy_that_hardly_strays_and_places_there_and_back_are_the_same() {
+        let cube = cube(60);
+        let radius = cube.units().length_to_local(cube.auto_radius());
+        let far = Far::new(&cube, radius, true).expect("worth having");
+        assert!(far.is_near(1) && far.copies.all.len() == 1);
+        assert!(16 * far.near().surface.triangles().len() <= cube.triangles().len());
+        let area = AreaSampler::new(&cube, 0..cube.triangles().len() as u32);
+        let mut stream = Stream::new(2, Purpose::Walker, 0);
+        for _ in 0..2000 {
+            let here = Stand::new(&cube, &area.sample(&mut stream));
+            let there = far.lifted(0, &here).expect("beside");
+            assert!(there.position.distance(here.position) < 1e-9 * radius);
+            let back = far.landed(1, &cube, &there).expect("beside");
+            assert!(back.position.distance(here.position) < 1e-9 * radius);
+        }
+    }
+
+    #[test]
+    fn rough_surfaces_have_none_that_hardly_strays() {
+        let (substrate, far) = boulder();
+        let radius = substrate.units().length_to_local(substrate.auto_radius());
+        let both = Far::new(&substrate, radius, true).expect("worth having");
+        assert!(!both.is_near(1));
+        assert_eq!(both.copies.all.len(), far.copies.all.len());
     }
 }

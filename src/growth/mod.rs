@@ -10,6 +10,7 @@ mod join;
 mod launch;
 mod launcher;
 mod model;
+mod near;
 mod orbit;
 mod parameters;
 mod passage;

@@ -9,6 +9,7 @@
 use glam::DVec3;
 
 use super::flight::Asked;
+use super::surroundings::Ground;
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
 use crate::walk::{Ball, Connectivity, Place};
@@ -115,7 +116,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// by what was counted for an earlier one, or without asking which sheet each element is on.
     pub(super) fn sticks(
         &self,
-        (scratch, crowd): (&mut Connectivity, &mut Crowd),
+        (ground, scratch, crowd): (&Ground<'_>, &mut Connectivity, &mut Crowd),
         law: &Stickiness,
         (triangle, p): (u32, DVec3),
         chance: f64,
@@ -143,7 +144,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             }
         }
         let n = if law.counts() {
-            self.count(scratch, (triangle, p))
+            self.count_on(ground, scratch, (triangle, p))
         } else {
             asked.spare = usize::MAX;
             0
@@ -173,7 +174,16 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// n: elements of the same sheet with their centre within L of a place.
     ///
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
-    pub fn count(&self, scratch: &mut Connectivity, (triangle, p): Place) -> usize {
+    pub fn count(&self, scratch: &mut Connectivity, place: Place) -> usize {
+        self.count_on(&self.mesh(), scratch, place)
+    }
+
+    fn count_on(
+        &self,
+        ground: &Ground<'_>,
+        scratch: &mut Connectivity,
+        (triangle, p): Place,
+    ) -> usize {
         let reach = self.parameters.curvature_radius;
         let ball = Ball {
             centre: p,
@@ -182,13 +192,13 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         let mut others = std::mem::take(&mut scratch.others);
         others.clear();
         let mut n = 0;
-        self.within(p, reach, &mut |_, element| match element.at.triangle {
-            other if other == triangle => n += 1,
-            other => others.push((other, element.position)),
+        self.within(p, reach, &mut |_, element| match ground.place(element) {
+            (other, _) if other == triangle => n += 1,
+            place => others.push(place),
         });
         if !others.is_empty() {
             let asked = ((triangle, p), &mut others[..]);
-            n += scratch.count_joined(self.substrate, asked, &ball);
+            n += scratch.count_joined(ground.surface, asked, &ball);
         }
         scratch.others = others;
         n
@@ -276,7 +286,12 @@ pub(super) mod tests {
                 let here = (place.triangle, substrate.position(&place));
                 let chance = stream.uniform();
                 let probability = law.probability(around.count(&mut scratch, here));
-                match around.sticks((&mut scratch, &mut crowd), &law, here, chance) {
+                match around.sticks(
+                    (&around.mesh(), &mut scratch, &mut crowd),
+                    &law,
+                    here,
+                    chance,
+                ) {
                     Answer::Sticks(said) => {
                         assert_eq!((said, chance < said), (probability, true));
                         stuck += 1;

@@ -28,7 +28,35 @@ impl<I> std::fmt::Debug for Surroundings<'_, I> {
     }
 }
 
-impl<I: ElementIndex> Surroundings<'_, I> {
+/// The surface that sheets are asked of: the mesh or a copy of it.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub(super) surface: &'a Substrate,
+    /// For each triangle of the mesh the one of the copy that stands for it; of the mesh itself, none.
+    pub(super) stand_ins: Option<&'a [u32]>,
+}
+
+impl Ground<'_> {
+    /// Where an element is.
+    #[inline(always)]
+    pub(super) fn place(&self, element: &Element) -> Place {
+        let triangle = element.at.triangle;
+        let triangle = self
+            .stand_ins
+            .map_or(triangle, |all| all[triangle as usize]);
+        (triangle, element.position)
+    }
+}
+
+impl<'a, I: ElementIndex> Surroundings<'a, I> {
+    /// The mesh.
+    pub(super) fn mesh(&self) -> Ground<'a> {
+        Ground {
+            surface: self.substrate,
+            stand_ins: None,
+        }
+    }
+
     /// The distance at which two centres touch.
     pub fn contact_distance(&self) -> f64 {
         2.0 * self.parameters.radius
@@ -41,11 +69,20 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// between them be rough; over the rim of a fin it allows detours up to 3r, and through a fin
     /// none. The rule is the same seen from either place.
     pub fn same_sheet(&self, scratch: &mut Connectivity, one: Place, other: Place) -> bool {
+        self.are_joined(self.substrate, scratch, [one, other])
+    }
+
+    fn are_joined(
+        &self,
+        surface: &Substrate,
+        scratch: &mut Connectivity,
+        [one, other]: [Place; 2],
+    ) -> bool {
         let ball = Ball {
             centre: (one.1 + other.1) * 0.5,
             radius: 1.5 * self.parameters.radius,
         };
-        scratch.joined(self.substrate, [one, other], &ball)
+        scratch.joined(surface, [one, other], &ball)
     }
 
     /// The nearest element on the sheet of a place, which is given by its triangle and its position
@@ -69,13 +106,21 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     /// Whether an element on the same sheet is in contact with a walker.
-    pub fn in_contact(&self, scratch: &mut Connectivity, (triangle, p): (u32, DVec3)) -> bool {
+    pub fn in_contact(&self, scratch: &mut Connectivity, place: Place) -> bool {
+        self.in_contact_on(&self.mesh(), scratch, place)
+    }
+
+    pub(super) fn in_contact_on(
+        &self,
+        ground: &Ground<'_>,
+        scratch: &mut Connectivity,
+        place: Place,
+    ) -> bool {
         let contact = self.contact_distance();
         let elements = self.cluster.elements();
         self.index
-            .any_within(elements, p, contact, &mut |_, element| {
-                let there = (element.at.triangle, element.position);
-                self.same_sheet(scratch, (triangle, p), there)
+            .any_within(elements, place.1, contact, &mut |_, element| {
+                self.are_joined(ground.surface, scratch, [place, ground.place(element)])
             })
     }
 

@@ -6,8 +6,10 @@ use super::far::Far;
 use super::flight::{Asked, Track, Way};
 use super::launch::AreaSampler;
 use super::launcher::Launcher;
+use super::near::Met;
 use super::step::RandomStep;
 use super::stick::{Answer, Crowd};
+use super::surroundings::Ground;
 use super::{Boundary, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
@@ -44,6 +46,8 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) launcher: &'b Launcher,
     pub(super) far: Option<&'b Far>,
     pub(super) scratch: &'b mut Connectivity,
+    /// The same for a copy of the surface.
+    pub(super) on_copy: &'b mut Connectivity,
     pub(super) crowd: Crowd,
     pub(super) track: &'b mut Track<I>,
     /// Whether others may be born before this walker's element is: see [`Track`].
@@ -61,7 +65,7 @@ pub(super) struct Interrupts<'b> {
 }
 
 /// What comes of a walker near enough to an element.
-enum Meeting {
+pub(super) enum Meeting {
     /// The element is on another sheet.
     Elsewhere,
     Refused,
@@ -118,7 +122,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             return Err(self.kill());
         };
         let mut cramped = 0;
-        let bound = self.step_bound(&here, &look, &mut cramped);
+        let bound = self.step_bound(&look, &mut cramped);
         let random = RandomStep::draw(&mut stream);
         let mut way = Way {
             here,
@@ -200,33 +204,33 @@ impl<I: ElementIndex> Walk<'_, I> {
                 return Some(self.kill());
             };
             // 4. Contact: stick, or go back to the last position and walk on.
-            debug_assert!(
-                now.level == 0 || !look.touching,
-                "copies end before contact"
-            );
-            if look.touching && now.level == 0 {
-                match self.meet(&moved.to, &mut now.stream) {
-                    Meeting::Elsewhere => {}
-                    Meeting::Refused => {
+            if look.touching {
+                let met = match self.far {
+                    Some(far) if now.level > 0 => self.meet_on_copy(far, &mut now, &moved.to, step),
+                    _ => match self.meet(None, &moved.to, &mut now.stream) {
+                        Meeting::Elsewhere => Met::Nothing,
+                        Meeting::Refused => Met::Refused,
+                        Meeting::Sticks(probability) => {
+                            Met::End(self.join(&now.here, step, probability))
+                        }
+                    },
+                };
+                match met {
+                    Met::Nothing => {}
+                    Met::Refused => {
                         (now.cramped, now.thrown_back) = (0, true);
                         continue;
                     }
-                    Meeting::Sticks(probability) => {
-                        return Some(self.join(&now.here, step, probability));
-                    }
+                    Met::OffCopy => continue,
+                    Met::End(fate) => return Some(fate),
                 }
             }
             now.thrown_back = false;
-            if now.level > 0 {
-                now.cramped = 0;
-            }
-            now.bound = self.step_bound(&moved.to, &look, &mut now.cramped);
-            let is_for_sheet = now.cramped >= PATIENCE;
+            now.bound = self.step_bound(&look, &mut now.cramped);
             match self.far {
-                None => now.here = moved.to,
-                // On a copy nothing is asked of sheets: what holds for the walker's own alone does not lift it.
-                Some(_) if is_for_sheet => now.here = moved.to,
-                Some(far) => self.arrive(far, &mut now, moved.to),
+                None if now.cramped < PATIENCE => now.here = moved.to,
+                Some(far) if now.cramped < PATIENCE => self.arrive(far, &mut now, moved.to),
+                _ => self.find_sheet(&mut now, moved.to),
             }
         }
     }
@@ -247,7 +251,9 @@ impl<I: ElementIndex> Walk<'_, I> {
     #[inline(never)]
     fn lift(&mut self, far: &Far, now: &mut Way) {
         while now.bound > far.most(now.level) {
-            let lifted = far.lifted(now.level, &now.here);
+            let Some(lifted) = far.lifted(now.level, &now.here) else {
+                return;
+            };
             let aside = lifted.position.distance(now.here.position);
             let gained = far.deviation(now.level, now.here.triangle);
             let lost = aside + far.deviation(now.level + 1, lifted.triangle);
@@ -273,7 +279,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 return false;
             }
             (landed.here, landed.level) = (here, landed.level - 1);
-            let bound = self.step_bound(&here, &look, &mut landed.cramped);
+            let bound = self.step_bound(&look, &mut landed.cramped);
             landed.bound = bound - far.deviation(landed.level, landed.here.triangle);
         }
         *now = landed;
@@ -306,7 +312,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     #[inline(always)]
-    fn look_about(&mut self, p: DVec3) -> Look {
+    pub(super) fn look_about(&mut self, p: DVec3) -> Look {
         let elements = self.around.cluster.elements();
         self.around.index.look(elements, p, &mut self.track.notes)
     }
@@ -329,15 +335,25 @@ impl<I: ElementIndex> Walk<'_, I> {
         })
     }
 
-    /// What becomes of a walker that an element is near enough to touch.
-    fn meet(&mut self, there: &Stand, stream: &mut Stream) -> Meeting {
+    /// What becomes of a walker that an element is near enough to touch. Sheets are asked of the surface or of a copy.
+    #[inline(always)]
+    pub(super) fn meet(
+        &mut self,
+        copy: Option<Ground<'_>>,
+        there: &Stand,
+        stream: &mut Stream,
+    ) -> Meeting {
         let place = (there.triangle, there.position);
-        if !self.around.in_contact(self.scratch, place) {
+        let (ground, scratch) = match &copy {
+            Some(copy) => (copy, &mut *self.on_copy),
+            None => (&self.around.mesh(), &mut *self.scratch),
+        };
+        if !self.around.in_contact_on(ground, scratch, place) {
             return Meeting::Elsewhere;
         }
         self.track.counts.contacts += 1;
         let chance = stream.uniform();
-        let counting = (&mut *self.scratch, &mut self.crowd);
+        let counting = (ground, scratch, &mut self.crowd);
         let answer = self.around.sticks(counting, self.law, place, chance);
         let Parameters {
             radius,
@@ -373,7 +389,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     ///
     /// `cramped` counts the steps in a row that were as short as they get, without a contact.
     #[inline]
-    fn step_bound(&mut self, here: &Stand, look: &Look, cramped: &mut u32) -> f64 {
+    fn step_bound(&self, look: &Look, cramped: &mut u32) -> f64 {
         let Parameters {
             radius, steps, law, ..
         } = *self.around.parameters;
@@ -391,13 +407,25 @@ impl<I: ElementIndex> Walk<'_, I> {
         let bound = look.clear - self.around.contact_distance();
         let bound = if bound > radius { bound } else { radius };
         *cramped = if bound > radius { 0 } else { *cramped + 1 };
-        if *cramped < PATIENCE {
-            return bound;
-        }
-        self.bound_on_sheet(here, cramped)
+        bound
     }
 
+    /// Goes to a place, by a bound on its own sheet alone. On a copy nothing is asked of sheets, and what holds for
+    /// the walker's own alone does not lift it.
     #[cold]
+    fn find_sheet(&mut self, now: &mut Way, there: Stand) {
+        now.here = there;
+        if let Some(far) = self.far.filter(|_| now.level > 0) {
+            let landed = far.landed_from_near(now.level, self.around.substrate, &there);
+            let Some(landed) = landed else {
+                now.cramped = 0;
+                return;
+            };
+            (now.here, now.level) = (landed, 0);
+        }
+        now.bound = self.bound_on_sheet(&now.here, &mut now.cramped);
+    }
+
     fn bound_on_sheet(&mut self, here: &Stand, cramped: &mut u32) -> f64 {
         let radius = self.around.parameters.radius;
         let bound = (self.clear_on_sheet(here) - self.around.contact_distance()).max(radius);
@@ -457,7 +485,16 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// 5. Join.
     fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Fate {
         let from = from.surface_point(self.around.substrate);
-        let joined = self.around.join(self.scratch, &from, step);
+        self.join_from(&from, step, probability)
+    }
+
+    pub(super) fn join_from(
+        &mut self,
+        from: &SurfacePoint,
+        step: glam::DVec2,
+        probability: f64,
+    ) -> Fate {
+        let joined = self.around.join(self.scratch, from, step);
         self.track.counts.packed += u64::from(joined.packed);
         let colony = self.around.cluster.elements()[joined.touched as usize].colony;
         Fate::Joined(Element {
@@ -509,6 +546,7 @@ mod tests {
             launcher: &launcher,
             far: None,
             scratch: &mut Connectivity::new(),
+            on_copy: &mut Connectivity::new(),
             crowd: Crowd::default(),
             track: &mut Track::default(),
             others_walk: false,

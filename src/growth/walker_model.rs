@@ -20,7 +20,9 @@ use super::launcher::Launcher;
 use super::sharing::Sharing;
 use super::stick::{Crowd, widest_count};
 use super::walker::{Fate, Interrupts, Walk};
-use super::{Counts, GrowthModel, Halt, Parallel, Parameters, Steps, Stickiness, Surroundings};
+use super::{
+    Counts, GrowthModel, Halt, Law, Parallel, Parameters, Steps, Stickiness, Surroundings,
+};
 use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use crate::substrate::Substrate;
 use crate::walk::Connectivity;
@@ -63,8 +65,8 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     /// Flights that have landed, for what they hold in memory.
     landed: Vec<Box<Flight<I>>>,
     sharing: Sharing,
-    /// One for each that walk at the same time.
-    scratch: Vec<Mutex<Connectivity>>,
+    /// For each that walk at the same time, on the surface and on a copy.
+    scratch: Vec<Mutex<[Connectivity; 2]>>,
     parallel: Parallel,
     /// Flights of the fleet so far.
     flown: Arc<AtomicU64>,
@@ -249,6 +251,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             // Scratch is good in any state.
             Err(poisoned) => poisoned.into_inner(),
         };
+        let [scratch, on_copy] = &mut *scratch;
         let mut walk = Walk {
             around: Surroundings {
                 substrate: self.substrate,
@@ -259,7 +262,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             law: &self.law,
             launcher: &self.launcher,
             far: self.far.as_ref(),
-            scratch: &mut scratch,
+            scratch,
+            on_copy,
             crowd: Crowd::default(),
             track: &mut flight.track,
             others_walk,
@@ -288,7 +292,8 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let enough = CROSSINGS_PER_TRIANGLE * triangles;
         if !self.far_was_weighed && self.counts.crossings > enough {
             self.far_was_weighed = true;
-            self.far = Far::new(self.substrate, self.parameters.radius);
+            let near = self.parameters.law == Law::Thesis;
+            self.far = Far::new(self.substrate, self.parameters.radius, near);
             self.launcher.version += 1;
         }
     }

@@ -12,11 +12,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::simplify::simplify;
+use super::simplify::{Limits, simplify};
 use super::{Substrate, SurfacePoint, caps, weld};
 
-/// A copy with fewer triangles than this share of the surface's is worth having.
+/// A copy to walk on where nothing is near is worth having with fewer triangles than this share of the surface's.
 const WORTH: f64 = 0.25;
+
+/// The same for one that hardly strays, to walk on everywhere.
+const NEAR_WORTH: f64 = 1.0 / 16.0;
+
+/// That is first tried on two parts of the surface, each of one in so many triangles but of no more than these.
+const TRIED_SHARE: usize = 32;
+const MOST_TRIED: usize = 1 << 13;
+
+/// Of a part more is left, for its rim is.
+const TRIED_WORTH: f64 = 2.0 * NEAR_WORTH;
+
+/// A copy of fewer triangles is walked over as fast without a coarser one.
+const FEW: usize = 20_000;
 
 /// The fewest triangles of a piece's copy, if the piece has as many.
 const LEAST_TRIANGLES: usize = 200;
@@ -62,40 +75,93 @@ const NEAR: f64 = 0.5;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
-/// The last copies that were made of a substrate, by the error of the first: runs of one radius share
-/// them.
+/// Coarser copies of a substrate, each of the one before.
 #[derive(Default)]
-pub(super) struct Kept(Mutex<Option<(f64, Arc<Vec<Coarse>>)>>);
+pub(crate) struct Copies {
+    /// The finest first.
+    pub(crate) all: Vec<Coarse>,
+    /// Whether the first is one that hardly strays at all.
+    pub(crate) has_near: bool,
+}
+
+/// What copies are made for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Errors {
+    /// How far one that hardly strays may stray, where one is asked for; local units.
+    pub(crate) near: Option<f64>,
+    /// How far the finest of the others may.
+    pub(crate) far: f64,
+}
+
+/// What a copy is for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Purpose {
+    /// To walk on everywhere.
+    Near,
+    /// To walk on where nothing is near.
+    Far,
+}
+
+/// The last copies that were made of a substrate, by their errors: runs of one radius share them.
+#[derive(Default)]
+pub(super) struct Kept(Mutex<Option<(Errors, Arc<Copies>)>>);
 
 impl Substrate {
-    /// Ever coarser copies, each of the one before: the first for this error. They are made now if
-    /// the last asked for had another. None where they are not worth having.
-    pub(crate) fn coarser(&self, error: f64) -> Arc<Vec<Coarse>> {
+    /// Ever coarser copies. They are made now if the last asked for had other errors. None where they are not
+    /// worth having.
+    pub(crate) fn coarser(&self, errors: Errors) -> Arc<Copies> {
         let kept = || {
             self.coarser
                 .0
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
         };
-        if let Some((_, copies)) = kept().as_ref().filter(|(made_for, _)| *made_for == error) {
+        if let Some((_, copies)) = kept().as_ref().filter(|(made_for, _)| *made_for == errors) {
             return Arc::clone(copies);
         }
         // Not under the lock: a thread that helps to make them may begin another run meanwhile.
-        let copies = Arc::new(self.copies(error));
-        *kept() = Some((error, Arc::clone(&copies)));
+        let copies = Arc::new(self.copies(errors));
+        *kept() = Some((errors, Arc::clone(&copies)));
         copies
     }
 
-    fn copies(&self, mut error: f64) -> Vec<Coarse> {
+    fn copies(&self, errors: Errors) -> Copies {
         let [low, high] = self.bounds();
         let most = MOST_ERROR * low.distance(high);
-        let mut copies: Vec<Coarse> = Vec::new();
+        let near = errors.near.filter(|&error| self.is_smooth(error));
+        let near = near.and_then(|error| Coarse::new(self, error, Purpose::Near));
+        let mut copies = Copies {
+            has_near: near.is_some(),
+            all: near.into_iter().collect(),
+        };
+        let is_enough = |copy: &Coarse| copy.surface.triangles().len() < FEW;
+        if copies.all.first().is_some_and(is_enough) {
+            return copies;
+        }
+        let mut error = errors.far;
         while error <= most {
-            let finer = copies.last().map_or(self, Coarse::surface);
-            copies.extend(Coarse::new(finer, error));
+            let finer = copies.all.last().map_or(self, Coarse::surface);
+            copies.all.extend(Coarse::new(finer, error, Purpose::Far));
             error *= COARSER;
         }
         copies
+    }
+
+    /// Whether parts of it can do with few triangles, by an error that hardly strays.
+    fn is_smooth(&self, error: f64) -> bool {
+        let all = self.triangles();
+        let part = (all.len() / TRIED_SHARE).min(MOST_TRIED);
+        let limits = Limits {
+            most_error: error,
+            least_triangles: 0,
+            at_once: true,
+        };
+        let left = |begin: &usize| {
+            let (vertices, tried) = used(&self.vertices, &all[*begin..][..part]);
+            simplify(&vertices, &tried, limits).triangles.len()
+        };
+        let left: usize = [all.len() / 3, all.len() / 2].iter().map(left).sum();
+        left as f64 <= TRIED_WORTH * (2 * part) as f64
     }
 }
 
@@ -103,15 +169,24 @@ impl Coarse {
     /// A copy simplified to this error, in local units; [`deviations`](Self::deviations) say how far
     /// places stray from it. None where it would not be much coarser, or would not hang together as
     /// the surface does.
-    pub(crate) fn new(fine: &Substrate, error: f64) -> Option<Self> {
+    pub(crate) fn new(fine: &Substrate, error: f64, purpose: Purpose) -> Option<Self> {
+        let worth = match purpose {
+            Purpose::Near => NEAR_WORTH,
+            Purpose::Far => WORTH,
+        };
         let least = LEAST_TRIANGLES * fine.components().len();
-        if is_too_fine(least, fine) {
+        if is_too_fine(least, fine, worth) {
             return None;
         }
-        let simplified = simplify(fine.vertices(), fine.triangles(), error, least);
+        let limits = Limits {
+            most_error: error,
+            least_triangles: least,
+            at_once: purpose == Purpose::Near,
+        };
+        let simplified = simplify(fine.vertices(), fine.triangles(), limits);
         debug_assert!(simplified.error <= error, "{}", simplified.error);
         debug_assert_eq!(simplified.source.len(), simplified.triangles.len());
-        if is_too_fine(simplified.triangles.len(), fine) {
+        if is_too_fine(simplified.triangles.len(), fine, worth) {
             return None;
         }
         let (vertices, triangles) = used(fine.vertices(), &simplified.triangles);
@@ -173,6 +248,11 @@ impl Coarse {
         deviations
     }
 
+    /// For each triangle of the fine surface, the one that stands for it.
+    pub(crate) fn stand_ins(&self) -> &[u32] {
+        &self.above
+    }
+
     /// The place on the copy that stands for one on the fine surface, given by its triangle and its
     /// position.
     pub(crate) fn above(&self, triangle: u32, p: DVec3) -> SurfacePoint {
@@ -207,8 +287,8 @@ impl Cells {
 }
 
 /// Whether a copy of so many triangles is not worth having.
-fn is_too_fine(triangles: usize, fine: &Substrate) -> bool {
-    triangles as f64 > WORTH * fine.triangles().len() as f64
+fn is_too_fine(triangles: usize, fine: &Substrate, worth: f64) -> bool {
+    triangles as f64 > worth * fine.triangles().len() as f64
 }
 
 /// The vertices that triangles use, and the triangles by their numbers among these.
@@ -474,7 +554,7 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let copy = pool
             .expect("a pool")
-            .install(|| Coarse::new(surface, error));
+            .install(|| Coarse::new(surface, error, Purpose::Far));
         copy.expect("worth having")
     }
 

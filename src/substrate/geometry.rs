@@ -108,6 +108,11 @@ impl Frame {
         self.turned(p - self.origin)
     }
 
+    /// A vector of the chart in space.
+    pub fn turned_back(&self, v: DVec2) -> DVec3 {
+        self.x * v.x + self.y * v.y
+    }
+
     /// The part of a vector that lies in the chart.
     #[inline]
     pub fn turned(&self, v: DVec3) -> DVec2 {

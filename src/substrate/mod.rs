@@ -36,7 +36,7 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 pub use adjacency::{HalfEdge, Twin};
-pub(crate) use coarse::Coarse;
+pub(crate) use coarse::{Copies, Errors};
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};

@@ -39,7 +39,8 @@ use rayon::prelude::*;
 
 use checks::larger;
 use numbers::Numbers;
-use passes::{Limits, Part, Simplifier, Vertex};
+pub(super) use passes::Limits;
+use passes::{Part, Simplifier, Vertex};
 use quadric::Quadric;
 use surface::{Kind, Surface};
 
@@ -64,31 +65,24 @@ pub(super) struct Simplified {
     pub(super) error: f64,
 }
 
-/// Collapses edges until the next would stray farther than `most_error`, a length, or leave fewer
-/// than `least_triangles`.
+/// Collapses edges until the next would stray farther than the limits say, or leave fewer triangles.
 ///
 /// Triangles that repeat a corner, or have one that is not there, are left out.
-pub(super) fn simplify(
-    vertices: &[DVec3],
-    triangles: &[[u32; 3]],
-    most_error: f64,
-    least_triangles: usize,
-) -> Simplified {
-    simplify_in_parts(vertices, triangles, most_error, least_triangles, PART)
+pub(super) fn simplify(vertices: &[DVec3], triangles: &[[u32; 3]], limits: Limits) -> Simplified {
+    simplify_in_parts(vertices, triangles, limits, PART)
 }
 
 /// The same with parts of about so many triangles.
 fn simplify_in_parts(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
-    most_error: f64,
-    least_triangles: usize,
+    limits: Limits,
     part: usize,
 ) -> Simplified {
     let mut whole = Whole::new(vertices, triangles);
     let limits = Limits {
-        most_error: larger(0.0, most_error),
-        least_triangles,
+        most_error: larger(0.0, limits.most_error),
+        ..limits
     };
     let mut parts = whole.triangles.len() / part;
     let mut goes_on = parts >= LEAST_PARTS;

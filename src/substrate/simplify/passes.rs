@@ -77,11 +77,16 @@ impl Vertex {
     }
 }
 
-/// Where to stop.
+/// Where to stop, and how to get there.
 #[derive(Clone, Copy)]
-pub(super) struct Limits {
-    pub(super) most_error: f64,
-    pub(super) least_triangles: usize,
+pub(in super::super) struct Limits {
+    /// How far vertices may stray, a length.
+    pub(in super::super) most_error: f64,
+    /// The fewest triangles to leave.
+    pub(in super::super) least_triangles: usize,
+    /// Whether all that may go goes as soon as it may, not the cheapest first: for errors so small that all are
+    /// as cheap.
+    pub(in super::super) at_once: bool,
 }
 
 impl Limits {
@@ -246,7 +251,8 @@ impl<'a> Simplifier<'a> {
     /// highest rank taken.
     fn cheapest_first(&mut self) -> Rank {
         let last = self.candidates.len() - 1;
-        let share = if self.take_all { last } else { last / SHARE };
+        let takes_all = self.take_all || self.limits.at_once;
+        let share = if takes_all { last } else { last / SHARE };
         let limit = self.candidates.select_nth_unstable(share).1.0;
         self.candidates.truncate(share + 1);
         if self.candidates.len() > MANY {

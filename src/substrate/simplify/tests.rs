@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::geometry::nearest_weights;
 use super::surface::Surface;
-use super::{Simplified, simplify, simplify_in_parts};
+use super::{Limits, Simplified, simplify, simplify_in_parts};
 
 struct Mesh {
     vertices: Vec<DVec3>,
@@ -80,14 +80,23 @@ impl Mesh {
     }
 
     fn simplified(&self, most_error: f64, least: usize) -> Simplified {
-        simplify(&self.vertices, &self.triangles, most_error, least)
+        simplify(&self.vertices, &self.triangles, to(most_error, least))
     }
 
-    /// At once, and in eight and in thirty parts.
-    fn all_ways(&self, most_error: f64, least: usize) -> [Simplified; 3] {
-        let all = self.triangles.len();
-        [usize::MAX, all / 8, all / 30]
-            .map(|part| simplify_in_parts(&self.vertices, &self.triangles, most_error, least, part))
+    /// As a whole, in eight and in thirty parts, and in parts where what may go goes at once.
+    fn all_ways(&self, most_error: f64, least: usize) -> [Simplified; 4] {
+        let (all, limits) = (self.triangles.len(), to(most_error, least));
+        let at_once = Limits {
+            at_once: true,
+            ..limits
+        };
+        [
+            (usize::MAX, limits),
+            (all / 8, limits),
+            (all / 30, limits),
+            (all / 8, at_once),
+        ]
+        .map(|(part, limits)| simplify_in_parts(&self.vertices, &self.triangles, limits, part))
     }
 
     fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
@@ -101,6 +110,14 @@ impl Mesh {
         self.triangles
             .iter()
             .map(|t| t.map(|v| self.vertices[v as usize]))
+    }
+}
+
+fn to(most_error: f64, least_triangles: usize) -> Limits {
+    Limits {
+        most_error,
+        least_triangles,
+        at_once: false,
     }
 }
 
@@ -391,7 +408,7 @@ fn the_result_stays_near_the_mesh() {
 #[test]
 fn meshes_become_much_smaller() {
     let few = |mesh: Mesh, most_error, most: usize| {
-        let [at_once, in_eight, in_thirty] = mesh
+        let [at_once, in_eight, in_thirty, ..] = mesh
             .all_ways(most_error, 0)
             .map(|result| result.triangles.len());
         assert!(at_once <= most, "{at_once} > {most}");
@@ -442,13 +459,13 @@ fn borders_keep_their_shape() {
             .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
             .sum::<f64>()
     };
-    for simplified in disc.all_ways(most_error, 0) {
+    // Where what may go goes at once, a rim may be all along as far from its place as is allowed.
+    let rims = std::f64::consts::TAU * (0.5 + 1.0);
+    let most = [0.05, 0.05, 0.05, most_error * rims];
+    for (simplified, most) in disc.all_ways(most_error, 0).into_iter().zip(most) {
         let coarse = disc.with_triangles(simplified.triangles);
-        assert!(
-            (area(&disc) - area(&coarse)).abs() < 0.05,
-            "{}",
-            area(&coarse)
-        );
+        let lost = (area(&disc) - area(&coarse)).abs();
+        assert!(lost < most, "{lost}");
         assert!(coarse.triangles.len() < 200, "{}", coarse.triangles.len());
     }
 }
@@ -502,7 +519,7 @@ fn parts_come_to_the_same_on_any_number_of_threads() {
         all_ways.map(|way| (way.triangles, way.source, way.onto))
     });
     assert!(one == two && two == three);
-    let [at_once, in_eight, in_thirty] = one;
+    let [at_once, in_eight, in_thirty, ..] = one;
     assert!(at_once != in_eight && in_eight != in_thirty && in_thirty != at_once);
 }
 
@@ -538,11 +555,11 @@ fn numbers_lead_back() {
 
 #[test]
 fn bad_input_does_no_harm() {
-    let nothing = simplify(&[], &[], 1.0, 0);
+    let nothing = simplify(&[], &[], to(1.0, 0));
     assert!(nothing.triangles.is_empty());
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let bad = [[0, 1, 3], [0, 0, 1], [0, 1, 2], [0, 1, 2], [u32::MAX; 3]];
-    let pillow = simplify(&points, &bad, f64::INFINITY, 0);
+    let pillow = simplify(&points, &bad, to(f64::INFINITY, 0));
     assert_eq!(
         (pillow.triangles, pillow.source),
         (vec![[0, 1, 2]; 2], vec![2, 3])
