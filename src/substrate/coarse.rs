@@ -85,7 +85,7 @@ pub(crate) struct Copies {
 }
 
 /// What copies are made for.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub(crate) struct Errors {
     /// How far one that hardly strays may stray, where one is asked for; local units.
     pub(crate) near: Option<f64>,
@@ -116,7 +116,12 @@ impl Substrate {
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
         };
-        if let Some((_, copies)) = kept().as_ref().filter(|(made_for, _)| *made_for == errors) {
+        // Where none that hardly strays came of it, they serve those who asked for none too.
+        let serves = |(made_for, copies): &&(Errors, Arc<Copies>)| {
+            let same = made_for.near == errors.near;
+            made_for.far == errors.far && (same || errors.near.is_none() && !copies.has_near)
+        };
+        if let Some((_, copies)) = kept().as_ref().filter(serves) {
             return Arc::clone(copies);
         }
         // Not under the lock: a thread that helps to make them may begin another run meanwhile.
@@ -570,5 +575,18 @@ mod tests {
             assert!(one.above == many.above && one.below == many.below);
             assert_eq!(one.deviations, many.deviations);
         }
+    }
+
+    #[test]
+    fn those_that_were_made_last_are_made_once() {
+        let boulder = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
+        let radius = boulder.units().length_to_local(boulder.auto_radius());
+        let made = |near: Option<f64>, far: f64| boulder.coarser(Errors { near, far });
+        let first = made(Some(0.02 * radius), 8.0 * radius);
+        assert!(!first.has_near && first.all.len() == 2);
+        for near in [Some(0.02 * radius), None] {
+            assert!(Arc::ptr_eq(&first, &made(near, 8.0 * radius)));
+        }
+        assert!(!Arc::ptr_eq(&first, &made(None, 9.0 * radius)));
     }
 }
