@@ -208,6 +208,8 @@ fn interrupt(mesh: &Substrate, radius: f64, [before, after, all]: [u64; 3]) {
         grow(mesh, &recipe, &execution, &mut ()).expect("grows")
     };
     let whole = run(all, 1);
+    let sticking = whole.counts.contacts - whole.counts.refusals;
+    assert_eq!(sticking, all - 1, "each contact is a refusal or a birth");
     for threads in [2, 5] {
         let other = run(all, threads);
         assert_eq!(other.cluster.elements(), whole.cluster.elements());

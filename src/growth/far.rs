@@ -172,17 +172,6 @@ impl Far {
         }
     }
 
-    /// From the copy that hardly strays to the surface.
-    pub(super) fn landed_from_near(
-        &self,
-        level: Level,
-        substrate: &Substrate,
-        here: &Stand,
-    ) -> Option<Stand> {
-        let is_near = self.is_near(level);
-        is_near.then(|| self.landed(level, substrate, here))?
-    }
-
     /// A place beside another in space, by short walks over the surface, where that leads to one.
     fn if_beside(&self, surface: &Substrate, from: Stand, to: DVec3) -> Option<Stand> {
         let there = walk_to(surface, from, to);

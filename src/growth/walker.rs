@@ -414,14 +414,15 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// the walker's own alone does not lift it.
     #[cold]
     fn find_sheet(&mut self, now: &mut Way, there: Stand) {
-        now.here = there;
-        if let Some(far) = self.far.filter(|_| now.level > 0) {
-            let landed = far.landed_from_near(now.level, self.around.substrate, &there);
-            let Some(landed) = landed else {
-                now.cramped = 0;
-                return;
-            };
-            (now.here, now.level) = (landed, 0);
+        match self.far.filter(|_| now.level > 0) {
+            None => now.here = there,
+            Some(far) => match self.landed_clear(far, now.level, &there) {
+                Some(landed) => (now.here, now.level) = (landed, 0),
+                None => {
+                    now.cramped = 0;
+                    return self.arrive(far, now, there);
+                }
+            },
         }
         now.bound = self.bound_on_sheet(&now.here, &mut now.cramped);
     }
