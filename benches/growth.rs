@@ -12,16 +12,18 @@
 //! besides.
 #![allow(clippy::print_stdout)] // a table is what it is for
 
-use std::collections::HashMap;
 use std::path::Path;
 use std::time::Instant;
 
 use thallus::growth::{Join, Law, SeedPlace};
 use thallus::run::{Execution, Growth, Length, Recipe, Settings, StopSetting, grow};
-use thallus::substrate::{Soup, Substrate, load_soup};
+use thallus::substrate::{Substrate, load_soup};
 
 mod counting;
 mod cpu;
+#[allow(unused, reason = "the tests use the rest")]
+#[path = "../tests/common/finer.rs"]
+mod finer;
 mod memory;
 #[allow(unused, reason = "the tests use the rest")]
 #[path = "../tests/reference/mod.rs"]
@@ -193,33 +195,10 @@ fn compare_with_reference() {
     );
 }
 
-/// Every triangle as four: the same surface in finer triangles.
-fn in_fours(soup: &Soup) -> Soup {
-    let mut positions = soup.positions.clone();
-    let mut halves: HashMap<[u32; 2], u32> = HashMap::new();
-    let mut half = |a: u32, b: u32| {
-        *halves.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-            let [p, q] = [a, b].map(|i| soup.positions[i as usize]);
-            positions.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
-            positions.len() as u32 - 1
-        })
-    };
-    let mut triangles = Vec::with_capacity(4 * soup.triangles.len());
-    for &[a, b, c] in &soup.triangles {
-        let [d, e, f] = [half(a, b), half(b, c), half(c, a)];
-        triangles.extend([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]);
-    }
-    Soup {
-        positions,
-        triangles,
-        notes: Vec::new(),
-    }
-}
-
 /// The surface of a workload, and the CPU seconds that it took to prepare it.
 fn surface(workload: &Workload) -> (Substrate, f64) {
     let soup = load_soup(Path::new(workload.mesh)).expect("a mesh").soup;
-    let soup = (0..workload.subdivided).fold(soup, |soup, _| in_fours(&soup));
+    let soup = finer::in_fours(soup, workload.subdivided);
     let before = cpu::seconds();
     let substrate = Substrate::from_soup(soup).expect("a surface");
     (substrate, cpu::seconds() - before)

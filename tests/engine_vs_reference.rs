@@ -283,8 +283,8 @@ fn packed_lichen_on_the_rock() {
     ));
 }
 
-/// Grows with walkers that are from the first one on where those of a long run are.
-fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> Run {
+/// Grows with walkers that are from the first one on where those of a long run are. Also the edges crossed a step.
+fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> (Run, f64) {
     let parameters = recipe(params, elements).parameters(substrate);
     let at = SeedPlace::Point(params.at).locate(substrate, params.seed, 0);
     let mut cluster = Cluster::new(parameters.radius);
@@ -299,7 +299,9 @@ fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> Run {
         cluster.push(model.next(&cluster, &|| false).expect("there is room"));
         model.born(&cluster);
     }
-    run_of(substrate, &cluster, model.counts())
+    let counts = model.counts();
+    let crossed = (counts.crossings - u64::MAX / 2) as f64 / counts.steps as f64;
+    (run_of(substrate, &cluster, counts), crossed)
 }
 
 /// The same rock in 294,912 triangles: walkers are on a copy of it that hardly strays.
@@ -317,10 +319,15 @@ fn packed_lichen_on_the_rock_in_small_triangles() {
         3000,
         10,
     );
-    let substrate = finer::in_fours(&mesh(&case.shape), 3);
+    let substrate = finer::finer(&mesh(&case.shape), 3);
     assert_eq!(substrate.triangles().len(), 294_912);
-    check_engine(&case, |params| late_run(&substrate, params, case.elements));
-    let run = late_run(&substrate, &case.params, case.elements);
+    check_engine(&case, |params| {
+        late_run(&substrate, params, case.elements).0
+    });
+    let (run, crossed) = late_run(&substrate, &case.params, case.elements);
+    let (_, on_large) = late_run(&mesh(&case.shape), &case.params, case.elements);
+    println!("{crossed:.2} edges crossed a step, {on_large:.2} on the large triangles");
+    assert!(crossed < 1.1 * on_large, "{crossed} edges, not {on_large}");
     let smallest = stats::smallest_distance(&run.positions()) / (2.0 * case.params.radius);
     assert!(smallest > 1.0 - 1e-6, "a pair at {smallest} diameters");
 }

@@ -22,8 +22,8 @@ use crate::walk::Stand;
 /// may as many times more as their bounds are larger.
 const ERROR: f64 = 8.0;
 
-/// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Distances along the
-/// surface differ by the square of that.
+/// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Over
+/// bumps a radius wide and more, ways along the surface are longer by the square of that.
 const NEAR_ERROR: f64 = 0.02;
 
 /// A place on it stands for one on the surface that is within this many times as much.

@@ -1,25 +1,44 @@
 //! The same surface in smaller triangles.
 
-use glam::DVec3;
+use std::collections::HashMap;
+
 use thallus::substrate::{Soup, Substrate};
 
-/// Each triangle of a mesh in four, so many times.
-pub(crate) fn in_fours(mesh: &Substrate, times: u32) -> Substrate {
-    let file = |p| mesh.units().to_file(p);
-    let triangles = 0..mesh.triangles().len() as u32;
-    let all = triangles.map(|t| mesh.corners(t).map(file)).collect();
-    let all: Vec<[DVec3; 3]> =
-        (0..times).fold(all, |all: Vec<_>, _| all.iter().flat_map(four).collect());
-    let corners = 0..3 * all.len() as u32;
+/// A mesh with each triangle in four, so many times.
+pub(crate) fn finer(mesh: &Substrate, times: u32) -> Substrate {
+    let file = |p| mesh.units().to_file(p).to_array();
     let soup = Soup {
-        positions: all.as_flattened().iter().map(|p| p.to_array()).collect(),
-        triangles: corners.collect::<Vec<_>>().as_chunks().0.to_vec(),
+        positions: mesh.vertices().iter().copied().map(file).collect(),
+        triangles: mesh.triangles().to_vec(),
         notes: Vec::new(),
     };
-    Substrate::from_soup(soup).expect("a mesh")
+    Substrate::from_soup(in_fours(soup, times)).expect("a mesh")
 }
 
-fn four([a, b, c]: &[DVec3; 3]) -> [[DVec3; 3]; 4] {
-    let [d, e, f] = [(a, b), (b, c), (c, a)].map(|(p, q)| (*p + *q) * 0.5);
-    [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]]
+/// Each triangle in four, so many times.
+pub(crate) fn in_fours(soup: Soup, times: u32) -> Soup {
+    (0..times).fold(soup, |soup, _| four_each(&soup))
+}
+
+/// Every triangle as four: the same surface in finer triangles.
+fn four_each(soup: &Soup) -> Soup {
+    let mut positions = soup.positions.clone();
+    let mut halves: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut half = |a: u32, b: u32| {
+        *halves.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+            let [p, q] = [a, b].map(|i| soup.positions[i as usize]);
+            positions.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+            positions.len() as u32 - 1
+        })
+    };
+    let mut triangles = Vec::with_capacity(4 * soup.triangles.len());
+    for &[a, b, c] in &soup.triangles {
+        let [d, e, f] = [half(a, b), half(b, c), half(c, a)];
+        triangles.extend([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]);
+    }
+    Soup {
+        positions,
+        triangles,
+        notes: Vec::new(),
+    }
 }
