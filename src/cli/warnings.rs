@@ -96,6 +96,9 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let units = substrate.units();
     let vertices = substrate.vertices();
     let apart = (STRAY * vertices.len() as f64) as usize;
+    if is_spread(substrate, apart) {
+        return None;
+    }
     let extent = [0, 1, 2].map(|axis| {
         let mut along: Vec<f64> = vertices.iter().map(|&v| units.to_file(v)[axis]).collect();
         let last = along.len() - 1 - apart;
@@ -116,6 +119,23 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
             short(proposed)
         )
     })
+}
+
+/// Whether in each third at either end of the longest axis there are more vertices than may lie apart: then what
+/// lies between is more than a [`FAR`]th of the diagonal, and to sort nothing tells so.
+fn is_spread(substrate: &Substrate, apart: usize) -> bool {
+    let [low, high] = substrate.bounds();
+    let axis = (high - low).max_position();
+    let third = (high - low)[axis] / 3.0;
+    let ends = [low[axis] + third, high[axis] - third];
+    let is_full = |is_there: fn(f64, [f64; 2]) -> bool| {
+        let mut there = substrate
+            .vertices()
+            .iter()
+            .filter(|v| is_there(v[axis], ends));
+        there.nth(apart).is_some()
+    };
+    is_full(|x, ends| x < ends[0]) && is_full(|x, ends| x > ends[1])
 }
 
 /// A closed piece holds less than this share of what a ball of its area does only where it is as good as flat.

@@ -31,12 +31,11 @@ pub(super) type Parts = HashMap<u32, Part>;
 
 /// Flips away the caps of triangles in the order of the file. Those that are left have nothing to hold
 /// together, or are at an edge of more than two triangles.
-pub(super) fn flip(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Parts {
-    let is_cap = |t: &[u32; 3]| !is_repeating(*t) && is_degenerate(vertices, *t);
-    let caps: Vec<u32> = (0..)
-        .zip(triangles.iter())
-        .filter_map(|(t, corners)| is_cap(corners).then_some(t))
-        .collect();
+///
+/// `flat` are those without area, ascending.
+pub(super) fn flip(vertices: &[DVec3], triangles: &mut [[u32; 3]], flat: &[u32]) -> Parts {
+    let is_cap = |t: &u32| !is_repeating(triangles[*t as usize]);
+    let caps: Vec<u32> = flat.iter().copied().filter(is_cap).collect();
     if caps.is_empty() {
         return Parts::new();
     }

@@ -31,7 +31,7 @@ pub struct Chart {
 
 /// A triangle's crossings by the half-edges that leave its first, second and third corner.
 pub(super) fn crossings(corners: [DVec3; 3], twins: [Twin; 3]) -> [Crossing; 3] {
-    [0, 1, 2].map(|k| {
+    let one = |k: usize| {
         let (next, previous) = ((k + 1) % 3, (k + 2) % 3);
         let (e, f) = (corners[next] - corners[k], corners[previous] - corners[k]);
         let length_sq = e.length_squared();
@@ -40,7 +40,8 @@ pub(super) fn crossings(corners: [DVec3; 3], twins: [Twin; 3]) -> [Crossing; 3] 
             height: e.cross(f).length() / length_sq,
             exits: [twins[next], twins[previous]],
         }
-    })
+    };
+    [one(0), one(1), one(2)]
 }
 
 impl Chart {

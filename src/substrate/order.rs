@@ -51,7 +51,8 @@ pub(super) fn canonical_numbers(source: &[u32], components: &[Component]) -> Vec
     numbers
 }
 
-/// Bits of each coordinate that order places along the curve.
+/// Bits of each coordinate that order places along the curve, at most: fewer where so many places leave
+/// no room for them beside their numbers in one word, and of a mesh's triangles few are then in one cell.
 const CURVE_BITS: u32 = 16;
 
 /// The triangles' numbers, ordered by their centroids.
@@ -72,20 +73,23 @@ pub(crate) fn along_curve(
     places: usize,
     place: impl Fn(usize) -> DVec3 + Sync,
 ) -> Vec<u32> {
-    let cells = f64::from(1u32 << CURVE_BITS) / (high - low).max_element();
+    let number_bits = usize::BITS - places.leading_zeros();
+    let bits = CURVE_BITS.min((u64::BITS - number_bits) / 3);
+    let cells = f64::from(1u32 << bits) / (high - low).max_element();
     let key = |i: usize| {
         let cell = (place(i) - low) * cells;
-        let [x, y, z] = cell.to_array().map(|x| spread(x as u64));
-        (x | y << 1 | z << 2, i as u32)
+        let along = |x: f64| spread((x as u64).min((1 << bits) - 1));
+        let along = along(cell.x) | along(cell.y) << 1 | along(cell.z) << 2;
+        along << number_bits | i as u64
     };
-    let mut keys: Vec<(u64, u32)> = (0..places).into_par_iter().map(key).collect();
+    let mut keys: Vec<u64> = (0..places).into_par_iter().map(key).collect();
     keys.par_sort_unstable();
-    keys.into_iter().map(|(_, i)| i).collect()
+    let number = |key: u64| (key & ((1 << number_bits) - 1)) as u32;
+    keys.into_iter().map(number).collect()
 }
 
-/// Spreads 16 bits, or as many as there are, to every third place.
+/// Spreads 16 bits to every third place.
 fn spread(x: u64) -> u64 {
-    let x = x.min((1 << CURVE_BITS) - 1);
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
     let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
     let x = (x | x << 8) & 0x100f_00f0_0f00_f00f;

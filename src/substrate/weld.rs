@@ -71,11 +71,17 @@ pub(super) fn weld(soup: Soup) -> Welded {
     drop(positions);
     let merged = used - vertices.len();
     let read = triangles.len();
-    let parts = caps::flip(&vertices, &mut triangles);
+    let flat: Vec<u32> = (0..read as u32)
+        .into_par_iter()
+        .filter(|&t| is_degenerate(&vertices, triangles[t as usize]))
+        .collect();
+    let parts = caps::flip(&vertices, &mut triangles, &flat);
     let mut source: Vec<u32> = (0..read as u32).collect();
-    retain_pairs(&mut triangles, &mut source, |t| {
-        !is_degenerate(&vertices, t)
-    });
+    if !flat.is_empty() {
+        retain_pairs(&mut triangles, &mut source, |t| {
+            !is_degenerate(&vertices, t)
+        });
+    }
     let degenerate = read - triangles.len();
     let mut welded = Welded {
         units,

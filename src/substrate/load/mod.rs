@@ -17,6 +17,7 @@ mod meshopt;
 mod mtl;
 mod obj;
 mod ply;
+mod ply_body;
 mod ply_header;
 mod polygon;
 mod stl;

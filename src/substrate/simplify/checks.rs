@@ -34,6 +34,8 @@ pub(super) struct Star {
     fan: Vec<[u32; 2]>,
     /// Each once, and how many triangles it shares with the vertex.
     neighbours: Vec<(u32, usize)>,
+    /// Of the triangles, twice their area long; by [`Star::find_normals`].
+    normals: Vec<DVec3>,
 }
 
 impl Star {
@@ -53,6 +55,14 @@ impl Star {
             self.neighbours
                 .extend(same.map(|same| (same[0], same.len())));
         }
+    }
+
+    /// Finds the normals of its triangles, which tell where it may go.
+    pub(super) fn find_normals(&mut self, surface: &Surface) {
+        let p = surface.place(self.vertex);
+        let normals = { self.fan.iter() }.map(|&ends| normal(surface, p, ends));
+        self.normals.clear();
+        self.normals.extend(normals);
     }
 
     /// Neighbours, and how many triangles each shares with the vertex.
@@ -83,6 +93,12 @@ impl Star {
         let stays = move |f: &&[u32; 2]| !f.contains(&neighbour);
         self.fan.iter().filter(stays).copied()
     }
+}
+
+/// The normal of a triangle at a place, twice its area long.
+fn normal(surface: &Surface, p: DVec3, ends: [u32; 2]) -> DVec3 {
+    let [a, b] = ends.map(|v| surface.place(v) - p);
+    a.cross(b)
 }
 
 /// Whether moving a vertex onto its neighbour leaves the topology as it is: the link condition of
@@ -118,16 +134,33 @@ pub(super) fn keeps_crowd_small(star: &Star, target: &Star) -> bool {
     stay <= MOST_ABOUT.max(target.fan.len())
 }
 
-/// Whether no triangle turns over or becomes a sliver, unless it is one.
-pub(super) fn keeps_triangles(surface: &Surface, star: &Star, onto: u32) -> bool {
+/// Whether no triangle turns over or becomes a sliver, unless it is one. The normals of those that stay, as they
+/// would be, are listed in `moved`.
+pub(super) fn keeps_triangles(
+    surface: &Surface,
+    star: &Star,
+    onto: u32,
+    moved: &mut Vec<DVec3>,
+) -> bool {
     let [old, new] = [star.vertex, onto].map(|v| surface.place(v));
-    star.staying(onto).all(|ends| {
+    moved.clear();
+    let stays = |(ends, _): &(&[u32; 2], &DVec3)| !ends.contains(&onto);
+    let mut staying = star.fan.iter().zip(&star.normals).filter(stays);
+    staying.all(|(ends, &before)| {
         let [a, b] = ends.map(|v| surface.place(v));
-        let [before, after] = [old, new].map(|p| (a - p).cross(b - p));
+        let after = (a - new).cross(b - new);
+        moved.push(after);
         let lengths_sq = before.length_squared() * after.length_squared();
         before.dot(after) > LEAST_COS_TURN * lengths_sq.sqrt()
-            && aspect(after, [new, a, b]) >= LEAST_ASPECT.min(aspect(before, [old, a, b]))
+            && is_no_sliver(after, [new, a, b], before, old)
     })
+}
+
+/// Whether a triangle is no sliver, or is one before its first corner moves, with what normal that was where.
+fn is_no_sliver(after: DVec3, corners: [DVec3; 3], before: DVec3, old: DVec3) -> bool {
+    let [_, a, b] = corners;
+    let now = aspect(after, corners);
+    now >= LEAST_ASPECT || now >= aspect(before, [old, a, b])
 }
 
 fn aspect(normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
@@ -150,12 +183,7 @@ pub(super) fn keeps_sharp_edge(
     onto: u32,
     apexes: &mut Vec<[u32; 2]>,
 ) -> bool {
-    if faces_one_way(
-        surface,
-        star.vertex,
-        star.fan.iter().copied(),
-        FACES_NO_SHARP_EDGE,
-    ) {
+    if face_one_way(star.normals.iter().copied(), FACES_NO_SHARP_EDGE) {
         return true;
     }
     apexes.clear();
@@ -170,20 +198,22 @@ pub(super) fn keeps_sharp_edge(
 }
 
 /// Whether no two triangles come to lie closer upon each other about their edge than the sharpest
-/// fold that is allowed, or that is there.
+/// fold that is allowed, or that is there. `moved` are the normals of those that [stay](keeps_triangles).
 pub(super) fn keeps_folds_open(
     surface: &Surface,
     star: &Star,
     target: &Star,
+    moved: &[DVec3],
     apexes: &mut Vec<[u32; 2]>,
 ) -> bool {
-    let moved = star.staying(target.vertex);
-    let left = moved.chain(target.staying(star.vertex));
-    if faces_one_way(surface, target.vertex, left.clone(), FACES_NO_FOLD) {
+    let p = surface.place(target.vertex);
+    let others = target.staying(star.vertex);
+    let normals = { others.clone() }.map(|ends| normal(surface, p, ends));
+    if face_one_way(moved.iter().copied().chain(normals), FACES_NO_FOLD) {
         return true;
     }
     apexes.clear();
-    spread(left, apexes);
+    spread(star.staying(target.vertex).chain(others), apexes);
     let after = sharpest(surface, target.vertex, apexes);
     after <= SHARPEST_FOLD || {
         let mut sharpest_about = |star: &Star| {
@@ -195,19 +225,9 @@ pub(super) fn keeps_folds_open(
     }
 }
 
-/// Whether no triangle of a fan faces away from the first by more than an angle, given as its
+/// Whether none of the normals points away from the first by more than an angle, given as its
 /// cosine; so no two differ by more than twice that, and most fans need no closer look.
-fn faces_one_way(
-    surface: &Surface,
-    middle: u32,
-    fan: impl Iterator<Item = [u32; 2]>,
-    least_cos: f64,
-) -> bool {
-    let p = surface.place(middle);
-    let mut normals = fan.map(|ends| {
-        let [a, b] = ends.map(|v| surface.place(v) - p);
-        a.cross(b)
-    });
+fn face_one_way(mut normals: impl Iterator<Item = DVec3>, least_cos: f64) -> bool {
     let first = normals.next().unwrap_or(DVec3::ZERO);
     let first_sq = first.length_squared();
     normals.all(|n| n.dot(first) > least_cos * (n.length_squared() * first_sq).sqrt())

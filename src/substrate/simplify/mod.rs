@@ -42,7 +42,7 @@ use numbers::Numbers;
 pub(super) use passes::Limits;
 use passes::{Part, Simplifier, Vertex};
 use quadric::Quadric;
-use surface::{Kind, Surface};
+use surface::{Kind, Surface, valid};
 
 /// Weight of the planes that stand on the border, against triangles of that side.
 const BORDER: f64 = 4.0;
@@ -102,9 +102,16 @@ struct Whole<'a> {
     triangles: Vec<[u32; 3]>,
     /// The number of each in the given list.
     source: Vec<u32>,
-    vertices: Vec<Vertex>,
+    known: Known,
     /// The vertex that each has gone into, itself where it is still there.
     onto: Vec<u32>,
+}
+
+/// What is known of the vertices that have been in a part so far.
+struct Known {
+    /// Where each is in the list, or nowhere.
+    slots: Vec<u32>,
+    vertices: Vec<Vertex>,
     /// Whether the triangles about each inner vertex all run the same way round, so that each of its
     /// neighbours is the first in one of them. Collapses leave that so.
     run_alike: bool,
@@ -112,23 +119,13 @@ struct Whole<'a> {
 
 impl<'a> Whole<'a> {
     fn new(places: &'a [DVec3], given: &[[u32; 3]]) -> Self {
-        let surface = Surface::new(places, given);
-        let numbers = 0..places.len() as u32;
-        let vertex = |v: u32| {
-            let (kind, runs_alike) = surface.kind(v);
-            let turned = kind == Kind::Inner && !runs_alike;
-            (Vertex::new(kind, quadric(&surface, v, kind)), turned)
-        };
-        let (vertices, turned): (Vec<_>, Vec<_>) =
-            numbers.clone().into_par_iter().map(vertex).unzip();
-        let (triangles, source) = surface.into_triangles();
+        let (triangles, source) = valid(places.len(), given);
         Self {
             places,
             triangles,
             source,
-            vertices,
-            onto: numbers.collect(),
-            run_alike: !turned.contains(&true),
+            known: Known::none(places.len()),
+            onto: (0..places.len() as u32).collect(),
         }
     }
 
@@ -137,6 +134,7 @@ impl<'a> Whole<'a> {
         let all = self.triangles.len();
         let part = part.clamp(1, all.max(1));
         let shared = self.shared(part);
+        self.know_shared(&shared);
         let parts = self.triangles.par_chunks(part);
         let simplified: Vec<_> = parts
             .map(|triangles| {
@@ -150,12 +148,33 @@ impl<'a> Whole<'a> {
             self.triangles.extend(part.triangles);
             let numbers = part.source.iter().map(|&t| source[t as usize]);
             self.source.extend(numbers);
+            self.known.run_alike &= part.run_alike;
             for (v, vertex) in part.left {
-                self.vertices[v as usize] = vertex;
+                self.known.put(v, vertex);
             }
             for [from, onto] in part.gone {
                 self.onto[from as usize] = onto;
             }
+        }
+    }
+
+    /// Looks at the vertices that are shared and have not been in a part: no part has all triangles about them.
+    fn know_shared(&mut self, shared: &[bool]) {
+        let is_new = |v: &u32| shared[*v as usize] && self.known.get(*v).is_none();
+        let about = self
+            .triangles
+            .iter()
+            .filter(|t| t.iter().any(|v| is_new(v)));
+        let about: Vec<[u32; 3]> = about.copied().collect();
+        let mut new: Vec<u32> = about.as_flattened().to_vec();
+        new.retain(is_new);
+        new.sort_unstable();
+        new.dedup();
+        let surface = Surface::new(self.places, about);
+        for v in new {
+            let (vertex, is_turned) = first_look(&surface, v);
+            self.known.run_alike &= !is_turned;
+            self.known.put(v, vertex);
         }
     }
 
@@ -164,13 +183,20 @@ impl<'a> Whole<'a> {
         let numbers = Numbers::of(triangles.as_flattened());
         let all: Vec<u32> = numbers.iter().collect();
         let places: Vec<DVec3> = all.iter().map(|&v| self.places[v as usize]).collect();
-        let vertices = all.iter().map(|&v| Vertex {
-            stays: shared[v as usize],
-            ..self.vertices[v as usize]
-        });
         let triangles = triangles.iter().map(|t| t.map(|v| numbers.place(v)));
-        let surface = Surface::new(&places, &triangles.collect::<Vec<_>>());
-        let mut simplifier = Simplifier::new(surface, vertices.collect(), self.run_alike, *limits);
+        let surface = Surface::new(&places, triangles.collect());
+        let mut run_alike = self.known.run_alike;
+        let vertices = (0..).zip(&all).map(|(place, &v)| {
+            let vertex = self.known.get(v).copied().unwrap_or_else(|| {
+                let (vertex, is_turned) = first_look(&surface, place);
+                run_alike &= !is_turned;
+                vertex
+            });
+            let stays = shared[v as usize];
+            Vertex { stays, ..vertex }
+        });
+        let vertices = vertices.collect();
+        let mut simplifier = Simplifier::new(surface, vertices, run_alike, *limits);
         while simplifier.pass() {}
         simplifier.finish(&all)
     }
@@ -201,9 +227,45 @@ impl<'a> Whole<'a> {
             triangles: self.triangles,
             source: self.source,
             onto: self.onto,
-            error: self.vertices.iter().map(|v| v.strayed).fold(0.0, larger),
+            error: { self.known.vertices.iter() }
+                .map(|v| v.strayed)
+                .fold(0.0, larger),
         }
     }
+}
+
+impl Known {
+    const NOWHERE: u32 = u32::MAX;
+
+    fn none(vertices: usize) -> Self {
+        Self {
+            slots: vec![Self::NOWHERE; vertices],
+            vertices: Vec::new(),
+            run_alike: true,
+        }
+    }
+
+    fn get(&self, v: u32) -> Option<&Vertex> {
+        self.vertices.get(self.slots[v as usize] as usize)
+    }
+
+    fn put(&mut self, v: u32, vertex: Vertex) {
+        let slot = &mut self.slots[v as usize];
+        if *slot == Self::NOWHERE {
+            *slot = self.vertices.len() as u32;
+            self.vertices.push(vertex);
+        } else {
+            self.vertices[*slot as usize] = vertex;
+        }
+    }
+}
+
+/// What there is to know of a vertex with all triangles about it, and whether these run differently round an
+/// inner one.
+fn first_look(surface: &Surface, v: u32) -> (Vertex, bool) {
+    let (kind, runs_alike) = surface.kind(v);
+    let is_turned = kind == Kind::Inner && !runs_alike;
+    (Vertex::new(kind, quadric(surface, v, kind)), is_turned)
 }
 
 /// The planes of the triangles about a vertex, and of the border: at right angles to its triangle.

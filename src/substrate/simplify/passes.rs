@@ -108,10 +108,12 @@ pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     /// For each, its number in the part's list.
     pub(super) source: Vec<u32>,
-    /// Vertices that others went onto.
+    /// Vertices that are still there.
     pub(super) left: Vec<(u32, Vertex)>,
     /// Vertices that have gone, each with the one that it went onto.
     pub(super) gone: Vec<[u32; 2]>,
+    /// Whether the triangles about each inner vertex all run the same way round.
+    pub(super) run_alike: bool,
 }
 
 /// A part on its way.
@@ -133,6 +135,7 @@ pub(super) struct Simplifier<'a> {
     target: Star,
     targets: Vec<(Rank, u32)>,
     apexes: Vec<[u32; 2]>,
+    moved_normals: Vec<DVec3>,
 }
 
 impl<'a> Simplifier<'a> {
@@ -158,6 +161,7 @@ impl<'a> Simplifier<'a> {
             target: Star::default(),
             targets: Vec::new(),
             apexes: Vec::new(),
+            moved_normals: Vec::new(),
         }
     }
 
@@ -270,6 +274,9 @@ impl<'a> Simplifier<'a> {
         }
         self.star.read(&self.surface, v, self.is_ring(v));
         let next = self.find_targets(v, limit);
+        if !self.targets.is_empty() {
+            self.star.find_normals(&self.surface);
+        }
         let mut waits = false;
         for i in 0..self.targets.len() {
             let w = self.targets[i].1;
@@ -310,8 +317,9 @@ impl<'a> Simplifier<'a> {
 
     /// How far vertices will have strayed when v moves onto w, if it may.
     fn try_target(&mut self, v: u32, w: u32) -> Option<f64> {
+        let moved = &mut self.moved_normals;
         if self.surface.crowd(w) > MOST_ABOUT
-            || !checks::keeps_triangles(&self.surface, &self.star, w)
+            || !checks::keeps_triangles(&self.surface, &self.star, w, moved)
         {
             return None;
         }
@@ -319,12 +327,12 @@ impl<'a> Simplifier<'a> {
         let (surface, star, target) = (&self.surface, &self.star, &self.target);
         let kind = self.kind(v);
         let strayed = self.vertices[v as usize].strayed + checks::distance_left(surface, star, w);
-        let apexes = &mut self.apexes;
+        let (moved, apexes) = (&self.moved_normals, &mut self.apexes);
         let may = strayed <= self.limits.most_error
             && checks::keeps_topology(star, target, kind)
             && checks::keeps_crowd_small(star, target)
             && checks::keeps_sharp_edge(surface, star, w, apexes)
-            && checks::keeps_folds_open(surface, star, target, apexes);
+            && checks::keeps_folds_open(surface, star, target, moved, apexes);
         may.then_some(strayed)
     }
 
@@ -346,16 +354,12 @@ impl<'a> Simplifier<'a> {
     /// What has come of the part whose vertices have these numbers in the whole.
     pub(super) fn finish(self, numbers: &[u32]) -> Part {
         let number = |v: u32| numbers[v as usize];
-        let mut grown = vec![false; self.onto.len()];
-        for (v, &onto) in (0..).zip(&self.onto) {
-            grown[onto as usize] |= onto != v;
-        }
         let (mut left, mut gone) = (Vec::new(), Vec::new());
         for ((v, onto), vertex) in (0..).zip(self.onto).zip(self.vertices) {
-            if onto != v {
-                gone.push([v, onto].map(number));
-            } else if grown[v as usize] {
+            if onto == v {
                 left.push((number(v), vertex));
+            } else {
+                gone.push([v, onto].map(number));
             }
         }
         let (triangles, source) = self.surface.into_triangles();
@@ -364,6 +368,7 @@ impl<'a> Simplifier<'a> {
             source,
             left,
             gone,
+            run_alike: self.run_alike,
         }
     }
 }

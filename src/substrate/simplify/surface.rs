@@ -34,25 +34,17 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// Leaves out triangles that repeat a corner or have one that is not there.
-    pub(super) fn new(places: &'a [DVec3], given: &[[u32; 3]]) -> Self {
-        let is_valid = |t: [u32; 3]| {
-            let exist = t.iter().all(|&v| (v as usize) < places.len());
-            exist && !repeats_corner(t)
-        };
-        let source: Vec<u32> = (0..given.len() as u32)
-            .filter(|&i| is_valid(given[i as usize]))
-            .collect();
-        let triangles: Vec<_> = source.iter().map(|&i| given[i as usize]).collect();
+    /// Of [`valid`] triangles.
+    pub(super) fn new(places: &'a [DVec3], triangles: Vec<[u32; 3]>) -> Self {
         let mut surface = Self {
             places,
             live: triangles.len(),
+            source: (0..triangles.len() as u32).collect(),
             triangles,
-            source,
             offsets: Vec::new(),
             about: Vec::new(),
         };
-        surface.renew();
+        surface.collect_fans();
         surface
     }
 
@@ -67,8 +59,10 @@ impl<'a> Surface<'a> {
 
     /// Forgets what is gone, and collects anew which triangles are about each vertex.
     pub(super) fn renew(&mut self) {
-        self.forget_gone();
-        self.collect_fans();
+        if self.live < self.triangles.len() {
+            self.forget_gone();
+            self.collect_fans();
+        }
     }
 
     fn forget_gone(&mut self) {
@@ -186,6 +180,15 @@ impl<'a> Surface<'a> {
         self.forget_gone();
         (self.triangles, self.source)
     }
+}
+
+/// The triangles that do not repeat a corner and have none that is not there, and their numbers in the given list.
+pub(super) fn valid(places: usize, given: &[[u32; 3]]) -> (Vec<[u32; 3]>, Vec<u32>) {
+    let is_valid = |(t, _): &([u32; 3], u32)| {
+        let exist = t.iter().all(|&v| (v as usize) < places);
+        exist && !repeats_corner(*t)
+    };
+    given.iter().copied().zip(0..).filter(is_valid).unzip()
 }
 
 fn repeats_corner([a, b, c]: [u32; 3]) -> bool {

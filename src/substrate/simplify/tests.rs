@@ -600,7 +600,7 @@ fn a_turned_triangle_is_seen_at_its_corners() {
         .chain((0..6).map(hexagon))
         .collect();
     let mut triangles: Vec<[u32; 3]> = (0..6).map(|i| [0, 1 + i, 1 + (i + 1) % 6]).collect();
-    assert!(Surface::new(&places, &triangles).is_ring_about(0));
+    assert!(Surface::new(&places, triangles.clone()).is_ring_about(0));
     triangles[2].swap(1, 2);
-    assert!(!Surface::new(&places, &triangles).is_ring_about(0));
+    assert!(!Surface::new(&places, triangles).is_ring_about(0));
 }
