@@ -10,6 +10,7 @@
 //! faces in small triangles are, walkers are on that copy up to the lichen: see [`near`](super::near). If it has few
 //! triangles there are no others.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -52,7 +53,8 @@ pub(super) type Level = usize;
 
 /// Where a copy serves.
 struct Reach {
-    /// For each triangle, how far from it the places on the surface are that it stands for, at most.
+    /// For each triangle, how far from it the places on the surface are that it stands for, at most. None where
+    /// that is next to nothing.
     deviations: Vec<f64>,
     /// A walker on the copy with a smaller bound lands.
     land: f64,
@@ -74,7 +76,7 @@ impl Far {
         for copy in &copies.all {
             reaches.push(match copies.has_near && reaches.is_empty() {
                 true => Reach {
-                    deviations: vec![0.0; copy.surface().triangles().len()],
+                    deviations: Vec::new(),
                     land: f64::NEG_INFINITY,
                     lift: radius + beside,
                 },
@@ -102,6 +104,13 @@ impl Far {
         level == 1 && self.copies.has_near
     }
 
+    /// The component of the copy that hardly strays that stands for one of the surface.
+    pub(super) fn component_of_copy(&self, triangles: &Range<u32>) -> Range<u32> {
+        let copy = &self.copies.all[0];
+        let of_first = copy.stand_ins()[triangles.start as usize];
+        copy.surface().component_of(of_first).triangles.clone()
+    }
+
     /// The copy that hardly strays.
     pub(super) fn near(&self) -> Ground<'_> {
         let copy = &self.copies.all[0];
@@ -124,7 +133,10 @@ impl Far {
     pub(super) fn deviation(&self, level: Level, triangle: u32) -> f64 {
         match level {
             0 => 0.0,
-            _ => self.reaches[level - 1].deviations[triangle as usize],
+            _ => {
+                let deviations = &self.reaches[level - 1].deviations;
+                deviations.get(triangle as usize).copied().unwrap_or(0.0)
+            }
         }
     }
 
@@ -179,6 +191,14 @@ impl Far {
     }
 }
 
+/// The surface that walkers set out on from the launch sphere's arcs: the copy that hardly strays, if there is one.
+pub(super) fn outset<'a>(far: Option<&'a Far>, substrate: &'a Substrate) -> (Level, &'a Substrate) {
+    match far.filter(|far| far.copies.has_near) {
+        Some(far) => (1, far.near().surface),
+        None => (0, substrate),
+    }
+}
+
 /// Short walks over a surface, each towards a place, as long as they lead nearer.
 fn walk_to(surface: &Substrate, mut there: Stand, to: DVec3) -> Stand {
     for _ in 0..MOST_WALKS {
@@ -199,7 +219,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::growth::launch::AreaSampler;
+    use crate::growth::launch::{AreaSampler, LaunchRing};
     use crate::rng::{Purpose, Stream};
 
     fn boulder() -> (Substrate, Far) {
@@ -255,34 +275,33 @@ mod tests {
         assert!(beyond < 20, "{beyond} of 4000");
     }
 
-    /// A cube, each face cut into so many squares along its sides.
-    fn cube(squares: u32) -> Substrate {
-        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        let at = |i: u32| f64::from(i) / f64::from(squares) - 0.5;
-        for (face, i) in (0..6).flat_map(|face| (0..squares).map(move |i| (face, i))) {
-            for j in 0..squares {
-                let place = |[i, j]: [u32; 2]| {
-                    let side = if face < 3 { 0.5 } else { -0.5 };
-                    let mut p = [at(i), at(j), side];
-                    p.rotate_left(face % 3);
-                    p
-                };
-                let first = positions.len() as u32;
-                positions.extend([[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(place));
-                triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k)));
+    /// Cubes beside each other with sides of these lengths, each face cut into so many squares along its sides.
+    fn cubes(sides: &[f64], squares: u32) -> Substrate {
+        let mut soup = crate::substrate::Soup::default();
+        for (&side, beside) in sides.iter().zip(0..) {
+            let at = |i: u32| side * (f64::from(i) / f64::from(squares) - 0.5);
+            for (face, i) in (0..6).flat_map(|face| (0..squares).map(move |i| (face, i))) {
+                for j in 0..squares {
+                    let place = |[i, j]: [u32; 2]| {
+                        let mut p = [at(i), at(j), if face < 3 { side } else { -side } / 2.0];
+                        p.rotate_left(face % 3);
+                        p[0] += 2.0 * f64::from(beside);
+                        p
+                    };
+                    let first = soup.positions.len() as u32;
+                    let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+                    soup.positions.extend(corners.map(place));
+                    let halves = [[0, 1, 2], [0, 2, 3]];
+                    soup.triangles.extend(halves.map(|t| t.map(|k| first + k)));
+                }
             }
         }
-        let soup = crate::substrate::Soup {
-            positions,
-            triangles,
-            notes: Vec::new(),
-        };
         Substrate::from_soup(soup).expect("a mesh")
     }
 
     #[test]
     fn flat_faces_have_one_copy_that_hardly_strays_and_places_there_and_back_are_the_same() {
-        let cube = cube(60);
+        let cube = cubes(&[1.0], 60);
         let radius = cube.units().length_to_local(cube.auto_radius());
         let far = Far::new(&cube, radius, true).expect("worth having");
         assert!(far.is_near(1) && far.copies.all.len() == 1);
@@ -295,6 +314,27 @@ mod tests {
             assert!(there.position.distance(here.position) < 1e-9 * radius);
             let back = far.landed(1, &cube, &there).expect("beside");
             assert!(back.position.distance(here.position) < 1e-9 * radius);
+        }
+    }
+
+    #[test]
+    fn the_launch_sphere_cuts_that_copy_as_it_does_the_faces() {
+        let cubes = cubes(&[0.8, 1.0, 0.9], 60);
+        let radius = cubes.units().length_to_local(cubes.auto_radius());
+        let far = Far::new(&cubes, radius, true).expect("worth having");
+        let (level, copy) = outset(Some(&far), &cubes);
+        assert_eq!((level, outset(None, &cubes).0), (1, 0));
+        assert_eq!(cubes.components().len(), 3);
+        for component in cubes.components() {
+            let component = &component.triangles;
+            let centre = cubes.position(&SurfacePoint::from_weights(component.start, [1.0; 3]));
+            let length = |surface, triangles| {
+                LaunchRing::new(surface, &[triangles], centre, 40.0 * radius).length()
+            };
+            let on_mesh = length(&cubes, component.clone());
+            let on_copy = length(copy, far.component_of_copy(component));
+            assert!(on_mesh > 40.0 * radius);
+            assert!((on_copy / on_mesh - 1.0).abs() < 1e-9);
         }
     }
 

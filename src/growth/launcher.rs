@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::Parameters;
+use super::far::{Far, outset};
 use super::launch::{AreaSampler, LaunchRing};
 use crate::cluster::Cluster;
 use crate::substrate::Substrate;
@@ -38,6 +39,7 @@ pub(super) struct Launcher {
     better_by_index: Range<f64>,
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
+    /// On the surface that walkers [set out](outset) on.
     pub(super) ring: LaunchRing,
     pub(super) area: Option<AreaSampler>,
     /// How often these were worked out anew.
@@ -49,6 +51,7 @@ impl Launcher {
     pub(super) fn update(
         &mut self,
         substrate: &Substrate,
+        far: Option<&Far>,
         parameters: &Parameters,
         cluster: &Cluster,
     ) {
@@ -67,14 +70,26 @@ impl Launcher {
         let gap = self.radius - extent.effective_radius();
         let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
         if is_new || drift > gap / 16.0 || reach > self.reach {
-            self.version += 1;
             self.set_out(parameters, cluster);
             self.better_by_index = self.reach + EDGES * edge(substrate)..AROUND * self.reach;
-            self.ring = LaunchRing::new(substrate, &self.components, self.centre, radius);
-            if self.ring.length() == 0.0 && self.area.is_none() {
-                let triangles = self.components.iter().flat_map(Clone::clone);
-                self.area = Some(AreaSampler::new(substrate, triangles));
-            }
+            self.cut(substrate, far);
+        }
+    }
+
+    /// Cuts the surface with the sphere, or the copy that walkers then set out on.
+    pub(super) fn cut(&mut self, substrate: &Substrate, far: Option<&Far>) {
+        self.version += 1;
+        let (level, surface) = outset(far, substrate);
+        let components = match far.filter(|_| level > 0) {
+            Some(far) => { self.components.iter() }
+                .map(|triangles| far.component_of_copy(triangles))
+                .collect(),
+            None => self.components.clone(),
+        };
+        self.ring = LaunchRing::new(surface, &components, self.centre, self.radius);
+        if self.encloses() && self.area.is_none() {
+            let triangles = self.components.iter().flat_map(Clone::clone);
+            self.area = Some(AreaSampler::new(substrate, triangles));
         }
     }
 

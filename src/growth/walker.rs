@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::far::Far;
+use super::far::{Far, Level, outset};
 use super::flight::{Asked, Track, Way};
 use super::launch::AreaSampler;
 use super::launcher::Launcher;
@@ -114,10 +114,9 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn set_out(&mut self, number: u64) -> Result<Way, Fate> {
         self.track.begin(self.around.index, self.others_walk);
         let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
-        let Some(start) = self.launch(&mut stream) else {
+        let Some((level, here)) = self.launch(&mut stream) else {
             return Err(Fate::Halted(Halt::NoFreeSurface));
         };
-        let here = Stand::new(self.around.substrate, &start);
         let Some(look) = self.look(here.position) else {
             return Err(self.kill());
         };
@@ -126,7 +125,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let random = RandomStep::draw(&mut stream);
         let mut way = Way {
             here,
-            level: 0,
+            level,
             bound,
             random,
             cramped,
@@ -140,20 +139,22 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.
-    fn launch(&mut self, stream: &mut Stream) -> Option<SurfacePoint> {
+    fn launch(&mut self, stream: &mut Stream) -> Option<(Level, Stand)> {
+        let substrate = self.around.substrate;
         let Some(area) = self
             .launcher
             .area
             .as_ref()
             .filter(|_| self.launcher.encloses())
         else {
-            return self.launcher.ring.sample(self.around.substrate, stream);
+            let (level, surface) = outset(self.far, substrate);
+            let start = self.launcher.ring.sample(surface, stream)?;
+            return Some((level, Stand::new(surface, &start)));
         };
-        let found = free_place(&self.around, self.scratch, area, stream);
-        let place = found.map(|at| self.around.substrate.position(&at));
-        let contact = self.around.contact_distance();
-        place.into_iter().for_each(|p| self.asked(p, contact, 0));
-        found
+        let start = free_place(&self.around, self.scratch, area, stream)?;
+        let here = Stand::new(substrate, &start);
+        self.asked(here.position, self.around.contact_distance(), 0);
+        Some((0, here))
     }
 
     /// Notes that the elements within a ball decided something, and how many more would have made
@@ -535,7 +536,7 @@ mod tests {
         let parameters = parameters(units.length_to_local(units.diagonal()) / 1000.0);
         let (cluster, index) = patch(&substrate, &parameters, 2000);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, &parameters, &cluster);
+        launcher.update(&substrate, None, &parameters, &cluster);
         let mut walk = Walk {
             around: Surroundings {
                 substrate: &substrate,
@@ -587,7 +588,7 @@ mod tests {
         let parameters = parameters(diagonal / 1000.0);
         let (cluster, _) = patch(&substrate, &parameters, 200);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, &parameters, &cluster);
+        launcher.update(&substrate, None, &parameters, &cluster);
         assert!(launcher.reach < 0.3 * diagonal);
         let far = |i: u32| diagonal * f64::from(i) / 1000.0;
         assert!((0..1000).all(|i| !launcher.asks_index(far(i))));

@@ -294,7 +294,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             self.far_was_weighed = true;
             let near = self.parameters.law == Law::Thesis;
             self.far = Far::new(self.substrate, self.parameters.radius, near);
-            self.launcher.version += 1;
+            self.launcher.cut(self.substrate, self.far.as_ref());
         }
     }
 
@@ -355,8 +355,9 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
         self.counts_at_birth.clone_from(&self.counts);
         if !cluster.is_empty() {
             self.index.insert(cluster.elements());
+            let far = self.far.as_ref();
             self.launcher
-                .update(self.substrate, &self.parameters, cluster);
+                .update(self.substrate, far, &self.parameters, cluster);
         }
     }
 

@@ -183,3 +183,35 @@ fn permute(welded: &mut Welded, order: &[u32]) {
     welded.source = order().map(|old| welded.source[old]).collect();
     forget_unused(&mut welded.vertices, &mut welded.triangles);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many that there is room for 15 bits of each coordinate.
+    const MANY: usize = 1 << 17;
+
+    /// A place that is not where its number says.
+    fn place(i: usize) -> DVec3 {
+        let at = |shift: u32| ((i * 40_503) >> shift & 63) as f64 / 63.0;
+        DVec3::new(at(0), at(6), at(12))
+    }
+
+    #[test]
+    fn all_places_are_there_once_cell_by_cell_and_each_cell_in_the_order_of_numbers() {
+        for places in [1, 2, 1000, MANY] {
+            let order = along_curve([DVec3::ZERO, DVec3::ONE], places, place);
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..places as u32));
+            // Of places in eight cubes, and in eight parts of each, no part is left and come to again.
+            let part = |&i: &u32| (place(i as usize) * 4.0).min(DVec3::splat(3.0)).as_uvec3();
+            let parts = order.chunk_by(|i, j| part(i) == part(j)).count();
+            let different: std::collections::HashSet<_> = order.iter().map(part).collect();
+            assert_eq!(parts, different.len(), "{places}");
+            let at = |i: &u32| place(*i as usize);
+            let same = order.chunk_by(|i, j| at(i) == at(j));
+            same.for_each(|same| assert!(same.is_sorted()));
+        }
+    }
+}

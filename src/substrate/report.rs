@@ -179,3 +179,27 @@ fn repairs(mut notes: Vec<String>, welded: &Welded) -> Vec<String> {
     note(welded.merged, "vertex", "vertices", welded_to);
     notes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    #[test]
+    fn what_stands_at_shares_is_that_of_sorted_numbers() {
+        let mut stream = Stream::new(21, Purpose::Walker, 0);
+        for count in [1, 2, 3, 20, 1000] {
+            let mut number = || match stream.uniform() {
+                zero if zero < 0.1 => 0.0,
+                same if same < 0.3 => 0.75,
+                other => libm::pow(10.0, 600.0 * (other - 0.65)),
+            };
+            let mut numbers: Vec<f64> = (0..count).map(|_| number()).collect();
+            let shares = [0.0, 0.05, 0.5, 0.95, 1.0];
+            let found = of_ranks(&numbers, shares);
+            numbers.sort_by(f64::total_cmp);
+            let at = |share: f64| numbers[(share * (count - 1) as f64) as usize];
+            assert_eq!(found, shares.map(at), "{count}");
+        }
+    }
+}

@@ -161,10 +161,7 @@ impl<'a> Whole<'a> {
     /// Looks at the vertices that are shared and have not been in a part: no part has all triangles about them.
     fn know_shared(&mut self, shared: &[bool]) {
         let is_new = |v: &u32| shared[*v as usize] && self.known.get(*v).is_none();
-        let about = self
-            .triangles
-            .iter()
-            .filter(|t| t.iter().any(|v| is_new(v)));
+        let about = self.triangles.iter().filter(|t| t.iter().any(&is_new));
         let about: Vec<[u32; 3]> = about.copied().collect();
         let mut new: Vec<u32> = about.as_flattened().to_vec();
         new.retain(is_new);
