@@ -63,6 +63,11 @@ struct Reach {
 }
 
 impl Far {
+    /// Whether it seems that a copy that hardly strays is worth having, for elements of this radius, local units.
+    pub(super) fn would_hardly_stray(substrate: &Substrate, radius: f64) -> bool {
+        substrate.is_smooth(NEAR_ERROR * radius)
+    }
+
     /// For elements of this radius, local units; with one that hardly strays, if that is worth having, or without.
     /// None where no copy would be.
     pub(super) fn new(substrate: &Substrate, radius: f64, near: bool) -> Option<Self> {

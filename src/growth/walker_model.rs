@@ -31,6 +31,9 @@ use crate::walk::Connectivity;
 /// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
 const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
+/// The same where one that hardly strays seems to be worth having: that saves nearly all crossings.
+const CROSSINGS_WHERE_SMOOTH: u64 = 1;
+
 /// Meshes of fewer triangles are walked over as fast without a copy.
 const LEAST_TRIANGLES: usize = 20_000;
 
@@ -56,7 +59,7 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     launcher: Launcher,
     /// None also where it is not worth having.
     far: Option<Far>,
-    far_was_weighed: bool,
+    copies: MadeCopies,
     counts: Counts,
     /// What they were at the last birth.
     counts_at_birth: Counts,
@@ -78,6 +81,15 @@ impl<I: ElementIndex> std::fmt::Debug for WalkerModel<'_, I> {
     }
 }
 
+/// Whether the coarser copies have been made.
+#[derive(Clone, Copy, PartialEq)]
+enum MadeCopies {
+    NotYet,
+    /// None that hardly strays is worth having; others may be.
+    NotYetAsRough,
+    AllThereWillBe,
+}
+
 type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
@@ -89,13 +101,17 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         assert!(parameters.are_sound(), "unsound parameters: {parameters:?}");
         let law = Stickiness::new(&parameters);
         let wide = law.counts().then(|| widest_count(&parameters));
+        let walks_on_copies =
+            parameters.steps == Steps::Large && substrate.triangles().len() >= LEAST_TRIANGLES;
         Self {
             law,
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
             far: None,
-            far_was_weighed: parameters.steps != Steps::Large
-                || substrate.triangles().len() < LEAST_TRIANGLES,
+            copies: match walks_on_copies {
+                true => MadeCopies::NotYet,
+                false => MadeCopies::AllThereWillBe,
+            },
             counts: Counts::default(),
             counts_at_birth: Counts::default(),
             fleet: VecDeque::new(),
@@ -288,14 +304,28 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// counts at the last birth alone: so a run that goes on after an interruption has them from the same
     /// walker on.
     fn weigh_far(&mut self) {
-        let triangles = self.substrate.triangles().len() as u64;
-        let enough = CROSSINGS_PER_TRIANGLE * triangles;
-        if !self.far_was_weighed && self.counts.crossings > enough {
-            self.far_was_weighed = true;
-            let near = self.parameters.law == Law::Thesis;
-            self.far = Far::new(self.substrate, self.parameters.radius, near);
-            self.launcher.cut(self.substrate, self.far.as_ref());
+        if self.copies == MadeCopies::NotYet && self.has_crossed(CROSSINGS_WHERE_SMOOTH) {
+            let is_smooth = self.parameters.law == Law::Thesis
+                && Far::would_hardly_stray(self.substrate, self.parameters.radius);
+            match is_smooth {
+                true => self.make_copies(true),
+                false => self.copies = MadeCopies::NotYetAsRough,
+            }
         }
+        if self.copies == MadeCopies::NotYetAsRough && self.has_crossed(CROSSINGS_PER_TRIANGLE) {
+            self.make_copies(false);
+        }
+    }
+
+    /// Whether walkers have crossed more than so many edges a triangle.
+    fn has_crossed(&self, per_triangle: u64) -> bool {
+        self.counts.crossings > per_triangle * self.substrate.triangles().len() as u64
+    }
+
+    fn make_copies(&mut self, near: bool) {
+        self.copies = MadeCopies::AllThereWillBe;
+        self.far = Far::new(self.substrate, self.parameters.radius, near);
+        self.launcher.cut(self.substrate, self.far.as_ref());
     }
 
     fn catch_up(&self, flight: &mut Flight<I>, cluster: &Cluster) -> bool {

@@ -133,8 +133,9 @@ impl Substrate {
     fn copies(&self, errors: Errors) -> Copies {
         let [low, high] = self.bounds();
         let most = MOST_ERROR * low.distance(high);
-        let near = errors.near.filter(|&error| self.is_smooth(error));
-        let near = near.and_then(|error| Coarse::new(self, error, Purpose::Near));
+        let near = errors
+            .near
+            .and_then(|error| Coarse::new(self, error, Purpose::Near));
         let mut copies = Copies {
             has_near: near.is_some(),
             all: near.into_iter().collect(),
@@ -153,7 +154,7 @@ impl Substrate {
     }
 
     /// Whether parts of it can do with few triangles, by an error that hardly strays.
-    fn is_smooth(&self, error: f64) -> bool {
+    pub(crate) fn is_smooth(&self, error: f64) -> bool {
         let all = self.triangles();
         let part = (all.len() / TRIED_SHARE).min(MOST_TRIED);
         let limits = Limits {
