@@ -343,6 +343,40 @@ mod tests {
         }
     }
 
+    /// Two sheets in one place that share their corners only.
+    #[test]
+    fn a_piece_does_not_stand_for_another() {
+        let mut soup = crate::substrate::Soup::default();
+        for squares in [150u32, 149] {
+            let at = |i: u32| f64::from(i) / f64::from(squares);
+            for (i, j) in (0..squares).flat_map(|i| (0..squares).map(move |j| (i, j))) {
+                let first = soup.positions.len() as u32;
+                let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+                let places = corners.map(|[i, j]| [at(i), at(j), 0.0]);
+                soup.positions.extend(places);
+                let halves = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k));
+                soup.triangles.extend(halves);
+            }
+        }
+        let sheets = Substrate::from_soup(soup).expect("a mesh");
+        assert_eq!(sheets.components().len(), 2);
+        let radius = sheets.units().length_to_local(sheets.auto_radius());
+        let far = Far::new(&sheets, radius, true).filter(|far| far.is_near(1));
+        let stand_ins = far.as_ref().map(|far| far.copies.all[0].stand_ins());
+        for component in sheets.components() {
+            let triangles = component.triangles.clone();
+            let (Some(far), Some(all)) = (&far, stand_ins) else {
+                continue;
+            };
+            let of_copy = far.component_of_copy(&triangles);
+            assert!(
+                triangles
+                    .into_iter()
+                    .all(|t| of_copy.contains(&all[t as usize]))
+            );
+        }
+    }
+
     #[test]
     fn rough_surfaces_have_none_that_hardly_strays() {
         let (substrate, far) = boulder();

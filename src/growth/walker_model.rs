@@ -31,7 +31,8 @@ use crate::walk::Connectivity;
 /// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
 const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
-/// The same where one that hardly strays seems to be worth having: that saves nearly all crossings.
+/// The same where one that hardly strays seems to be worth having: that saves nearly all crossings. If it is not
+/// after all, the others are made then.
 const CROSSINGS_WHERE_SMOOTH: u64 = 1;
 
 /// Meshes of fewer triangles are walked over as fast without a copy.
@@ -317,9 +318,10 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
-    /// Whether walkers have crossed more than so many edges a triangle.
+    /// Whether walkers had crossed more than so many edges a triangle at the last birth.
     fn has_crossed(&self, per_triangle: u64) -> bool {
-        self.counts.crossings > per_triangle * self.substrate.triangles().len() as u64
+        let crossings = self.counts_at_birth.crossings;
+        crossings > per_triangle * self.substrate.triangles().len() as u64
     }
 
     fn make_copies(&mut self, near: bool) {

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::simplify::{Limits, simplify};
-use super::{Substrate, SurfacePoint, caps, weld};
+use super::{Component, Substrate, SurfacePoint, caps, weld};
 
 /// A copy to walk on where nothing is near is worth having with fewer triangles than this share of the surface's.
 const WORTH: f64 = 0.25;
@@ -218,6 +218,9 @@ impl Coarse {
             NEAR * error,
         )?;
         let (away, above): (Vec<f64>, Vec<u32>) = stand_ins.into_iter().unzip();
+        if purpose == Purpose::Near && !keeps_pieces(fine, &surface, &above) {
+            return None;
+        }
         let below = Grouped::new(surface.triangles().len(), &above);
         let deviations = deviations(fine, &surface, &away, &below);
         let (cells, below) = cells(fine, &surface, &below);
@@ -290,6 +293,25 @@ impl Cells {
         let (n, i) = (self.along as usize, index - self.begin as usize);
         (DVec2::new((i % n) as f64, (i / n) as f64) + 0.5) / n as f64
     }
+}
+
+/// Whether for all of a piece one piece of the copy stands, and for each another: where two share a corner and lie
+/// on one another, what is nearest may be the other's.
+fn keeps_pieces(fine: &Substrate, copy: &Substrate, above: &[u32]) -> bool {
+    let all = fine.components();
+    if all.len() == 1 {
+        return true;
+    }
+    let piece = |t: u32| copy.component_of(above[t as usize]).triangles.start;
+    let mut found: Vec<u32> = all.iter().map(|c| piece(c.triangles.start)).collect();
+    let keeps = |(c, &of_first): (&Component, &u32)| {
+        let mut rest = c.triangles.clone();
+        rest.all(|t| piece(t) == of_first)
+    };
+    let each_keeps = all.iter().zip(&found).all(keeps);
+    found.sort_unstable();
+    found.dedup();
+    each_keeps && found.len() == all.len()
 }
 
 /// Whether a copy of so many triangles is not worth having.

@@ -130,7 +130,7 @@ fn edge_percentiles(welded: &Welded) -> [f64; 3] {
     of_ranks(&lengths_sq, [0.05, 0.5, 0.95]).map(f64::sqrt)
 }
 
-/// Numbers of one sign that share these highest bits lie together in their order, within a sixteenth.
+/// Numbers of one sign that differ in these lowest bits alone lie together in their order, within a sixteenth.
 const ALIKE: u32 = 48;
 
 /// What stands at shares of the way through numbers, none of them below 0, if they were sorted.

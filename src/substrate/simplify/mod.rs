@@ -163,6 +163,9 @@ impl<'a> Whole<'a> {
         let is_new = |v: &u32| shared[*v as usize] && self.known.get(*v).is_none();
         let about = self.triangles.iter().filter(|t| t.iter().any(&is_new));
         let about: Vec<[u32; 3]> = about.copied().collect();
+        if about.is_empty() {
+            return;
+        }
         let mut new: Vec<u32> = about.as_flattened().to_vec();
         new.retain(is_new);
         new.sort_unstable();
