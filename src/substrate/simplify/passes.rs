@@ -27,6 +27,9 @@ const LEAST_SHARE: usize = 12;
 /// A squared error in 32 bits that sort alike.
 type Rank = u32;
 
+/// Nothing ranks lower.
+const LEAST: Rank = 0;
+
 /// A vertex has nowhere to go.
 const NONE: Rank = Rank::MAX;
 
@@ -84,8 +87,8 @@ pub(in super::super) struct Limits {
     pub(in super::super) most_error: f64,
     /// The fewest triangles to leave.
     pub(in super::super) least_triangles: usize,
-    /// Whether all that may go goes as soon as it may, not the cheapest first: for errors so small that all are
-    /// as cheap.
+    /// Whether all that may go goes as soon as it may, in the order of memory and not the cheapest first: for
+    /// errors so small that all are as cheap.
     pub(in super::super) at_once: bool,
 }
 
@@ -202,8 +205,11 @@ impl<'a> Simplifier<'a> {
         }
     }
 
-    /// The rank of the cheapest way for a vertex to go.
+    /// The rank of the cheapest way for a vertex to go, or the least where all go in any order.
     fn cheapest(&self, v: u32) -> Rank {
+        if self.limits.at_once && self.kind(v) != Kind::Fixed {
+            return LEAST;
+        }
         let mover = self.mover(v);
         let rank = |w: u32| match self.vertices[w as usize].stays {
             true => NONE,
@@ -254,9 +260,11 @@ impl<'a> Simplifier<'a> {
     /// Sorts the share of the candidates that this pass takes, forgets the others, and returns the
     /// highest rank taken.
     fn cheapest_first(&mut self) -> Rank {
+        if self.limits.at_once {
+            return UNKNOWN - 1;
+        }
         let last = self.candidates.len() - 1;
-        let takes_all = self.take_all || self.limits.at_once;
-        let share = if takes_all { last } else { last / SHARE };
+        let share = if self.take_all { last } else { last / SHARE };
         let limit = self.candidates.select_nth_unstable(share).1.0;
         self.candidates.truncate(share + 1);
         if self.candidates.len() > MANY {
@@ -297,7 +305,7 @@ impl<'a> Simplifier<'a> {
         let mover = self.mover(v);
         let is_inner = self.kind(v) == Kind::Inner;
         let refused_below = match self.next[v as usize] {
-            UNKNOWN => 0,
+            UNKNOWN => LEAST,
             known => known,
         };
         let mut next = NONE;
