@@ -64,7 +64,15 @@ fn frames_are_closed_meshes_in_numbered_files() {
 fn folders_may_have_dots_in_their_names() {
     let desk = desk();
     fs::create_dir(desk.path("there.mov")).unwrap();
-    for folder in ["there.mov", "slash.mov/", "slash.ply/", "B_0.3", ".hidden"] {
+    for folder in [
+        "there.mov",
+        "slash.mov/",
+        "slash.ply/",
+        "slash.gif/",
+        "slash.usda/",
+        "B_0.3",
+        ".hidden",
+    ] {
         made(&desk, &format!("out -o {folder} --frames 1 --what points"));
         assert_eq!(names(&desk.path(folder)), ["frame_0001.ply"], "{folder}");
     }

@@ -353,6 +353,7 @@ fn errors_are_one_line() {
     let sliver = "v 0 0 0\nv 1 0 0\nv 0.5 1e-9 0\nf 1 2 3\n";
     fs::write(desk.path().join("sliver.obj"), sliver).unwrap();
     grown(desk.path(), "few", "--elements 5");
+    grown(desk.path(), "one", "--elements 1");
     fs::create_dir(desk.path().join("cut")).unwrap();
     let log = desk.path().join("few/run.log");
     fs::copy(log, desk.path().join("cut/run.log")).unwrap();
@@ -371,6 +372,19 @@ fn errors_are_one_line() {
         (vec!["grow", &rock, "--recipe", "part.toml"], 2, "whole"),
         (vec!["grow", &rock, "--recipe", "far.toml"], 2, "far.toml"),
         (vec!["grow", &rock, "--keep-sound"], 2, "--resume"),
+        (
+            vec!["grow", "--resume", "few/recipe.toml"],
+            2,
+            "few/recipe.toml is a file",
+        ),
+        (vec!["skin", "few", "-o", "a.glb/"], 2, "leave the slash"),
+        (vec!["render", "few", "-o", "a.png/"], 2, "leave the slash"),
+        (vec!["export", "few", "-o", "a.csv/"], 2, "leave the slash"),
+        (
+            vec!["export", "one", "--what", "curves", "-o", "a.glb"],
+            1,
+            "error: a.glb: there are no branches",
+        ),
         (vec!["grow", "sliver.obj"], 1, "sliver.obj"),
         (vec!["skin", "cut", "-o", "a.glb"], 1, "--resume cut"),
         (

@@ -618,6 +618,8 @@ fn wrong_grids_are_named_before_anything_is_written() {
     )
     .unwrap();
     fs::write(desk.path("none.toml"), "[axes]\nbias = [1]\n").unwrap();
+    fs::create_dir_all(desk.path("left/cells")).unwrap();
+    fs::copy(desk.path("none.toml"), desk.path("left/grid.toml")).unwrap();
     fs::write(
         desk.path("both.toml"),
         "mesh = \"plane.obj\"\nelements = 50\n[axes]\nreach = \"9r,18r\"\n",
@@ -631,6 +633,14 @@ fn wrong_grids_are_named_before_anything_is_written() {
             ["no cell of the grid can be grown; cell B=7", "-1 to 2"],
         ),
         ("plane.obj --B 0.2,x", 2, ["axis bias", "x"]),
+        ("plane.obj --B 0.2,,0.5", 2, ["axis bias", "missing"]),
+        (
+            "plane.obj --mesh rock.obj --B 0.2,0.5",
+            2,
+            ["two meshes", "plane.obj and --mesh rock.obj"],
+        ),
+        ("left", 2, ["left is a folder", "left/grid.toml"]),
+        ("left/cells", 2, ["left/cells is a folder", "name a mesh"]),
         (
             "plane.obj --axis biass=1,2",
             2,
@@ -682,8 +692,9 @@ fn wrong_grids_are_named_before_anything_is_written() {
 fn further_axes_are_pages() {
     let desk = desk();
     let words = "plane.obj --L 5r,10r --B 0.5 --axis join=pack,touch --radius 0.4% --elements 60 \
-                 --size 48x40 --samples 1 --quiet -o out";
-    done(&desk, words);
+                 --size 48x40 --samples 1 -o out";
+    let told = String::from_utf8(done(&desk, words).stdout).unwrap();
+    assert!(told.contains("contact-sheet-1.png to -2.png"), "{told}");
     for name in ["contact-sheet-1.png", "contact-sheet-2.png"] {
         assert!(desk.path("out").join(name).is_file(), "{name}");
     }

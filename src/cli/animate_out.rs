@@ -12,6 +12,7 @@ use thallus::picture::{Background, FASTEST_GIF};
 use super::animate::check_free;
 use super::animate_args::{AnimateArgs, Subject};
 use super::failure::Failure;
+use super::output::ends_in_slash;
 use super::render_args::What;
 
 /// What is written.
@@ -72,6 +73,9 @@ impl Target {
     }
 
     fn named(args: &AnimateArgs) -> Result<Self, Failure> {
+        if ends_in_slash(&args.output) {
+            return Self::folder(args);
+        }
         let extension = args.output.extension().and_then(|e| e.to_str());
         let extension = extension.unwrap_or_default().to_ascii_lowercase();
         let movie = match extension.as_str() {
@@ -175,9 +179,7 @@ impl Target {
 /// Whether a name that is no film's is a folder's. Numbers behind a dot are no file format: folders
 /// are called B_0.3.
 fn names_folder(output: &Path, extension: &str) -> bool {
-    let last = output.as_os_str().as_encoded_bytes().last();
-    let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
-    has_slash || output.is_dir() || extension.bytes().all(|b| b.is_ascii_digit())
+    output.is_dir() || extension.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// Whether frames are written with this extension.

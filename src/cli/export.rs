@@ -16,6 +16,7 @@ use super::grown::{Grown, load};
 use super::interrupt::leave_no_part;
 use super::mesh_args::MeshArgs;
 use super::number::{elements, plural};
+use super::output::check_names_file;
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
 
@@ -27,6 +28,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
         axes: format.axes,
         metres: format.metres,
     };
+    check_names_file(&args.output)?;
     leave_no_part();
     start_threads(args.run.threads)?;
     let voice = args.run.voice();

@@ -132,11 +132,9 @@ pub(crate) fn check_names_folder(folder: &Path) -> Result<(), Failure> {
         .extension()
         .and_then(|e| e.to_str())
         .unwrap_or_default();
-    let last = folder.as_os_str().as_encoded_bytes().last();
-    let has_slash = last.is_some_and(|&b| std::path::is_separator(char::from(b)));
     let is_file = OF_FILES.iter().any(|of| of.eq_ignore_ascii_case(extension));
     // What is there is told of where it is opened.
-    match is_file && !has_slash && !folder.exists() {
+    match is_file && !ends_in_slash(folder) && !folder.exists() {
         false => Ok(()),
         true => Err(Failure::usage(format!(
             "{0} is the name of a file, and a folder of several files will be made: give it another name, or write \
@@ -144,4 +142,21 @@ pub(crate) fn check_names_folder(folder: &Path) -> Result<(), Failure> {
             folder.display()
         ))),
     }
+}
+
+/// Refuses the name of a folder, by a slash at its end, where a file will be made.
+pub(crate) fn check_names_file(file: &Path) -> Result<(), Failure> {
+    match ends_in_slash(file) {
+        false => Ok(()),
+        true => Err(Failure::usage(format!(
+            "{}: a slash at the end names a folder, and a file will be made: leave the slash away",
+            file.display()
+        ))),
+    }
+}
+
+/// Whether a path is written as a folder's.
+pub(crate) fn ends_in_slash(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    last.is_some_and(|&b| std::path::is_separator(char::from(b)))
 }

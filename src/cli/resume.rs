@@ -41,6 +41,12 @@ impl GrowArgs {
 
 /// Refuses a folder that holds no run, or whose recipe is no file: the run would put one in its place.
 pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
+    if folder.is_file() {
+        return Err(Failure::usage(format!(
+            "{} is a file: --resume goes on with a run by its folder",
+            folder.display()
+        )));
+    }
     let recipe = folder.join(RECIPE);
     let Err(problem) = input::regular(&recipe) else {
         return Ok(());

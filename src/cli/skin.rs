@@ -18,6 +18,7 @@ use super::grown::Grown;
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{count, duration, elements};
+use super::output::check_names_file;
 use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
 use super::skin_paint::{InRadii, paint};
 use super::terminal::{self, Voice};
@@ -81,6 +82,7 @@ fn files(args: &SkinArgs) -> Vec<PathBuf> {
 
 /// Refuses what would be refused when the work is done.
 pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
+    files.iter().try_for_each(|file| check_names_file(file))?;
     let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
     match files.iter().find(taken) {
         Some(file) => Err(OutputError::FileExists(file.clone()).into()),

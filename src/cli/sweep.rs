@@ -33,6 +33,7 @@ pub(crate) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
 
 fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failure> {
     check_names_folder(output)?;
+    check_names_mesh_or_grid(from)?;
     let voice = Voice { quiet: args.quiet };
     let mut grid = grid(args, from)?;
     grid.cells()?;
@@ -115,10 +116,32 @@ fn is_grid(from: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
+/// Refuses a folder; names the grid in it if there is one.
+fn check_names_mesh_or_grid(from: &Path) -> Result<(), Failure> {
+    let grid = from.join(record::GRID);
+    match (from.is_dir(), grid.is_file()) {
+        (false, _) => Ok(()),
+        (true, true) => Err(Failure::usage(format!(
+            "{} is a folder: name the grid in it, {}",
+            from.display(),
+            grid.display()
+        ))),
+        (true, false) => Err(Failure::usage(format!(
+            "{} is a folder: name a mesh, or a grid that a sweep has left",
+            from.display()
+        ))),
+    }
+}
+
 /// The mesh to grow on: MESH, --mesh, or the one that the grid or its recipe names.
 fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Failure> {
     match (&args.mesh, is_grid(from), &grid.base.mesh) {
-        (Some(mesh), ..) => Ok(mesh.clone()),
+        (Some(mesh), true, _) => Ok(mesh.clone()),
+        (Some(mesh), false, _) => Err(Failure::usage(format!(
+            "{} and --mesh {} are two meshes: name one, for --mesh says where that of a grid lies",
+            from.display(),
+            mesh.display()
+        ))),
         (None, false, _) => Ok(from.to_owned()),
         (None, true, None) => Err(Failure::usage(format!(
             "{} names no mesh: add mesh = \"FILE\" to it, or give --mesh FILE",

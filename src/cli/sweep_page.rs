@@ -107,6 +107,14 @@ impl Page<'_> {
         }
     }
 
+    /// All of them, in a few words.
+    fn sheet_names(&self) -> String {
+        match self.grid.layout().pages {
+            1 => self.sheet_name(0),
+            pages => format!("{} to -{pages}.png", self.sheet_name(0)),
+        }
+    }
+
     /// What all cells have in common, in one line.
     fn note(&self) -> String {
         let seeds = match self.grid.seeds {
@@ -211,7 +219,7 @@ impl Page<'_> {
             plural(self.plan.cells.len(), "cell", "cells"),
             duration(seconds),
             self.folder.join(REPORT).display(),
-            self.sheet_name(0),
+            self.sheet_names(),
         ))?;
         Ok(())
     }

@@ -37,7 +37,7 @@ pub enum OutputError {
         process: Option<u32>,
     },
     /// The system refused.
-    #[error("{}: {doing} failed: {source}{}", .path.display(), cure(.source))]
+    #[error("{}: {}{source}{}", .path.display(), tried(.doing, .source), cure(.source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -80,6 +80,14 @@ fn kind(path: &Path) -> &'static str {
 
 fn number(id: &Option<u32>) -> String {
     id.map_or_else(String::new, |id| format!(" (process {id})"))
+}
+
+/// What was tried, where the system refused; what cannot be written is not its fault.
+fn tried(doing: &str, reason: &io::Error) -> String {
+    match reason.kind() == io::ErrorKind::InvalidInput && reason.raw_os_error().is_none() {
+        true => String::new(),
+        false => format!("{doing} failed: "),
+    }
 }
 
 fn cure(reason: &io::Error) -> &'static str {

@@ -414,6 +414,7 @@ fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
 enum Loose {
     Text(String),
     Whole(i64),
+    Large(u64),
     List(Vec<f64>),
 }
 
@@ -423,6 +424,7 @@ impl Loose {
         match self {
             Self::Text(text) => text,
             Self::Whole(number) => number.to_string(),
+            Self::Large(number) => number.to_string(),
             Self::List(numbers) => {
                 let numbers: Vec<_> = numbers.iter().map(f64::to_string).collect();
                 numbers.join(",")
@@ -465,6 +467,14 @@ mod tests {
 
     fn message(text: &str) -> String {
         Settings::from_toml(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn seeds_beyond_signed_numbers_are_read_quoted_or_not() {
+        for text in ["18446744073709551615", "\"18446744073709551615\""] {
+            let settings = Settings::from_toml(&format!("seed = {text}"));
+            assert_eq!(settings.unwrap().seed, Some(u64::MAX), "{text}");
+        }
     }
 
     #[test]

@@ -93,13 +93,15 @@ impl Axis {
     pub fn parse(name: &str, text: &str) -> Result<Self, AxisError> {
         let key = key_of(name)?;
         let separator = if text.contains(';') { ';' } else { ',' };
-        let words = text.split(separator).map(str::trim);
-        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        let text = text.trim();
+        let listed = text.strip_suffix(separator).unwrap_or(text);
+        let words = listed.split(separator).map(str::trim);
         let mut values = Vec::new();
-        for word in words {
-            match word.contains("..") {
-                true => values.extend(range(key, word)?),
-                false => values.push(AxisValue::of_word(key, word)),
+        for word in words.filter(|_| !listed.is_empty()) {
+            match (word.is_empty(), word.contains("..")) {
+                (true, _) => return Err(AxisError::Gap { axis: key }),
+                (_, true) => values.extend(range(key, word)?),
+                (_, false) => values.push(AxisValue::of_word(key, word)),
             }
         }
         Self::new(key, values)
@@ -387,6 +389,17 @@ mod tests {
         );
         assert_eq!(labels("at", "0,1,0; -1,0,0"), ["0,1,0", "-1,0,0"]);
         assert_eq!(labels("preset", "foliose,dla"), ["foliose", "dla"]);
+        assert_eq!(labels("at", "0,1,0;"), ["0,1,0"]);
+    }
+
+    #[test]
+    fn a_gap_in_a_list_is_told_of() {
+        for text in ["0.3,,0.5", ",0.3", "0.3,0.5,,", "0.3;;0.5"] {
+            assert!(message("B", text).contains("a value is missing"), "{text}");
+        }
+        for text in ["", " ", ","] {
+            assert!(message("B", text).contains("has no values"), "{text:?}");
+        }
     }
 
     #[test]

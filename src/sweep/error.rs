@@ -25,6 +25,14 @@ pub enum AxisError {
         /// The setting.
         axis: &'static str,
     },
+    /// Nothing between two separators.
+    #[error(
+        "axis {axis}: a value is missing from the list: nothing is before one of its separators"
+    )]
+    Gap {
+        /// The setting.
+        axis: &'static str,
+    },
     /// Not a value of the setting.
     #[error("axis {axis}: {value} is no value of it: {problem}{advice}")]
     Value {
