@@ -378,6 +378,11 @@ fn errors_are_one_line() {
             "few/recipe.toml is a file",
         ),
         (vec!["skin", "few", "-o", "a.glb/"], 2, "leave the slash"),
+        (
+            vec!["skin", "few", "--lod", "2", "-o", "a.glb/"],
+            2,
+            "leave the slash",
+        ),
         (vec!["render", "few", "-o", "a.png/"], 2, "leave the slash"),
         (vec!["export", "few", "-o", "a.csv/"], 2, "leave the slash"),
         (

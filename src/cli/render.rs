@@ -26,6 +26,7 @@ use super::grown::Grown;
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
+use super::output::check_names_file;
 use super::preview::{granules, staged, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
@@ -37,6 +38,7 @@ use super::terminal::{self, Voice};
 
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     check_name(&args.output)?;
+    check_names_file(&args.output)?;
     check_free(std::slice::from_ref(&args.output), args.force)?;
     leave_no_part();
     start_threads(args.run.threads)?;

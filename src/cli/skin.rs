@@ -26,6 +26,7 @@ use super::terminal::{self, Voice};
 pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     let format = mesh_format_of(&args.output).map_err(|unknown| Failure::Usage(unknown.into()))?;
     let files = files(args);
+    check_names_file(&args.output)?;
     check_free(&files, args.force)?;
     leave_no_part();
     start_threads(args.run.threads)?;
@@ -82,7 +83,6 @@ fn files(args: &SkinArgs) -> Vec<PathBuf> {
 
 /// Refuses what would be refused when the work is done.
 pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
-    files.iter().try_for_each(|file| check_names_file(file))?;
     let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
     match files.iter().find(taken) {
         Some(file) => Err(OutputError::FileExists(file.clone()).into()),

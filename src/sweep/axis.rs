@@ -88,16 +88,18 @@ impl Axis {
     /// ratio. Values of ranges are rounded to a thousandth of the smallest step next to them.
     ///
     /// # Errors
-    /// When there is no such setting, it cannot vary, or a value is none of its values or is there
-    /// twice.
+    /// When there is no such setting, it cannot vary, or a value is none of its values, is there
+    /// twice, or is missing between two separators.
     pub fn parse(name: &str, text: &str) -> Result<Self, AxisError> {
         let key = key_of(name)?;
         let separator = if text.contains(';') { ';' } else { ',' };
         let text = text.trim();
         let listed = text.strip_suffix(separator).unwrap_or(text);
-        let words = listed.split(separator).map(str::trim);
+        if listed.is_empty() {
+            return Err(AxisError::Empty { axis: key });
+        }
         let mut values = Vec::new();
-        for word in words.filter(|_| !listed.is_empty()) {
+        for word in listed.split(separator).map(str::trim) {
             match (word.is_empty(), word.contains("..")) {
                 (true, _) => return Err(AxisError::Gap { axis: key }),
                 (_, true) => values.extend(range(key, word)?),

@@ -26,9 +26,7 @@ pub enum AxisError {
         axis: &'static str,
     },
     /// Nothing between two separators.
-    #[error(
-        "axis {axis}: a value is missing from the list: nothing is before one of its separators"
-    )]
+    #[error("axis {axis}: a value is missing from the list: write it, or one separator less")]
     Gap {
         /// The setting.
         axis: &'static str,
