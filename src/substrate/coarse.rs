@@ -67,9 +67,8 @@ struct Cells {
     along: u32,
 }
 
-/// A triangle that stands above or below that of the one before by no more than this share of the error
-/// has the same: to look for a nearer one takes longer than all else, and brings nobody nearer than
-/// the farthest.
+/// A triangle stands for one that is above or below it by no more than this share of the error: to look
+/// for a nearer one takes longer than all else, and brings nobody nearer than the farthest.
 const NEAR: f64 = 0.5;
 
 /// No triangle.
@@ -337,8 +336,8 @@ fn used(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
 
 /// The coarse triangle that stands for each fine one, and its distance from that one's middle.
 ///
-/// It is the nearest of those about the vertices that the corners went into, or that of the triangle
-/// before, where this one is `near` to it.
+/// It is that of the triangle before, or the first about the vertices that the corners went into, of which
+/// this one is above or below and `near`; where none is, the nearest of them.
 fn stand_ins(
     fine: &Substrate,
     coarse: &Substrate,
@@ -366,19 +365,17 @@ fn stand_ins(
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
         let is_about = |s: u32| corners[s as usize].iter().any(|v| into.contains(v));
         let last = Some(last).filter(|&last| last != NONE && is_about(last));
-        let above_last = last.and_then(|last| Some((height(coarse, last, middle)?, last)));
-        if let Some(found) = above_last.filter(|found| found.0 <= near) {
+        let around = || into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
+        let stands = |s: u32| Some((height(coarse, s, middle).filter(|h| *h <= near)?, s));
+        if let Some(found) = last.into_iter().chain(around()).find_map(stands) {
             return Some(found);
         }
         let first = match last {
             Some(last) => (distance(coarse, last, middle), last),
-            None => {
-                let all = into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
-                all.fold((f64::INFINITY, NONE), |first, s| {
-                    let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
-                    if (away, s) < first { (away, s) } else { first }
-                })
-            }
+            None => around().fold((f64::INFINITY, NONE), |first, s| {
+                let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
+                if (away, s) < first { (away, s) } else { first }
+            }),
         };
         (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))
     };

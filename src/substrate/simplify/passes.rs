@@ -195,6 +195,9 @@ impl<'a> Simplifier<'a> {
     fn find_candidates(&mut self) {
         self.candidates.clear();
         for v in 0..self.next.len() as u32 {
+            if self.onto[v as usize] != v {
+                continue;
+            }
             if self.next[v as usize] == UNKNOWN {
                 self.next[v as usize] = self.cheapest(v);
             }

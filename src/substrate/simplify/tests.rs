@@ -459,13 +459,12 @@ fn borders_keep_their_shape() {
             .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
             .sum::<f64>()
     };
-    // Where what may go goes at once, a rim may be all along as far from its place as is allowed.
+    // As far from their place as is allowed the rims would lose `most_error` all along.
     let rims = std::f64::consts::TAU * (0.5 + 1.0);
-    let most = [0.05, 0.05, 0.05, most_error * rims];
-    for (simplified, most) in disc.all_ways(most_error, 0).into_iter().zip(most) {
+    for simplified in disc.all_ways(most_error, 0) {
         let coarse = disc.with_triangles(simplified.triangles);
         let lost = (area(&disc) - area(&coarse)).abs();
-        assert!(lost < most, "{lost}");
+        assert!(lost < 0.75 * most_error * rims, "{lost}");
         assert!(coarse.triangles.len() < 200, "{}", coarse.triangles.len());
     }
 }
@@ -536,7 +535,7 @@ fn the_result_is_the_recorded_one() {
     for &corner in result.triangles.as_flattened() {
         hash = (hash ^ u64::from(corner)).wrapping_mul(0x0100_0000_01b3);
     }
-    assert_eq!((result.triangles.len(), hash), (917, 14763087453084026600));
+    assert_eq!((result.triangles.len(), hash), (889, 3628194663818597912));
 }
 
 #[test]
