@@ -45,6 +45,10 @@ pub(super) struct Far {
     reaches: Vec<Reach>,
     /// How far a place on the copy that hardly strays may be from the one that it stands for.
     beside: f64,
+    /// The surface that walkers are on about the lichen.
+    ground: Level,
+    /// Bounds above this are for coarser ones.
+    most_on_ground: f64,
 }
 
 /// Which surface a walker is on: the mesh's own, or the copy with this number from 1, the finest
@@ -96,11 +100,21 @@ impl Far {
                 }
             });
         }
+        let ground = usize::from(copies.has_near);
         (!reaches.is_empty()).then_some(Self {
+            most_on_ground: reaches.get(ground).map_or(f64::INFINITY, |next| next.lift),
             copies,
             reaches,
             beside,
+            ground,
         })
+    }
+
+    /// Whether a walker with this bound stays on its level, where that is the surface about the lichen. Others are
+    /// asked for more.
+    #[inline]
+    pub(super) fn stays(&self, level: Level, bound: f64) -> bool {
+        level == self.ground && bound <= self.most_on_ground
     }
 
     /// Whether a level is a copy that hardly strays, where lichen is touched as on the surface.

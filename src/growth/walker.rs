@@ -230,13 +230,17 @@ impl<I: ElementIndex> Walk<'_, I> {
             now.bound = self.step_bound(&look, &mut now.cramped);
             match self.far {
                 None if now.cramped < PATIENCE => now.here = moved.to,
-                Some(far) if now.cramped < PATIENCE => self.arrive(far, &mut now, moved.to),
+                Some(far) if now.cramped < PATIENCE => match far.stays(now.level, now.bound) {
+                    true => now.here = moved.to,
+                    false => self.arrive(far, &mut now, moved.to),
+                },
                 _ => self.find_sheet(&mut now, moved.to),
             }
         }
     }
 
     /// Goes to a place, which may be on a copy of the surface, and to the copy that the bound is for.
+    #[inline(never)]
     fn arrive(&mut self, far: &Far, now: &mut Way, there: Stand) {
         let from = std::mem::replace(&mut now.here, there);
         now.bound -= far.deviation(now.level, there.triangle);
