@@ -54,7 +54,7 @@ impl Connectivity {
 
     /// True when the surface joins two places inside a ball.
     pub fn joined(&mut self, substrate: &Substrate, [from, to]: [Place; 2], ball: &Ball) -> bool {
-        from.0 == to.0 || {
+        from.0 == to.0 || is_across(substrate, from.0, to.0, ball) || {
             self.find(substrate, from, ball, &mut [to]);
             self.has_reached(to.0)
         }
@@ -230,4 +230,16 @@ impl Connectivity {
         let leaving = substrate.half_edges_at(vertex);
         leaving.iter().for_each(|h| self.mark(substrate, h / 3));
     }
+}
+
+/// Whether two triangles have an edge in common that touches a ball: then it joins them, and most that are asked
+/// about are such.
+#[inline(never)]
+fn is_across(substrate: &Substrate, one: u32, other: u32, ball: &Ball) -> bool {
+    let across = |h: &HalfEdge| substrate.twin(*h).half_edge() / 3 == other;
+    (3 * one..3 * one + 3).find(across).is_some_and(|h| {
+        let (corners, k) = (substrate.corners(one), (h % 3) as usize);
+        let away_sq = segment_distance_sq(ball.centre, corners[k], corners[(k + 1) % 3]);
+        away_sq <= ball.radius * ball.radius
+    })
 }
