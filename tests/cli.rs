@@ -139,6 +139,12 @@ fn values_out_of_range_are_2_and_explained() {
         2,
         &["is a recipe by its name", "--recipe out/recipe.toml"],
     );
+    desk.put("grid.toml", "seeds = 2\n\n[axes]\nbias = [0.3, 0.5]\n");
+    desk.fails(
+        "grow plane.obj --recipe grid.toml",
+        2,
+        &["grid.toml: line 3", "'axes'", "a grid", "thallus sweep"],
+    );
     desk.fails(
         "grow plane.obj --at-triangle 2",
         2,

@@ -264,6 +264,18 @@ fn levels_of_detail_halve() {
         assert_eq!((open, wild), (0, 0));
     }
     assert!(!desk.path("d.ply").exists());
+    let told = desk
+        .call("skin", "out -o d.ply --lod 2 --force")
+        .output()
+        .unwrap();
+    assert!(
+        String::from_utf8_lossy(&told.stderr).contains("d_lod2.ply: a level of an earlier skin")
+    );
+    let told = desk
+        .call("skin", "out -o d.ply --lod 3 --force")
+        .output()
+        .unwrap();
+    assert!(!String::from_utf8_lossy(&told.stderr).contains("earlier"));
 }
 
 #[test]
@@ -375,6 +387,12 @@ fn what_is_wrong_is_said_in_one_line() {
     refused(&desk, "out -o a.ply --apothecia wide", 2, &["--apothecia"]);
     refused(&desk, "out -o a.ply --decimate 1.5", 2, &["--decimate"]);
     refused(&desk, "out -o a.ply --lod 0", 2, &["--lod"]);
+    refused(
+        &desk,
+        "out -o a.ply --unit mm",
+        2,
+        &[".ply", "--unit", "--scale"],
+    );
     fs::write(desk.path("bad.toml"), "stops = [[0.0, \"red\"]]\n").unwrap();
     refused(
         &desk,

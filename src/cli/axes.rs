@@ -12,15 +12,14 @@ pub(crate) struct AxesArgs {
     /// and tables]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     up: Option<UpAxis>,
-    /// What a unit of the mesh is: glTF is in metres, and USD says it
+    /// What a unit of the mesh is, for glTF, which is in metres, and USD, which says it [default: m]
     #[arg(
         long,
         value_enum,
         value_name = "m|cm|mm|in|ft",
-        hide_possible_values = true,
-        default_value = "m"
+        hide_possible_values = true
     )]
-    unit: Unit,
+    unit: Option<Unit>,
     /// Multiply all lengths by this
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
@@ -68,8 +67,12 @@ impl AxesArgs {
     pub(crate) fn meters_per_unit(&self, format: &Convention) -> f64 {
         match format.metres {
             true => 1.0,
-            false => self.unit.meters(),
+            false => self.unit_in_meters(),
         }
+    }
+
+    fn unit_in_meters(&self) -> f64 {
+        self.unit.map_or(1.0, Unit::meters)
     }
 
     /// To the axes and units of the format, or as asked, for a mesh whose up axis is this, if that is known.
@@ -78,8 +81,15 @@ impl AxesArgs {
         format: &Convention,
         from: Option<UpAxis>,
     ) -> Result<Placement, Failure> {
+        let says_unit = format.metres || format.axes == Axes::Declared;
+        if self.unit.is_some() && !says_unit {
+            return Err(Failure::usage(format!(
+                ".{} files do not say their unit: leave --unit away, or multiply lengths with --scale",
+                format.extension
+            )));
+        }
         let scale = match format.metres {
-            true => self.scale * self.unit.meters(),
+            true => self.scale * self.unit_in_meters(),
             false => self.scale,
         };
         let to = match (format.axes, self.up) {

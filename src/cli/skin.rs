@@ -63,6 +63,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
         meters_per_unit,
     };
     write_all(args, mesh, &files, &file, voice, &mut report)?;
+    warn_of_more_levels(args, voice);
     report.seconds.total = started.elapsed().as_secs_f64();
     conclude(args, &report)
 }
@@ -72,13 +73,26 @@ fn files(args: &SkinArgs) -> Vec<PathBuf> {
     let Some(levels) = args.size.lod else {
         return vec![args.output.clone()];
     };
-    let name = |level| {
-        let mut name = args.output.file_stem().unwrap_or_default().to_owned();
-        name.push(format!("_lod{level}."));
-        name.push(args.output.extension().unwrap_or_default());
-        args.output.with_file_name(name)
-    };
-    (0..levels).map(name).collect()
+    (0..levels).map(|level| level_of(args, level)).collect()
+}
+
+/// The file of a level of detail.
+fn level_of(args: &SkinArgs, level: u8) -> PathBuf {
+    let mut name = args.output.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_lod{level}."));
+    name.push(args.output.extension().unwrap_or_default());
+    args.output.with_file_name(name)
+}
+
+/// Tells of a coarser level of an earlier skin: what reads all of them would take it for one of this.
+fn warn_of_more_levels(args: &SkinArgs, voice: Voice) {
+    let next = args.size.lod.map(|levels| level_of(args, levels));
+    if let Some(next) = next.filter(|next| next.exists()) {
+        voice.warn(&format!(
+            "{}: a level of an earlier skin, not of this one: remove it and those after it",
+            next.display()
+        ));
+    }
 }
 
 /// Refuses what would be refused when the work is done.

@@ -28,7 +28,7 @@ pub use parameter::{
 };
 pub(crate) use places::Places;
 pub use recipe::{MeshId, Recipe, StopRule};
-pub(crate) use recipe_keys::{line_at, not_toml};
+pub(crate) use recipe_keys::{AXES, line_at, not_toml};
 pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};
 pub use said::{UnknownSetting, shell_path, shell_word};

@@ -4,6 +4,9 @@ use super::names::nearest_name;
 use super::parameter::PARAMETERS;
 use super::recipe_text::{KEYS, RecipeTextError};
 
+/// What grids have and recipes do not.
+pub(crate) const AXES: &str = "axes";
+
 /// The text with underscores in its keys made dashes, so that line numbers in errors stay true.
 /// Unknown keys are refused here, where the nearest known one can be named.
 pub(super) fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
@@ -12,7 +15,9 @@ pub(super) fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
     for key in table.get_ref().keys() {
         let known = key.get_ref().replace('_', "-");
         if !KEYS.contains(&known.as_str()) {
-            return Err(unknown_key(key.get_ref(), line_at(text, key.span().start)));
+            let line = line_at(text, key.span().start);
+            let is_grid = table.get_ref().contains_key(AXES);
+            return Err(unknown_key(key.get_ref(), line, is_grid));
         }
         // The letters, between quotes where there are any: the spans of others stay.
         let (span, quotes) = (key.span(), key.span().len().saturating_sub(known.len()));
@@ -24,11 +29,14 @@ pub(super) fn with_dashes(text: &str) -> Result<String, RecipeTextError> {
     Ok(dashed)
 }
 
-fn unknown_key(key: &str, line: usize) -> RecipeTextError {
+fn unknown_key(key: &str, line: usize, is_grid: bool) -> RecipeTextError {
     RecipeTextError::UnknownKey {
         key: key.to_owned(),
         line,
-        suggestion: unknown_name(key, &[]),
+        suggestion: match is_grid {
+            true => format!("; with [{AXES}] this is a grid, for 'thallus sweep'"),
+            false => unknown_name(key, &[]),
+        },
     }
 }
 

@@ -6,9 +6,8 @@ use toml::de::DeTable;
 
 use super::{Axis, Grid, GridFileError, GridTextError};
 use crate::input;
-use crate::run::{Settings, line_at, not_toml};
+use crate::run::{AXES, Settings, line_at, not_toml};
 
-const AXES: &str = "axes";
 const SEEDS: &str = "seeds";
 
 impl Grid {
