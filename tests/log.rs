@@ -235,7 +235,8 @@ fn damage_in_the_middle_is_refused_and_what_is_sound_can_be_kept() {
             other => panic!("byte {at}: {other}"),
         }
     }
-    let damaged = blocks.damaged(middle.start + 200);
+    // On a busy machine blocks are cut by time too, and this one may be short.
+    let damaged = blocks.damaged(middle.start);
     blocks.desk.put_log("whole", "out", &damaged);
     let number = format!(
         "the {} elements before that are sound",
@@ -257,7 +258,7 @@ fn damage_in_the_middle_is_refused_and_what_is_sound_can_be_kept() {
     blocks.desk.done("--resume out --keep-sound --quiet");
     assert_eq!(blocks.desk.read("out/run.log.damaged"), damaged);
     // What was put aside stays when that happens once more.
-    let again = blocks.damaged(middle.start + 300);
+    let again = blocks.damaged(middle.end - 1);
     fs::write(blocks.desk.path("out/run.log"), &again).unwrap();
     let said = blocks.desk.done("--resume out --keep-sound");
     assert!(!said.contains("as a killed run leaves"), "{said}");

@@ -214,7 +214,7 @@ impl Coarse {
             &surface,
             &simplified.triangles,
             &simplified.onto,
-            NEAR * error,
+            error,
         )?;
         let (away, above): (Vec<f64>, Vec<u32>) = stand_ins.into_iter().unzip();
         if purpose == Purpose::Near && !keeps_pieces(fine, &surface, &above) {
@@ -336,14 +336,15 @@ fn used(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
 
 /// The coarse triangle that stands for each fine one, and its distance from that one's middle.
 ///
-/// It is that of the triangle before, or the first about the vertices that the corners went into, of which
-/// this one is above or below and `near`; where none is, the nearest of them.
+/// It is that of the triangle before, or the first about the vertices that the corners went into, which faces
+/// the same way and above or below which this one is, and near; where there is none, the nearest that faces the
+/// same way, if that is within the error, or the nearest.
 fn stand_ins(
     fine: &Substrate,
     coarse: &Substrate,
     triangles: &[[u32; 3]],
     onto: &[u32],
-    near: f64,
+    error: f64,
 ) -> Option<Vec<(f64, u32)>> {
     let corners: Vec<[u32; 3]> = (0..triangles.len() as u32)
         .map(|t| triangles[coarse.source_triangle(t) as usize])
@@ -355,29 +356,41 @@ fn stand_ins(
         .collect();
     // The triangle before is near, and mostly has the same one.
     let one = |t: u32, last: u32| {
-        let middle = middle(fine.corners(t));
-        // Most that are asked are seen to be too far by the ball about them.
-        let nearer = |s: u32, than: f64| {
-            let (centre, radius) = balls[s as usize];
-            let most = than + radius;
-            (centre.distance_squared(middle) <= most * most).then(|| distance(coarse, s, middle))
-        };
+        let [a, b, c] = fine.corners(t);
+        let (middle, normal) = (middle([a, b, c]), (b - a).cross(c - a));
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
-        let is_about = |s: u32| corners[s as usize].iter().any(|v| into.contains(v));
-        let last = Some(last).filter(|&last| last != NONE && is_about(last));
+        let is_about = |s: &u32| corners[*s as usize].iter().any(|v| into.contains(v));
+        let last = Some(last).filter(|last| *last != NONE && is_about(last));
         let around = || into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
-        let stands = |s: u32| Some((height(coarse, s, middle).filter(|h| *h <= near)?, s));
-        if let Some(found) = last.into_iter().chain(around()).find_map(stands) {
-            return Some(found);
-        }
-        let first = match last {
-            Some(last) => (distance(coarse, last, middle), last),
-            None => around().fold((f64::INFINITY, NONE), |first, s| {
-                let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
-                if (away, s) < first { (away, s) } else { first }
-            }),
+        let faces_alike = |s: u32| {
+            let frame = &coarse.frames()[s as usize];
+            frame.x.cross(frame.y).dot(normal) > 0.0
         };
-        (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))
+        let stands = |s: u32| {
+            let height = height(coarse, s, middle).filter(|h| *h <= NEAR * error)?;
+            faces_alike(s).then_some((height, s))
+        };
+        let nearest = |may: &dyn Fn(u32) -> bool| {
+            // Most that are asked are seen to be too far by the ball about them.
+            let nearer = |s: u32, than: f64| {
+                let (centre, radius) = balls[s as usize];
+                let most = than + radius;
+                let may = centre.distance_squared(middle) <= most * most && may(s);
+                may.then(|| distance(coarse, s, middle))
+            };
+            let from_all = || {
+                around().fold((f64::INFINITY, NONE), |first, s| {
+                    let away = nearer(s, first.0).unwrap_or(f64::INFINITY);
+                    if (away, s) < first { (away, s) } else { first }
+                })
+            };
+            let last = last.filter(|last| may(*last));
+            let first = last.map_or_else(from_all, |last| (distance(coarse, last, middle), last));
+            (first.1 != NONE).then(|| nearest_from(coarse, first, nearer))
+        };
+        let above = last.into_iter().chain(around()).find_map(stands);
+        let beside = || nearest(&faces_alike).filter(|found| found.0 <= error);
+        above.or_else(beside).or_else(|| nearest(&|_| true))
     };
     let shares = fine.triangles().par_chunks(SHARE).enumerate();
     let all: Option<Vec<Vec<(f64, u32)>>> = shares
@@ -594,6 +607,62 @@ mod tests {
             assert_eq!(one.surface.triangles(), many.surface.triangles());
             assert!(one.above == many.above && one.below == many.below);
             assert_eq!(one.deviations, many.deviations);
+        }
+    }
+
+    /// A plate of unit sides and this thickness, each face cut into so many squares along its sides.
+    fn plate(thickness: f64, squares: u32) -> Substrate {
+        let mut soup = crate::substrate::Soup::default();
+        let at = |i: u32| f64::from(i) / f64::from(squares);
+        let mut add = |corners: [[f64; 3]; 4]| {
+            let first = soup.positions.len() as u32;
+            soup.positions.extend(corners);
+            let halves = [[0, 1, 2], [0, 2, 3]];
+            soup.triangles.extend(halves.map(|t| t.map(|k| first + k)));
+        };
+        for i in 0..squares {
+            let (from, to) = (at(i), at(i + 1));
+            for j in 0..squares {
+                let (low, high) = (at(j), at(j + 1));
+                let round = [[from, low], [to, low], [to, high], [from, high]];
+                add(round.map(|[x, y]| [x, y, thickness]));
+                add([0, 3, 2, 1].map(|k| [round[k][0], round[k][1], 0.0]));
+            }
+            let mut rim = |from: [f64; 2], to: [f64; 2]| {
+                let place = |[x, y]: [f64; 2], z| [x, y, z];
+                add([
+                    place(from, 0.0),
+                    place(to, 0.0),
+                    place(to, thickness),
+                    place(from, thickness),
+                ]);
+            };
+            rim([from, 0.0], [to, 0.0]);
+            rim([1.0, from], [1.0, to]);
+            rim([1.0 - from, 1.0], [1.0 - to, 1.0]);
+            rim([0.0, 1.0 - from], [0.0, 1.0 - to]);
+        }
+        Substrate::from_soup(soup).expect("a mesh")
+    }
+
+    #[test]
+    fn what_stands_for_a_face_of_a_plate_is_not_on_the_other() {
+        for share in [0.3, 1.0] {
+            let plate = plate(0.005, 110);
+            let error = 0.005 / share * plate.units().length_to_local(1.0);
+            let copy = Coarse::new(&plate, error, Purpose::Far).expect("worth having");
+            let is_turned = |t: &u32| {
+                let above = copy.surface.normal(copy.above[*t as usize]);
+                plate.normal(*t).dot(above) < -0.5
+            };
+            let all = 0..plate.triangles().len() as u32;
+            let turned = all.filter(is_turned).count();
+            assert_eq!(
+                turned,
+                0,
+                "{share}: {} triangles",
+                copy.surface.triangles().len()
+            );
         }
     }
 
