@@ -21,7 +21,7 @@ use crate::walk::Stand;
 
 /// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies
 /// may as many times more as their bounds are larger.
-const ERROR: f64 = 8.0;
+const ERROR: f64 = 10.0;
 
 /// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Over
 /// bumps a radius wide and more, ways along the surface are longer by the square of that.
@@ -34,7 +34,7 @@ const BESIDE: f64 = 4.0;
 const LAND: f64 = 1.5;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
-const LIFT: f64 = 2.0;
+const LIFT: f64 = 3.0;
 
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
