@@ -27,7 +27,7 @@ fn random_point(substrate: &Substrate, stream: &mut Stream) -> SurfacePoint {
     }
 }
 
-/// Squared distance from a point to a segment, by ternary search: nothing shared with the code.
+/// Distance from a point to a segment, by ternary search: nothing shared with the code.
 fn segment_distance(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..200 {
@@ -237,6 +237,37 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
     }
     assert!(joined > 5_000 && apart > 1_000, "{joined} and {apart}");
     assert!(4 * looked < held, "{looked} of {held} triangles");
+}
+
+/// As thin as a fin: places across from each other are near, and the edge between them may be far.
+#[test]
+fn both_sides_of_a_sharp_fold_are_joined_where_the_ball_reaches_its_edge() {
+    let wide = |x: f64| [x, 1.0, 0.5];
+    let corners = vec![[0.0; 3], [0.0, 0.0, 1.0], wide(0.1), wide(-0.1)];
+    let fold = common::substrate(corners, vec![[0, 1, 2], [1, 0, 3]]);
+    let [one, other] = [0, 1].map(|t| fold.triangles()[t]);
+    let edge: Vec<u32> = one.into_iter().filter(|v| other.contains(v)).collect();
+    let [a, b] = [edge[0], edge[1]].map(|v| fold.vertices()[v as usize]);
+    let radius = 0.15 * a.distance(b);
+    let (mut stream, mut scratch) = (Stream::new(7, Purpose::Walker, 0), Connectivity::new());
+    let mut found = [0, 0];
+    while found.iter().sum::<usize>() < 2000 {
+        let places = [0, 1].map(|triangle| {
+            let at = SurfacePoint {
+                triangle,
+                ..random_point(&fold, &mut stream)
+            };
+            (triangle, fold.position(&at))
+        });
+        let centre = places[0].1.midpoint(places[1].1);
+        if centre.distance(places[0].1) < radius {
+            let expected = segment_distance(centre, a, b) < radius;
+            let joined = scratch.joined(&fold, places, &Ball { centre, radius });
+            assert_eq!(joined, expected, "{places:?}");
+            found[usize::from(joined)] += 1;
+        }
+    }
+    assert!(found.iter().all(|&n| n > 200), "{found:?}");
 }
 
 fn parameters(radius: f64) -> Parameters {
