@@ -363,11 +363,3 @@ pub(super) fn bar(args: &AnimateArgs) -> ProgressBar {
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
 }
-
-/// Refuses what would be refused when the work is done.
-pub(super) fn check_free(file: &Path, force: bool) -> Result<(), Failure> {
-    match !force && file.symlink_metadata().is_ok() {
-        true => Err(OutputError::FileExists(file.to_owned()).into()),
-        false => Ok(()),
-    }
-}

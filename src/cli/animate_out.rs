@@ -3,17 +3,18 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::slice;
 
 use thallus::export::{
     FilmFormat, MESH_FORMATS, OutputDir, OutputError, SCENE_FORMATS, UnknownFormat,
 };
 use thallus::picture::{Background, FASTEST_GIF};
 
-use super::animate::check_free;
 use super::animate_args::{AnimateArgs, Subject};
 use super::failure::Failure;
 use super::output::ends_in_slash;
 use super::render_args::What;
+use super::skin::check_free;
 
 /// What is written.
 pub(super) enum Target {
@@ -85,12 +86,12 @@ impl Target {
             _ => None,
         };
         if let Some(kind) = movie {
-            check_free(&args.output, args.force)?;
+            check_free(slice::from_ref(&args.output), args.force)?;
             return Self::movie(args, kind);
         }
         match FilmFormat::of(&args.output) {
             Ok(format) => {
-                check_free(&args.output, args.force)?;
+                check_free(slice::from_ref(&args.output), args.force)?;
                 Self::film(args, format)
             }
             Err(_) if names_folder(&args.output, &extension) => Self::folder(args),
