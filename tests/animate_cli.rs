@@ -191,6 +191,7 @@ fn usd_has_time_samples() {
         "startTimeCode = 1",
         "endTimeCode = 3",
         "timeCodesPerSecond = 30",
+        "framesPerSecond = 30",
     ] {
         assert!(text.contains(line), "{line}");
     }

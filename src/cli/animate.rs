@@ -8,8 +8,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use thallus::animate::{Clock, Curve, Timing};
 use thallus::cluster::{Cluster, Element, Presence};
 use thallus::export::{
-    Film, FilmFormat, OutputError, Placement, Scene, SceneFormat, TriMesh, UpAxis, What,
-    mesh_format_of, write_file_atomically,
+    Film, FilmFormat, Placement, Scene, SceneFormat, TriMesh, UpAxis, What, mesh_format_of,
+    write_file_atomically,
 };
 use thallus::input;
 use thallus::morphometry::measure;

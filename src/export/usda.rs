@@ -142,6 +142,9 @@ impl<'a> Stage<'a> {
         if let Some(Frames { last, .. }) = frames {
             writeln!(out, "    endTimeCode = {last}")?;
         }
+        if let Some(Frames { fps, .. }) = frames {
+            writeln!(out, "    framesPerSecond = {fps}")?;
+        }
         writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
         if let Some(Frames { fps, .. }) = frames {
             writeln!(out, "    startTimeCode = 1\n    timeCodesPerSecond = {fps}")?;

@@ -61,6 +61,7 @@ fn colours_of_vertices_are_read_from_ply_by_their_type() {
             65_535.0,
         ),
         ("float", ["r", "g", "b"], 1.0),
+        ("float", ["r", "g", "b"], 255.0),
         ("double", ["red", "green", "blue"], 1.0),
     ] {
         let [r, g, b] = names.map(|name| format!("property {kind} {name}\n"));
@@ -193,4 +194,29 @@ fn materials_of_obj_come_from_its_libraries() {
     assert_eq!(texturing.notes.len(), 13);
     // In memory there is no library, and that is no fault.
     assert_eq!(parsed(&obj, Format::Obj).triangles.len(), 3);
+}
+
+/// Texture coordinates of all triangles, rows counted from above.
+fn uvs(files: &[(&str, &[u8])]) -> Vec<Option<[[f64; 2]; 3]>> {
+    textured(files).0.uvs
+}
+
+#[test]
+fn a_texture_coordinate_of_obj_may_have_one_number() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    let expected = [[0.25, 1.0], [1.0, 1.0], [0.0, 0.0]];
+    assert_eq!(uvs(&[("a.obj", text.as_bytes())]), [Some(expected)]);
+}
+
+#[test]
+fn corners_of_ply_have_their_own_texture_coordinates_or_none() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+                  element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+    let expected = [[0.25, 1.0], [1.0, 1.0], [0.0, 0.0]];
+    for list in ["6 0.25 0 1 0 0 1", "9 0.25 0 7 1 0 7 0 1 7"] {
+        let text = format!("{header}3 0 1 2 {list}\n3 0 1 2\n");
+        let found = uvs(&[("a.ply", text.as_bytes())]);
+        assert_eq!(found, [Some(expected)], "{list}");
+    }
 }

@@ -5,6 +5,7 @@ mod gltf;
 mod gltf_compression;
 mod gltf_doc;
 mod gltf_errors;
+mod gltf_morphs;
 mod gltf_skins;
 mod looks;
 mod obj;

@@ -56,7 +56,7 @@ fn a_backslash_that_ends_a_comment_or_a_name_takes_nothing_away() {
         }
     }
     // Numbers go on with numbers, and a line that begins with a word is another statement.
-    let text = format!("{TRIANGLE}f 1 \\\n 2 \\\n3\nf 1 2 3 \\\nf 3 2 1\n");
+    let text = format!("{TRIANGLE}f 1 \\\n 2 \\ \t\n3\nf 1 2 3 \\\nf 3 2 1\n");
     assert_eq!(
         parsed(text, Format::Obj).triangles,
         [[0, 1, 2], [0, 1, 2], [2, 1, 0]]

@@ -51,6 +51,36 @@ fn bytes_after_the_last_facet_are_tolerated() {
 }
 
 #[test]
+fn what_is_as_long_as_a_facet_need_not_be_one() {
+    let mut bytes = binary(b"any", &FACETS);
+    bytes.extend(b"made by a program that adds a remark of fifty byte");
+    let soup = parsed(bytes, Format::Stl);
+    assert_eq!(corners(&soup), expected());
+    assert_eq!(soup.notes, ["50 bytes after the last facet ignored"]);
+}
+
+#[test]
+fn words_of_stl_in_other_files_do_not_make_them_stl() {
+    let remark = "facet outer loop vertex";
+    let mut bytes = binary(remark.as_bytes(), &FACETS);
+    bytes.extend([0; 3]);
+    assert_eq!(corners(&parsed(bytes, Format::Stl)), expected());
+    let folder = tempfile::tempdir().unwrap();
+    let vertices = "0 0 0\n1 0 0\n0 1 0\n";
+    let ply = format!(
+        "ply\nformat ascii 1.0\ncomment {remark}\nelement vertex 3\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n{vertices}3 0 1 2\n"
+    );
+    let obj = format!("# {remark}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (name, text, format) in [("a.ply", ply, Format::Ply), ("a.obj", obj, Format::Obj)] {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        let loaded = load_soup(&path).unwrap();
+        assert_eq!((loaded.format, loaded.soup.triangles.len()), (format, 1));
+    }
+}
+
+#[test]
 fn whole_facets_beyond_a_wrong_count_are_read() {
     for promised in [0u32, 1] {
         let mut bytes = binary(b"any", &FACETS);

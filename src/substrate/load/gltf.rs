@@ -4,7 +4,7 @@
 //! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
 //! which several instances share stay equal to the bit. Far from the origin they are rounded
 //! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned meshes are
-//! read in the pose that their joints have (`gltf_skin.rs`), morphed ones at rest. Cameras and animations are
+//! read in the pose that their joints have (`gltf_skin.rs`), morphed ones by their weights (`gltf_morph.rs`). Cameras and animations are
 //! not looked at, materials only where textures are asked for (`gltf_material.rs`), nor are extensions
 //! that concern only them.
 
@@ -19,6 +19,7 @@ use super::error::{LoadFault, Parsed};
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::{Buffers, EXPORT_AGAIN};
 use super::gltf_material::Looks;
+use super::gltf_morph::Morphs;
 use super::gltf_primitive::{Collector, Placing, SharedPositions, Tally};
 use super::gltf_schema::{Instancing, Node, OnlyAsset, Root};
 use super::gltf_skin::Pose;
@@ -309,10 +310,17 @@ impl Tally {
     }
 
     fn at_rest(&self) -> Vec<String> {
-        let posed = met([(self.posed, "skinned mesh", "skinned meshes")]);
+        let posed = met([
+            (self.posed, "skinned mesh", "skinned meshes"),
+            (self.morphed, "morphed primitive", "morphed primitives"),
+        ]);
         let at_rest = met([
             (self.skinned, "skinned mesh", "skinned meshes"),
-            (self.morphed, "morphed primitive", "morphed primitives"),
+            (
+                self.unmorphed,
+                "primitive with morph targets",
+                "primitives with morph targets",
+            ),
         ]);
         let posed = posed.into_iter().map(|what| what + " read as posed");
         posed
@@ -454,6 +462,7 @@ impl<'a> SceneWalk<'a> {
             ));
         };
         let placing = Placing {
+            morphs: Morphs::of(node, mesh),
             pose: self.pose(index, node, worlds)?,
             transforms: match &node.extensions.instancing {
                 None => vec![world],

@@ -12,6 +12,7 @@ use super::error::{LoadFault, Parsed};
 use super::exclusive_index;
 use super::gltf_accessor::Accessors;
 use super::gltf_buffers::EXPORT_AGAIN;
+use super::gltf_morph::Morphs;
 use super::gltf_schema::Primitive;
 use super::gltf_skin::{Pose, all_accessors_of};
 use super::text::used_are_finite;
@@ -48,7 +49,9 @@ pub(super) struct Tally {
     pub(super) lines: usize,
     pub(super) without_positions: usize,
     pub(super) leftover_indices: usize,
+    /// Primitives whose morph targets move them, and others that have such.
     pub(super) morphed: usize,
+    pub(super) unmorphed: usize,
     /// Skinned meshes, in the pose of their joints and without it.
     pub(super) posed: usize,
     pub(super) skinned: usize,
@@ -61,10 +64,19 @@ struct Placed {
     count: usize,
 }
 
-/// The position accessors that the primitives of one node's mesh share, with those of the joints and weights
-/// that move them.
+/// The vertices that the primitives of one node's mesh share.
 #[derive(Default)]
-pub(super) struct SharedPositions(HashMap<(usize, Vec<[usize; 2]>), Posed>);
+pub(super) struct SharedPositions(HashMap<Source, Posed>);
+
+/// The accessors that a primitive's vertices come from.
+#[derive(PartialEq, Eq, Hash)]
+struct Source {
+    position: usize,
+    /// Of the joints and weights that move them.
+    joints: Vec<[usize; 2]>,
+    /// Of the morph targets that do, after their numbers.
+    targets: Vec<[usize; 2]>,
+}
 
 /// Vertices that were placed, and the sense that joints gave each of them ([`Pose::apply`]); none where no joint turns
 /// anything inside out.
@@ -99,14 +111,16 @@ impl Instance<'_> {
 }
 
 /// Where a node's mesh goes.
-pub(super) struct Placing {
+pub(super) struct Placing<'a> {
+    /// What its targets add to it before.
+    pub(super) morphs: Morphs<'a>,
     /// Once for each of these.
     pub(super) transforms: Vec<DAffine3>,
     /// Or where joints take it.
     pub(super) pose: Option<Pose>,
 }
 
-impl Placing {
+impl Placing<'_> {
     /// The transforms of a primitive's triangles, and the joints that have moved them before.
     fn of(&self, primitive: &Primitive) -> (&[DAffine3], Option<&Pose>) {
         match self.pose.as_ref().filter(|_| Pose::moves(primitive)) {
@@ -168,14 +182,20 @@ impl<'a> Collector<'a> {
             return Ok(());
         };
         self.refuse_draco(primitive, position, place)?;
-        self.passed_over.morphed += usize::from(!primitive.targets.is_empty());
-        let moved_by = pose.map_or_else(Vec::new, |_| all_accessors_of(primitive));
-        let key = (position, moved_by);
-        let posed = match shared.0.get(&key) {
+        let source = Source {
+            position,
+            joints: pose.map_or_else(Vec::new, |_| all_accessors_of(primitive)),
+            targets: placing.morphs.movers(primitive, "POSITION"),
+        };
+        if !primitive.targets.is_empty() {
+            self.passed_over.morphed += usize::from(!source.targets.is_empty());
+            self.passed_over.unmorphed += usize::from(source.targets.is_empty());
+        }
+        let posed = match shared.0.get(&source) {
             Some(posed) => posed.clone(),
             None => self.place_vertices(primitive, position, place, placing)?,
         };
-        shared.0.insert(key, posed.clone());
+        shared.0.insert(source, posed.clone());
         let Posed { placed, senses } = posed;
         let corners = self.corners(primitive, placed, place)?;
         let elements = corners.len().saturating_add(1);
@@ -196,7 +216,7 @@ impl<'a> Collector<'a> {
                 copy.facing(corners).map(|corner| corner + base)
             });
         }
-        self.texture(primitive, &corners, placed.count, place, &copies)?;
+        self.texture(primitive, &corners, placed.count, place, (placing, &copies))?;
         self.passed_over.leftover_indices += match primitive.mode {
             4 => corners.len() % 3,
             _ => 0,
@@ -211,13 +231,13 @@ impl<'a> Collector<'a> {
         corners: &Corners,
         vertices: usize,
         place: &str,
-        copies: &[Instance],
+        (placing, copies): (&Placing, &[Instance]),
     ) -> Parsed<()> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
         };
         let uvs = self.texcoords(primitive, vertices, place)?;
-        let normals = self.normals(primitive, place);
+        let normals = self.normals(primitive, place, &placing.morphs);
         let colors = self.colors(primitive, place);
         for copy in copies {
             let mut triangles = Vec::new();
@@ -275,13 +295,16 @@ impl<'a> Collector<'a> {
     }
 
     /// Those of the vertices. A mesh can do without them, so broken ones are passed over.
-    fn normals(&self, primitive: &Primitive, place: &str) -> Vec<[f64; 3]> {
+    fn normals(&self, primitive: &Primitive, place: &str, morphs: &Morphs) -> Vec<[f64; 3]> {
         let mut normals = Vec::new();
-        let accessor = primitive.attributes.get("NORMAL");
-        let read = accessor.map(|&a| self.accessors.append_vectors(a, place, &mut normals));
-        match read {
-            Some(Ok(_)) => normals,
-            _ => Vec::new(),
+        let Some(&accessor) = primitive.attributes.get("NORMAL") else {
+            return normals;
+        };
+        let all = &self.accessors;
+        let read = all.append_vectors(accessor, place, &mut normals);
+        match read.and_then(|()| morphs.apply(primitive, "NORMAL", all, place, &mut normals)) {
+            Ok(()) => normals,
+            Err(_) => Vec::new(),
         }
     }
 
@@ -335,8 +358,10 @@ impl<'a> Collector<'a> {
         let total = count.saturating_mul(transforms.len()).saturating_add(start);
         exclusive_index(total, self.accessors.format)?;
         positions.reserve(total - positions.len());
+        let (all, morphs) = (&self.accessors, &placing.morphs);
+        morphs.apply(primitive, "POSITION", all, place, &mut positions[start..])?;
         let senses = match pose {
-            Some(pose) => pose.apply(primitive, &self.accessors, place, &mut positions[start..])?,
+            Some(pose) => pose.apply(primitive, all, place, &mut positions[start..])?,
             None => Vec::new(),
         };
         for transform in transforms.iter().skip(1).filter(|_| count > 0) {

@@ -146,6 +146,7 @@ pub(super) struct Compressed<'a> {
 pub(super) struct Mesh<'a> {
     #[serde(borrow)]
     pub(super) primitives: Vec<Primitive<'a>>,
+    pub(super) weights: Option<Vec<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -155,8 +156,8 @@ pub(super) struct Primitive<'a> {
     pub(super) indices: Option<usize>,
     #[serde(default = "triangles")]
     pub(super) mode: u32,
-    #[serde(default)]
-    pub(super) targets: Vec<serde::de::IgnoredAny>,
+    #[serde(default, borrow, deserialize_with = "or_absent")]
+    pub(super) targets: Vec<BTreeMap<Cow<'a, str>, usize>>,
     #[serde(default, deserialize_with = "or_absent")]
     pub(super) extensions: PrimitiveExtensions,
 }
@@ -186,6 +187,7 @@ pub(super) struct Node<'a> {
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,
     pub(super) skin: Option<usize>,
+    pub(super) weights: Option<Vec<f64>>,
     pub(super) matrix: Option<[f64; 16]>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,

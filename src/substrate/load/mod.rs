@@ -10,6 +10,7 @@ mod gltf;
 mod gltf_accessor;
 mod gltf_buffers;
 mod gltf_material;
+mod gltf_morph;
 mod gltf_primitive;
 mod gltf_schema;
 mod gltf_skin;

@@ -28,7 +28,7 @@ use super::error::{LoadFault, Parsed};
 use super::mtl;
 use super::polygon::{Corners, Triangulator};
 use super::text::{
-    BYTE_ORDER_MARK, integer, line_of, number, quoted, uncommented, used_are_finite,
+    BYTE_ORDER_MARK, integer, line_of, number, quoted, uncommented, used_are_finite, white,
 };
 use super::{counted, exclusive_index, no_triangles};
 
@@ -186,9 +186,9 @@ fn continues(line: &[u8], rest: &[u8]) -> bool {
         && !next.is_some_and(|b| b.is_ascii_alphabetic() || *b == b'#')
 }
 
-/// Whether a line ends with `\`.
+/// Whether a line ends with `\`, but for blanks.
 fn is_open(line: &[u8]) -> bool {
-    line.ends_with(b"\\")
+    line.trim_ascii_end().ends_with(b"\\")
 }
 
 /// Whether this is a `v` line: decided without tokenizing, as most lines are not.
@@ -386,7 +386,9 @@ struct Attributes {
 impl Attributes {
     fn read(text: &[u8], base: Option<&Path>) -> Self {
         let place = |statement: Statement| {
-            let [u, v] = numbers(&statement)?;
+            let [u] = numbers(&statement)?;
+            // A curve's have no second.
+            let v = numbers(&statement).map_or(0.0, |[_, v]: [f64; 2]| v);
             // Rows of OBJ's images are counted from below.
             Some([u, 1.0 - v])
         };
@@ -459,25 +461,17 @@ fn rest_of<'a>(statement: &Statement<'a>, keyword: &[u8]) -> Option<&'a [u8]> {
     Some(uncommented(rest).trim_ascii())
 }
 
-/// Colours of vertices (`v x y z r g b`), linear light; none where no vertex has one. They go to 255 in a file where one
-/// is beyond [`ABOUT_ONE`].
+/// Colours of vertices (`v x y z r g b`), linear light; none where no vertex has one.
 fn colors(text: &[u8]) -> Vec<Option<[f32; 3]>> {
     let vertices = Statements::new(text).filter(|s| is_vertex(s.bytes));
     let said = vertices.map(|s| numbers::<6>(&s).map(|[_, _, _, r, g, b]| [r, g, b]));
     let said: Vec<Option<[f64; 3]>> = said.collect();
-    let mut all = said.iter().flatten().flatten().filter(|x| x.is_finite());
-    let most = match all.any(|&x| x > ABOUT_ONE) {
-        true => 255.0,
-        false => 1.0,
-    };
+    let most = white(said.iter().flatten().flatten().copied());
     let light = |color: &[f64; 3]| color.map(|x| color::decode_any(x / most));
     let last = said.iter().rposition(Option::is_some);
     let said = said.iter().take(last.map_or(0, |last| last + 1));
     said.map(|color| color.as_ref().map(light)).collect()
 }
-
-/// The greatest number that a colour has by round-off or exposure where 1 is white.
-const ABOUT_ONE: f64 = 2.0;
 
 /// The number, from 0, that a corner names in this part of it, if it does.
 fn named(token: &[u8], part: usize, above: usize) -> Option<usize> {

@@ -15,7 +15,7 @@ use super::error::{LoadFault, Parsed};
 use super::ply_body::{Ascii, Binary, Body};
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
 use super::polygon::{Corners as FaceCorners, Triangulator};
-use super::text::{quoted, used_are_finite};
+use super::text::{quoted, used_are_finite, white};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Reads a PLY file's bytes.
@@ -55,7 +55,7 @@ struct Attributes {
 /// Names of a vertex's texture coordinates.
 const TEXCOORDS: [[&[u8]; 2]; 3] = [[b"s", b"t"], [b"u", b"v"], [b"texture_u", b"texture_v"]];
 
-/// Names of a vertex's colour, sRGB: fractions to 1, `ushort` to 65,535, other whole numbers to 255.
+/// Names of a vertex's colour, sRGB: fractions to 1 or to 255, `ushort` to 65,535, other whole numbers to 255.
 const COLORS: [[&[u8]; 3]; 3] = [
     [b"red", b"green", b"blue"],
     [b"diffuse_red", b"diffuse_green", b"diffuse_blue"],
@@ -73,14 +73,15 @@ fn places<const N: usize>(element: &Element, names: &[[&[u8]; N]]) -> Option<[us
     })
 }
 
-/// Linear light of a property's number.
-fn light(kind: Kind, number: f64) -> f32 {
+/// Linear light of vertices' colours, written as numbers of this kind.
+fn light(kind: Kind, written: &[[f64; 3]]) -> Vec<[f32; 3]> {
     let most = match kind {
-        Kind::One(Scalar::F32 | Scalar::F64) => 1.0,
+        Kind::One(Scalar::F32 | Scalar::F64) => white(written.as_flattened().iter().copied()),
         Kind::One(Scalar::U16) => 65_535.0,
         _ => 255.0,
     };
-    color::decode_any(number / most)
+    let light = |color: &[f64; 3]| color.map(|number| color::decode_any(number / most));
+    written.iter().map(light).collect()
 }
 
 impl Attributes {
@@ -97,10 +98,15 @@ impl Attributes {
     /// Adds those of the triangles that a face was cut into.
     fn face(&mut self, corners: &[u32], triangles: &[[u32; 3]]) {
         let of_corners = &self.of_corners;
+        // Some write a third, as of a texture in space.
+        let width = match of_corners.len() == 3 * corners.len() {
+            true => 3,
+            false => 2,
+        };
         let corners = FaceCorners::new(corners);
         let place = |vertex: u32| {
             let corner = corners.at(vertex);
-            let of_corner = corner.and_then(|at| of_corners.get(2 * at..2 * at + 2));
+            let of_corner = corner.and_then(|at| of_corners.get(width * at..width * at + 2));
             let of_vertex = || self.of_vertices.get(vertex as usize).copied();
             let [u, v] = of_corner.map(|uv| [uv[0], uv[1]]).or_else(of_vertex)?;
             // Rows of images are counted from below.
@@ -246,6 +252,7 @@ impl<'a, B: Body> Reader<'a, B> {
         axes.iter().chain(others).for_each(|&at| wanted[at] = true);
         let mut row = vec![0.0; element.properties.len()];
         self.soup.positions.reserve_exact(element.count);
+        let mut written = Vec::new();
         for vertex in 0..element.count {
             self.row(element, &wanted, &mut row)
                 .ok_or_else(|| self.broken("vertex", vertex))?;
@@ -257,11 +264,11 @@ impl<'a, B: Body> Reader<'a, B> {
             if let Some(attributes) = &mut self.attributes {
                 let texcoords = texcoords.map(|places| places.map(|at| row[at]));
                 attributes.of_vertices.extend(texcoords);
-                let light = |at: usize| light(element.properties[at].kind, row[at]);
-                attributes
-                    .colors
-                    .extend(colors.map(|places| places.map(light)));
+                written.extend(colors.map(|places| places.map(|at| row[at])));
             }
+        }
+        if let (Some(attributes), Some([red, ..])) = (&mut self.attributes, colors) {
+            attributes.colors = light(element.properties[red].kind, &written);
         }
         Ok(())
     }
@@ -281,7 +288,9 @@ impl<'a, B: Body> Reader<'a, B> {
     fn faces(&mut self, element: &Element) -> Parsed<()> {
         let list = element.index_list().ok_or_else(|| {
             let name = quoted(&element.name);
-            self.fault(format!("element {name} has no list vertex_indices"))
+            self.fault(format!(
+                "element {name} has no list vertex_indices of whole numbers"
+            ))
         })?;
         let texture_list = element
             .position(b"texcoord")
@@ -289,6 +298,10 @@ impl<'a, B: Body> Reader<'a, B> {
         let strips = element.name == b"tristrips";
         if !strips {
             self.soup.triangles.reserve_exact(element.count);
+        }
+        if let Some(attributes) = &mut self.attributes {
+            // Those of another element's last face.
+            attributes.of_corners.clear();
         }
         let mut raw = Corners::new();
         let mut corners = Vec::new();

@@ -12,7 +12,6 @@ use std::io::BufRead;
 use crate::substrate::Soup;
 
 use super::Format::Stl;
-use super::detect::contains;
 use super::error::{LoadFault, Parsed};
 use super::text::{finite, number, quoted};
 use super::words::Words;
@@ -52,13 +51,20 @@ pub(super) fn looks_ascii(head: &[u8]) -> bool {
     // A binary header that begins with 'solid' has a facet count, and so a control byte, behind it; a text may
     // have one by accident, or a remark before its first word.
     let is_control = |&b: &u8| b == 0 || (b < 32 && !b.is_ascii_whitespace());
-    let goes_on = || {
-        let text = text.to_ascii_lowercase();
-        [&b"facet"[..], b"outer loop", b"vertex"]
-            .iter()
-            .all(|word| contains(&text, word))
-    };
-    (solid && !text.iter().any(is_control)) || goes_on()
+    (solid && !text.iter().any(is_control)) || has_vertex(text)
+}
+
+/// Whether a loop begins in the text, with a number of its first vertex: other files have only the words, in their
+/// headers and comments.
+fn has_vertex(text: &[u8]) -> bool {
+    let words = text.split(u8::is_ascii_whitespace);
+    let words: Vec<&[u8]> = words.filter(|word| !word.is_empty()).collect();
+    words.windows(4).any(|words| {
+        let keywords = [&b"outer"[..], b"loop", b"vertex"];
+        let mut begins = keywords.iter().zip(words);
+        begins.all(|(keyword, word)| keyword.eq_ignore_ascii_case(word))
+            && number(words[3]).is_some()
+    })
 }
 
 /// Decides how a file that is taken for STL is written; the exact size outweighs the first word.
@@ -98,7 +104,9 @@ fn parse_binary(bytes: &[u8]) -> Parsed<Soup> {
         ));
     }
     // Some programs leave a wrong count behind; whole facets to the last byte are facets all the same.
-    let miscounted = promised < present && body.len().is_multiple_of(FACET);
+    let miscounted = promised < present
+        && body.len().is_multiple_of(FACET)
+        && goes_on(body, promised as usize * FACET);
     let facets = if miscounted { present } else { promised } as usize;
     if facets == 0 {
         return Err(no_triangles(0, &[]));
@@ -118,16 +126,37 @@ fn parse_binary(bytes: &[u8]) -> Parsed<Soup> {
     Ok(soup)
 }
 
+/// Whether what follows these facets is more of them, and not what a program adds about the mesh: within a hundred
+/// times as far from the origin as the facets are.
+fn goes_on(body: &[u8], at: usize) -> bool {
+    const FARTHER: f64 = 100.0;
+    let reach = |records: &[u8]| {
+        let all = records.chunks_exact(FACET).flat_map(corners_of);
+        all.flatten().map(f64::abs).reduce(f64::max)
+    };
+    let (facets, rest) = body.split_at(at);
+    match (reach(facets), reach(rest)) {
+        (Some(facets), Some(rest)) => rest <= FARTHER * facets,
+        _ => true,
+    }
+}
+
+/// The corners of a binary facet.
+fn corners_of(record: &[u8]) -> impl Iterator<Item = [f64; 3]> {
+    record[12..48].chunks_exact(12).map(|corner| {
+        std::array::from_fn(|axis| {
+            let at = 4 * axis;
+            let raw = [corner[at], corner[at + 1], corner[at + 2], corner[at + 3]];
+            f64::from(f32::from_le_bytes(raw))
+        })
+    })
+}
+
 fn read_facets(body: &[u8]) -> Parsed<Soup> {
     let count = body.len() / FACET;
     let mut positions = Vec::with_capacity(count * 3);
     for (facet, record) in body.chunks_exact(FACET).enumerate() {
-        for corner in record[12..48].chunks_exact(12) {
-            let position = std::array::from_fn(|axis| {
-                let at = 4 * axis;
-                let raw = [corner[at], corner[at + 1], corner[at + 2], corner[at + 3]];
-                f64::from(f32::from_le_bytes(raw))
-            });
+        for position in corners_of(record) {
             let place = || format!("facet {facet} (byte {})", FACETS_AT + facet * FACET);
             positions.push(finite(position, Stl, place)?);
         }

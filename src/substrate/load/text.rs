@@ -59,6 +59,17 @@ pub(super) fn single(token: &[u8]) -> Option<f64> {
     read.or_else(|| is_no_number(token).then_some(f64::NAN))
 }
 
+/// What white is where colours are numbers without a type: 255 where one is beyond [`ABOUT_ONE`], else 1.
+pub(super) fn white(mut colors: impl Iterator<Item = f64>) -> f64 {
+    match colors.any(|x| x.is_finite() && x > ABOUT_ONE) {
+        true => 255.0,
+        false => 1.0,
+    }
+}
+
+/// The greatest number that a colour has by round-off or exposure where 1 is white.
+const ABOUT_ONE: f64 = 2.0;
+
 /// Reads an optionally signed decimal integer.
 pub(super) fn integer(token: &[u8]) -> Option<i64> {
     let (negative, digits) = match token {
