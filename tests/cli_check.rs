@@ -50,35 +50,110 @@ fn check_answers_in_json() {
 #[test]
 fn a_stone_whose_faces_look_inwards_is_told() {
     let desk = Desk::new();
-    let rock = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rock.obj");
-    let rock = std::fs::read_to_string(rock).unwrap();
-    let turned = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
-        ["f", a, b, c] => format!("f {a} {c} {b}\n"),
-        _ => format!("{line}\n"),
-    };
-    desk.put("turned.obj", rock.lines().map(turned).collect::<String>());
-    // One that is open has no inside.
-    desk.put(
-        "open.obj",
-        rock.lines()
-            .map(turned)
-            .collect::<String>()
-            .rsplit_once("f ")
-            .unwrap()
-            .0,
-    );
+    let rock = rock();
+    let without_last = |text: String| text.rsplit_once("f ").unwrap().0.to_owned();
+    desk.put("turned.obj", turned(&rock));
+    desk.put("open.obj", without_last(rock.clone()));
+    desk.put("turned_open.obj", without_last(turned(&rock)));
     desk.put("rock.obj", rock);
     let inwards = "its faces look inwards";
     for (file, is_told) in [
         ("rock.obj", false),
         ("turned.obj", true),
         ("open.obj", false),
+        ("turned_open.obj", true),
     ] {
         let said = desk.done(&format!("check {file}")).out;
         assert_eq!(said.contains(inwards), is_told, "{file}: {said}");
     }
     let grown = desk.done("grow turned.obj --elements 20 -o out");
     assert!(grown.err.contains(inwards), "{}", grown.err);
+}
+
+fn rock() -> String {
+    let rock = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rock.obj");
+    std::fs::read_to_string(rock).unwrap()
+}
+
+/// The same mesh, the other way round.
+fn turned(obj: &str) -> String {
+    let turned = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
+        ["f", a, b, c] => format!("f {a} {c} {b}\n"),
+        _ => format!("{line}\n"),
+    };
+    obj.lines().map(turned).collect()
+}
+
+/// The rock and a tetrahedron of half its size, this far away along x.
+fn with_tetrahedron(is_turned: bool, x: f64) -> String {
+    let mut text = rock();
+    let vertices = text.lines().filter(|line| line.starts_with("v ")).count();
+    for [dx, y, z] in [
+        [0.0, 0.0, 0.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.5, 0.0],
+        [0.0, 0.0, 0.5],
+    ] {
+        text += &format!("v {} {y} {z}\n", x + dx);
+    }
+    for [a, b, c] in [[1, 3, 2], [1, 2, 4], [2, 3, 4], [1, 4, 3]] {
+        let [b, c] = if is_turned { [c, b] } else { [b, c] };
+        text += &format!("f {} {} {}\n", vertices + a, vertices + b, vertices + c);
+    }
+    text
+}
+
+/// But not of hollows.
+#[test]
+fn a_smaller_piece_whose_faces_look_inwards_is_told() {
+    let desk = Desk::new();
+    let said = |text: String| {
+        desk.put("a.obj", text);
+        desk.done("check a.obj").out
+    };
+    let told = "the faces of 1 smaller piece look inwards (near (9.25, 0.25, 0.25))";
+    let beside = said(with_tetrahedron(true, 9.0));
+    assert!(beside.contains(told), "{beside}");
+    for [is_turned, x] in [[0.0, 9.0], [1.0, 0.0], [0.0, 0.0]] {
+        let said = said(with_tetrahedron(is_turned > 0.5, x));
+        assert!(said.contains("2 separate pieces"), "{said}");
+        assert!(!said.contains("look inwards"), "{said}");
+    }
+}
+
+/// As terrain may whose triangles are wound the wrong way.
+#[test]
+fn open_ground_whose_faces_look_down_is_told() {
+    let desk = Desk::new();
+    let ground = "v 0 0 0\nv 1 0.3 0\nv 1 0 1\nv 0 0.2 1\nf 1 3 2\nf 1 4 3\n";
+    desk.put("up.obj", ground);
+    desk.put("down.obj", turned(ground));
+    for (file, is_told) in [("up.obj", false), ("down.obj", true)] {
+        let said = desk.done(&format!("check {file}")).out;
+        assert_eq!(said.contains("its faces look down"), is_told, "{said}");
+    }
+}
+
+/// A radius that a run refuses is no cure.
+#[test]
+fn vertices_far_off_are_told_with_a_radius_only_where_a_run_takes_it() {
+    let desk = Desk::new();
+    let rock = rock();
+    let first = rock.lines().find(|line| line.starts_with("v ")).unwrap();
+    for (far, is_named) in [(1e2, true), (1e4, false)] {
+        desk.put("a.obj", rock.replacen(first, &format!("v {far} 0 0"), 1));
+        let said = desk.done("check a.obj").out;
+        assert!(
+            said.contains("a few vertices lie far off; remove them"),
+            "{said}"
+        );
+        let radius = said.split("or give --radius ").nth(1);
+        assert_eq!(radius.is_some(), is_named, "{said}");
+        let Some(radius) = radius.and_then(|rest| rest.split_whitespace().next()) else {
+            continue;
+        };
+        desk.done(&format!("grow a.obj --radius {radius} --elements 2 -o out"));
+    }
 }
 
 const KEYS: [&str; 18] = [

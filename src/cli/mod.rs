@@ -18,6 +18,7 @@ mod check;
 mod dress;
 mod ended;
 mod export;
+mod facing;
 mod failure;
 mod grow;
 mod grown;

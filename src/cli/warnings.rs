@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use thallus::run::Settings;
 use thallus::substrate::{Substrate, SubstrateReport};
 
+use super::facing;
 use super::number::{count, elements, percent, place, plural, short};
 
 /// Everything about a mesh that its owner should know before growing elements of this radius.
@@ -15,7 +16,8 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         cramped(substrate, radius),
         stray(substrate, radius),
         loose(report),
-        inside_out(substrate),
+    ];
+    let of_mesh = [
         pieces(report),
         open_edges(report),
         non_manifold_edges(substrate),
@@ -25,7 +27,9 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         far(substrate.units().offset(), diagonal, radius),
         scale(diagonal),
     ];
-    found.into_iter().flatten().collect()
+    let found = found.into_iter().flatten();
+    let found = found.chain(facing::warnings(substrate));
+    found.chain(of_mesh.into_iter().flatten()).collect()
 }
 
 /// Elements for which the largest piece should have room: fewer make little of a lichen.
@@ -110,13 +114,16 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let diagonal = units.diagonal();
     let proposed = most * substrate.auto_radius() / diagonal;
     let is_apart = proposed > 0.0 && diagonal > FAR * most;
+    let other_cure = match proposed > SMALLEST_RADIUS * diagonal {
+        true => format!(", or give --radius {}", short(proposed)),
+        false => String::new(),
+    };
     (is_apart && radius > FAR * proposed).then(|| {
         format!(
             "nearly all of it lies within {} of the {} units that it is across: a few vertices lie far off; remove \
-             them, or give --radius {}",
+             them{other_cure}",
             short(most),
             short(diagonal),
-            short(proposed)
         )
     })
 }
@@ -141,33 +148,6 @@ fn is_spread(substrate: &Substrate, apart: usize) -> bool {
         there.nth(apart).is_some()
     };
     is_full(|x, ends| x < ends[0]) && is_full(|x, ends| x > ends[1])
-}
-
-/// A closed piece holds less than this share of what a ball of its area does only where it is as good as flat.
-const FLAT: f64 = 1e-6;
-
-/// Of closed pieces the largest alone: smaller ones may be hollows, which are wound inwards rightly.
-fn inside_out(substrate: &Substrate) -> Option<String> {
-    let largest = substrate.components().first()?;
-    let is_closed = |h: u32| {
-        let twin = substrate.twin(h);
-        twin.half_edge() != h && !twin.is_flipped()
-    };
-    let triangles = || largest.triangles.clone();
-    let middle = substrate.corners(largest.triangles.start)[0];
-    let volume: f64 = triangles()
-        .map(|t| {
-            let [a, b, c] = substrate.corners(t).map(|p| p - middle);
-            a.dot(b.cross(c)) / 6.0
-        })
-        .sum();
-    let ball = largest.area.powf(1.5) / (6.0 * PI.sqrt());
-    let is_inwards = volume < -FLAT * ball;
-    (is_inwards && triangles().all(|t| (3 * t..3 * t + 3).all(is_closed))).then(|| {
-        "its faces look inwards, so lichen would stand inside it, where no picture shows it; turn them (in Blender: \
-         Edit Mode, Mesh, Normals, Recalculate Outside) and export it again"
-            .to_owned()
-    })
 }
 
 fn pieces(report: &SubstrateReport) -> Option<String> {

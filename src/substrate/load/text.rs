@@ -136,7 +136,7 @@ pub(super) fn finite(
     Err(LoadFault::malformed(
         format,
         place(),
-        format!("the position ({x}, {y}, {z}) is {is}"),
+        format!("the position ({x:?}, {y:?}, {z:?}) is {is}"),
         "remove or repair that vertex in the program that made the file",
     ))
 }
