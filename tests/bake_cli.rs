@@ -137,6 +137,13 @@ fn every_map_and_the_mesh_are_written_and_said() {
     assert_eq!(height("png")["one"], sidecar("png")["highest_meters"]);
     assert_eq!(height("exr")["one"], 1.0);
     assert!(sidecar("png")["highest_meters"].as_f64().unwrap() > 0.02);
+    let glb = desk.read("png/lichened.glb");
+    let text = String::from_utf8_lossy(&glb);
+    assert_eq!(
+        text.matches("\"name\":\"cube\"").count(),
+        2,
+        "node and mesh"
+    );
     // The mesh wears PNG whatever the maps are.
     assert!(desk.read("png/lichened.glb") == desk.read("exr/lichened.glb"));
     made(&desk, "out -o dx --size 128 --normal directx --quiet");

@@ -408,6 +408,10 @@ fn errors_name_the_place() {
             "line 24: more than the 17 values",
         ),
         (with("1 0 7", "1 0.5 7"), "line 24: parent is 0.5"),
+        (
+            with("1 0 7", "1 -2 7"),
+            "line 24: parent is -2, which is neither -1 nor a whole number",
+        ),
         (with("1 0 7", "1 1 7"), "element 1: parent must be"),
         (with("0.5 1 0 7", "0.5 2 0 7"), "no element has birth 1"),
         (with("0.5 1 0 7", "0.5 0 0 7"), "two elements have birth 0"),

@@ -13,6 +13,7 @@ impl Baked<'_> {
     /// the units and axes of its file. Triangles without UVs are at (0, 0).
     pub fn mesh(&self) -> TexturedMesh {
         let mut mesh = TexturedMesh {
+            name: "lichened".to_owned(),
             shape: TriMesh {
                 up: self.substrate.up_axis(),
                 ..TriMesh::default()

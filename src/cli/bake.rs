@@ -59,8 +59,10 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     };
     let baked = lichens.bake(args, &base, &settings, &mut seconds)?;
     warn(&lichens, &baked, voice);
+    let name = lichens.mesh.file_stem().unwrap_or("lichened".as_ref());
     let writer = Writer {
         baked: &baked,
+        name: &name.to_string_lossy(),
         placement: &placement,
         format: args.maps.format,
         normal: args.maps.normal,
@@ -276,6 +278,8 @@ const COARSE: f64 = 2.0;
 /// Writes maps.
 struct Writer<'a> {
     baked: &'a Baked<'a>,
+    /// The mesh's.
+    name: &'a str,
     placement: &'a Placement,
     format: FileFormat,
     normal: NormalFormat,
@@ -381,6 +385,7 @@ impl Writer<'_> {
             worn.par_iter().map(|name| self.worn(name, files)).collect();
         let images = images?;
         let mut mesh = self.baked.mesh();
+        self.name.clone_into(&mut mesh.name);
         mesh.place(self.placement);
         let images = MapImages {
             base_color: &images[0],

@@ -22,8 +22,8 @@ pub(super) fn document(node: Value, mesh: Value) -> Value {
 }
 
 /// The node of the first mesh, moved by a vector.
-pub(super) fn node(translation: [f64; 3]) -> Value {
-    let mut node = json!({"name": "lichen", "mesh": 0});
+pub(super) fn node(name: &str, translation: [f64; 3]) -> Value {
+    let mut node = json!({"name": name, "mesh": 0});
     if translation != [0.0; 3] {
         node["translation"] = json!(translation);
     }

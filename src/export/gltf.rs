@@ -38,7 +38,7 @@ pub(super) fn points(scene: &Scene, color: AgeColor<'_>) -> Asset {
     let attributes = parts.vertices(scene, color);
     let primitive = json!({"attributes": attributes, "mode": POINTS, "material": 0});
     let mesh = json!({"name": "elements", "primitives": [primitive]});
-    parts.finish(mesh, node(scene.origin()), &[])
+    parts.finish(mesh, node("lichen", scene.origin()), &[])
 }
 
 pub(super) fn curves(scene: &Scene, color: AgeColor<'_>) -> Asset {
@@ -49,7 +49,7 @@ pub(super) fn curves(scene: &Scene, color: AgeColor<'_>) -> Asset {
     let primitive =
         json!({"attributes": attributes, "indices": indices, "mode": LINES, "material": 0});
     let mesh = json!({"name": "branches", "primitives": [primitive]});
-    parts.finish(mesh, node(scene.origin()), &[])
+    parts.finish(mesh, node("lichen", scene.origin()), &[])
 }
 
 pub(super) fn instances(scene: &Scene, color: AgeColor<'_>) -> Asset {
@@ -63,7 +63,7 @@ pub(super) fn instances(scene: &Scene, color: AgeColor<'_>) -> Asset {
         "indices": indices, "mode": TRIANGLES, "material": 0,
     });
     let mesh = json!({"name": "lobe", "primitives": [primitive]});
-    let mut node = node(scene.origin());
+    let mut node = node("lichen", scene.origin());
     node["extensions"] = json!({INSTANCING: {"attributes": parts.instances(scene, color)}});
     parts.finish(mesh, node, &[INSTANCING])
 }

@@ -407,8 +407,12 @@ fn whole(value: f64, name: usize, scalar: Option<Scalar>) -> Result<u32, String>
         ));
     }
     if value.fract() != 0.0 || !(0.0..=f64::from(i32::MAX)).contains(&value) {
+        let other = match name == NAMES[PARENT] {
+            true => "neither -1 nor",
+            false => "not",
+        };
         return Err(format!(
-            "{name} is {value}, which is not a whole number from 0 to 2147483647"
+            "{name} is {value}, which is {other} a whole number from 0 to 2147483647"
         ));
     }
     Ok(value as u32)

@@ -300,6 +300,7 @@ mod tests {
             },
             uvs: vec![[0.0; 2]; 3],
             tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
+            ..TexturedMesh::default()
         }
     }
 

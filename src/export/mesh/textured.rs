@@ -12,6 +12,8 @@ use crate::export::glb::{document, node, write_head};
 /// attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexturedMesh {
+    /// What programs call the object.
+    pub name: String,
     /// Positions, normals and triangles.
     pub shape: TriMesh,
     /// Texture coordinates as glTF has them: (0, 0) is the upper left corner of an image.
@@ -75,8 +77,8 @@ impl TexturedMesh {
                 .push(json!({"bufferView": view, "mimeType": "image/png", "name": name}));
         }
         let primitive = json!({"attributes": attributes, "indices": indices, "material": 0});
-        let shape = json!({"name": "lichened", "primitives": [primitive]});
-        let mut document = document(node(origin), shape);
+        let shape = json!({"name": self.name, "primitives": [primitive]});
+        let mut document = document(node(&self.name, origin), shape);
         document["materials"] = json!([material()]);
         document["textures"] = (0..3).map(|i| json!({"source": i, "sampler": 0})).collect();
         document["samplers"] = json!([{
