@@ -198,7 +198,7 @@ fn places_in(substrate: &Substrate, ball: &Ball, stream: &mut Stream) -> Vec<Pla
 #[test]
 fn lines_between_places_answer_as_a_search_of_the_ball() {
     let mut stream = Stream::new(6, Purpose::Walker, 0);
-    let (mut one, mut all) = (Connectivity::new(), Connectivity::new());
+    let [mut one, mut two, mut all] = [(); 3].map(|()| Connectivity::new());
     let mut fine = meshes();
     fine.push(("fine rock".into(), common::rock(60)));
     fine.push(("rough rock".into(), common::noisy_rock(60, 0.02)));
@@ -206,7 +206,8 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
     fine.push(("finer slab".into(), common::slab(60, 1.0, 0.01)));
     fine.push(("thinner slab".into(), common::slab(60, 1.0, 0.003)));
     fine.push(("thicker slab".into(), common::slab(60, 1.0, 0.03)));
-    let (mut joined, mut apart, mut looked, mut held) = (0, 0, 0, 0);
+    let (mut joined, mut apart) = (0, 0);
+    let (mut looked, mut looked_likely, mut held) = (0, 0, 0);
     for (name, substrate) in fine {
         let size = substrate
             .units()
@@ -227,7 +228,10 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
                 let expected = all.has_reached(other.0);
                 let found = one.joined(&substrate, [from, other], &ball);
                 assert_eq!(found, expected, "{name}: {ball:?}, {other:?}");
+                let likely = two.likely_joined(&substrate, [from, other], &ball);
+                assert_eq!(likely, expected, "{name}: {ball:?}, {other:?}");
                 if expected {
+                    looked_likely += two.reached().len();
                     looked += one.reached().len();
                     held += all.reached().len();
                 }
@@ -237,6 +241,10 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
     }
     assert!(joined > 5_000 && apart > 1_000, "{joined} and {apart}");
     assert!(4 * looked < held, "{looked} of {held} triangles");
+    assert!(
+        5 * looked_likely < 4 * looked,
+        "{looked_likely} instead of {looked}"
+    );
 }
 
 /// As thin as a fin: places across from each other are near, and the edge between them may be far.

@@ -73,6 +73,6 @@ impl<'a> Sheet<'a> {
             radius: BALL * f64::from(away.length()),
         };
         let places = [(home, p), (element.home, element.position)];
-        self.search.joined(self.substrate, places, &ball)
+        self.search.likely_joined(self.substrate, places, &ball)
     }
 }

@@ -11,6 +11,9 @@
 //! large it looks at one or two. Where they are small a line from place to place mostly answers it:
 //! what is joined by a line inside the ball is joined, and where a line fails the ball is searched.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::section::{Ball, Place, leads};
 use crate::ahead::fetch;
 use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
@@ -36,6 +39,8 @@ pub struct Connectivity {
     next: usize,
     reached: Vec<u32>,
     path: Vec<u32>,
+    /// Those reached from which it has not spread, by how far they are from where it is to come to.
+    nearest: BinaryHeap<Reverse<(u32, u32)>>,
     /// For whoever asks about many places at once: room to list them.
     pub(crate) others: Vec<Place>,
 }
@@ -53,11 +58,39 @@ impl Connectivity {
     }
 
     /// True when the surface joins two places inside a ball.
-    pub fn joined(&mut self, substrate: &Substrate, [from, to]: [Place; 2], ball: &Ball) -> bool {
-        from.0 == to.0 || is_across(substrate, from.0, to.0, ball) || {
-            self.find(substrate, from, ball, &mut [to]);
-            self.has_reached(to.0)
+    pub fn joined(&mut self, substrate: &Substrate, places: [Place; 2], ball: &Ball) -> bool {
+        self.joins(substrate, places, ball, face_alike)
+    }
+
+    /// The same, sooner found where it mostly is so and later where it mostly is not.
+    pub fn likely_joined(
+        &mut self,
+        substrate: &Substrate,
+        places: [Place; 2],
+        ball: &Ball,
+    ) -> bool {
+        self.joins(substrate, places, ball, |_, _| true)
+    }
+
+    fn joins(
+        &mut self,
+        substrate: &Substrate,
+        [from, to]: [Place; 2],
+        ball: &Ball,
+        is_likely: fn(&Substrate, [u32; 2]) -> bool,
+    ) -> bool {
+        if from.0 == to.0 || is_across(substrate, from.0, to.0, ball) {
+            return true;
         }
+        self.begin(substrate, from.0);
+        if !self.flood(substrate, ball, FEW, &[to]) {
+            self.follow(substrate, from, ball, &mut [to]);
+            match is_likely(substrate, [from.0, to.0]) {
+                true => self.make_for(substrate, ball, to),
+                false => _ = self.flood(substrate, ball, usize::MAX, &[to]),
+            }
+        }
+        self.has_reached(to.0)
     }
 
     /// Searches all that the surface joins to a triangle inside a ball; ask with
@@ -76,6 +109,29 @@ impl Connectivity {
         }
         self.follow(substrate, from, ball, wanted);
         self.flood(substrate, ball, usize::MAX, wanted);
+    }
+
+    /// Spreads where it is nearest to a place, until that is found or the ball is searched. Where it is found it has
+    /// mostly been to a small part of the ball, but to search all takes longer in this order.
+    #[inline(never)]
+    fn make_for(&mut self, substrate: &Substrate, ball: &Ball, to: Place) {
+        let away = |t: u32| {
+            let [a, b, c] = substrate.corners(t);
+            (3.0 * to.1 - (a + b + c)).length_squared() as f32
+        };
+        let mut known = self.next;
+        self.nearest.clear();
+        while !self.has_reached(to.0) {
+            for &t in &self.reached[known..] {
+                // Of what is not negative, bits are in order.
+                self.nearest.push(Reverse((away(t).to_bits(), t)));
+            }
+            known = self.reached.len();
+            let Some(Reverse((_, t))) = self.nearest.pop() else {
+                return;
+            };
+            self.spread(substrate, t, ball);
+        }
     }
 
     /// How many of some places the surface joins to another inside a ball. Puts them in order.
@@ -230,6 +286,16 @@ impl Connectivity {
         let leaving = substrate.half_edges_at(vertex);
         leaving.iter().for_each(|h| self.mark(substrate, h / 3));
     }
+}
+
+/// Whether two triangles look to one side: then the surface mostly joins them, where on the two faces of a plate it
+/// does not.
+fn face_alike(substrate: &Substrate, triangles: [u32; 2]) -> bool {
+    let [one, other] = triangles.map(|t| {
+        let [a, b, c] = substrate.corners(t);
+        (b - a).cross(c - a)
+    });
+    one.dot(other) > 0.0
 }
 
 /// Whether two triangles have an edge in common that touches a ball: then it joins them, and most that are asked
