@@ -1,5 +1,6 @@
 //! `thallus check`: what a mesh file holds.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use anyhow::Context;
@@ -165,9 +166,10 @@ fn uvs(with: usize, of: usize) -> String {
 
 fn kept(report: &SubstrateReport) -> String {
     let [kept, read] = [report.triangles, report.triangles_read].map(|n| count(n as u64));
-    match kept == read {
-        true => kept,
-        false => format!("{kept} kept of {read}"),
+    match report.triangles.cmp(&report.triangles_read) {
+        Ordering::Less => format!("{kept} kept of {read}"),
+        Ordering::Equal => kept,
+        Ordering::Greater => format!("{kept} made of {read}"),
     }
 }
 

@@ -14,6 +14,7 @@ mod bvh;
 mod caps;
 mod coarse;
 mod geometry;
+mod junctions;
 mod load;
 mod order;
 mod report;

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::adjacency::{Adjacency, flatten, unite};
 use super::weld::{Welded, classes, is_degenerate, stand_for};
-use super::{Component, order};
+use super::{Component, junctions, order};
 
 /// Steps of an f32 of the mesh's largest coordinate that ends may be apart.
 const STEPS: f64 = 2.0;
@@ -23,17 +23,27 @@ const MOST: f64 = 3e-7;
 /// [class](classes) are within four.
 const LONG: f64 = 32.0;
 
-/// [Orders](order::order) the triangles, with seams closed.
+/// [Orders](order::order) the triangles, with seams closed, also those on which only one side has
+/// [corners](junctions).
 pub(super) fn order_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
+    let ordered = with_seams_closed(welded);
+    let apart = apart(welded);
+    match junctions::close(welded, &ordered.0.boundary, [apart, LONG * apart]) {
+        0 => ordered,
+        // What is left of edges may be one with others.
+        _ => with_seams_closed(welded),
+    }
+}
+
+fn with_seams_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
     let ordered = order::order(welded);
-    welded.seams = close(welded, &ordered.0.boundary);
-    match welded.seams {
+    match close(welded, &ordered.0.boundary) {
         0 => ordered,
         _ => order::order(welded),
     }
 }
 
-/// Joins the open edges that are one but for rounding, and says how many.
+/// Joins the open edges that are one but for rounding, and says how many pairs.
 fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
     let mut pairs = pairs(welded, open, apart(welded));
     while !pairs.is_empty() {
@@ -44,7 +54,8 @@ fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
         if spoilt.is_empty() {
             (welded.vertices, welded.triangles) = (vertices, triangles);
             welded.tidy();
-            return 2 * pairs.len();
+            welded.seams += 2 * pairs.len();
+            return pairs.len();
         }
         // Where a triangle would have no area any more the seam stays.
         pairs

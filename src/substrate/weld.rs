@@ -76,29 +76,36 @@ pub(super) fn weld(soup: Soup) -> Welded {
         .filter(|&t| is_degenerate(&vertices, triangles[t as usize]))
         .collect();
     let parts = caps::flip(&vertices, &mut triangles, &flat);
-    let mut source: Vec<u32> = (0..read as u32).collect();
-    if !flat.is_empty() {
-        retain_pairs(&mut triangles, &mut source, |t| {
-            !is_degenerate(&vertices, t)
-        });
-    }
-    let degenerate = read - triangles.len();
+    let source: Vec<u32> = (0..read as u32).collect();
     let mut welded = Welded {
         units,
         vertices,
         triangles,
         source,
         parts,
-        degenerate,
+        degenerate: 0,
         duplicate: 0,
         merged,
         seams: 0,
     };
+    if !flat.is_empty() {
+        welded.degenerate = welded.drop_flat();
+    }
     welded.tidy();
     welded
 }
 
 impl Welded {
+    /// Triangles without area go. Returns how many.
+    pub(super) fn drop_flat(&mut self) -> usize {
+        let before = self.triangles.len();
+        let vertices = &self.vertices;
+        retain_pairs(&mut self.triangles, &mut self.source, |t| {
+            !is_degenerate(vertices, t)
+        });
+        before - self.triangles.len()
+    }
+
     /// Of triangles with the same corners the first stays, and vertices that none uses go.
     pub(super) fn tidy(&mut self) {
         let before = self.triangles.len();
