@@ -7,7 +7,7 @@
 //! what is left of slicing when the third corner is on the edge): that divides the triangle in two at
 //! the cap's third corner, and the surface is as it was.
 
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -25,14 +25,15 @@ pub(super) struct Part {
 /// Weights of a triangle's corners in itself.
 pub(super) const WHOLE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// What is a part, by the number in the file of the triangle whose place it takes: it takes that of the
-/// triangle itself or that of a cap.
+/// What is a part, by the number of the triangle whose place it takes: it takes that of the triangle itself or that
+/// of a cap.
 pub(super) type Parts = HashMap<u32, Part>;
 
-/// Flips away the caps of triangles in the order of the file. Those that are left have nothing to hold
-/// together, or are at an edge of more than two triangles.
+/// Flips away caps of triangles. Those that are left have nothing to hold together, or are at an edge of more than
+/// two triangles.
 ///
-/// `flat` are those without area, ascending.
+/// `flat` are those without area, or that are [to count](super::junctions) as such, ascending. Parts and what they
+/// are of are named by their places in the list.
 pub(super) fn flip(vertices: &[DVec3], triangles: &mut [[u32; 3]], flat: &[u32]) -> Parts {
     let is_cap = |t: &u32| !is_repeating(triangles[*t as usize]);
     let caps: Vec<u32> = flat.iter().copied().filter(is_cap).collect();
@@ -70,6 +71,8 @@ struct Flips<'a> {
     triangles: &'a mut [[u32; 3]],
     /// The triangles at each edge between vertices of caps.
     edges: HashMap<[u32; 2], Vec<u32>>,
+    /// The triangles that are caps.
+    caps: HashSet<u32>,
     left: BinaryHeap<Cap>,
     parts: Parts,
 }
@@ -84,7 +87,8 @@ struct Cap {
     triangle: u32,
 }
 
-fn edge(a: u32, b: u32) -> [u32; 2] {
+/// The ends of an edge, in order.
+pub(super) fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
@@ -110,6 +114,7 @@ impl<'a> Flips<'a> {
             vertices,
             triangles,
             edges,
+            caps: HashSet::new(),
             left: BinaryHeap::new(),
             parts: Parts::new(),
         };
@@ -119,13 +124,13 @@ impl<'a> Flips<'a> {
 
     /// Puts a cap among those that are left.
     fn remember(&mut self, triangle: u32) {
+        self.caps.insert(triangle);
         self.left.push(self.cap(triangle));
     }
 
     /// Whether a triangle is still the cap that it was.
     fn remembers(&self, cap: &Cap) -> bool {
-        let corners = self.triangles[cap.triangle as usize];
-        is_degenerate(self.vertices, corners) && self.cap(cap.triangle) == *cap
+        self.caps.contains(&cap.triangle) && self.cap(cap.triangle) == *cap
     }
 
     fn cap(&self, triangle: u32) -> Cap {
@@ -159,11 +164,13 @@ impl<'a> Flips<'a> {
         let k = k.unwrap_or(0);
         let [x, y, apex] = [k, (k + 1) % 3, (k + 2) % 3].map(|i| corners[i]);
         let halves = [[x, middle, apex], [middle, y, apex]];
-        let was_flat = is_degenerate(self.vertices, corners);
+        let was_flat = self.caps.contains(&other);
         let are_flat = halves.map(|half| is_degenerate(self.vertices, half));
-        if !was_flat && are_flat.contains(&true) {
+        if !was_flat && (are_flat.contains(&true) || !self.face_alike(corners, halves)) {
             return self.forget(cap);
         }
+        self.caps.remove(&other);
+        self.caps.remove(&cap);
         if !was_flat {
             self.divide(other, cap, k, middle);
         }
@@ -178,6 +185,17 @@ impl<'a> Flips<'a> {
                 self.remember(half);
             }
         }
+    }
+
+    /// Whether both halves of a triangle look to its side: not where it is as thin as its edge is rounded.
+    fn face_alike(&self, whole: [u32; 3], halves: [[u32; 3]; 2]) -> bool {
+        let normal = |t: [u32; 3]| {
+            let [a, b, c] = t.map(|v| self.vertices[v as usize]);
+            (b - a).cross(c - a)
+        };
+        halves
+            .iter()
+            .all(|half| normal(*half).dot(normal(whole)) > 0.0)
     }
 
     /// The one triangle beyond a cap's edge.

@@ -3,32 +3,29 @@
 //! Where one side of a line is cut finer than the other, as tiles of terrain at two levels of detail are, or what
 //! booleans and CAD programs make, corners of one side lie on edges of the other, and all of these edges are open,
 //! although there is no hole. At a corner that both sides share, two open edges go the same way, of which the
-//! shorter one ends on the longer one. Between them a triangle without area is put, which [flipping](caps::flip)
-//! divides the other's triangle with: the surface is as it was. So it goes on from there.
+//! shorter one ends on the longer one. Between them a triangle without area (but for rounding) is put, which
+//! [flipping](caps::flip) divides the other's triangle with: the surface is as it was. So it goes on from there.
+//! Seams without any corner that both sides share stay open.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::caps::{self, Part, WHOLE};
-use super::weld::{Welded, is_degenerate};
+use super::caps::{self, Part, WHOLE, edge};
+use super::weld::Welded;
 
 /// Corners of more open edges than this are left alone: there triangles lie loose.
 const MOST_EDGES: usize = 8;
 
-/// Divides triangles at the corners of others on their open edges, and says at how many.
+/// Divides triangles at the corners of others on their open edges. Whether there are any.
 ///
 /// `apart` is how far from an edge a corner may be that is meant to be on it, and `least` how long edges are that
 /// are looked at; local units.
-pub(super) fn close(welded: &mut Welded, open: &[[u32; 2]], [apart, least]: [f64; 2]) -> usize {
-    let lines = Rims::new(&welded.vertices, open, apart, least).lines();
-    if lines.is_empty() {
-        return 0;
+pub(super) fn close(welded: &mut Welded, open: &[[u32; 2]], [apart, least]: [f64; 2]) -> bool {
+    let caps = Rims::new(&welded.vertices, open, apart, least).caps(&welded.triangles);
+    if caps.is_empty() {
+        return false;
     }
-    straighten(welded, &lines);
-    let all = lines.iter().flat_map(|line| &line.caps);
-    let is_flat = |cap: &&[u32; 3]| is_degenerate(&welded.vertices, **cap);
-    let caps: Vec<[u32; 3]> = all.filter(is_flat).copied().collect();
     let before = welded.triangles.len();
     let first = 1 + welded.source.iter().max().map_or(0, |&last| last);
     welded.source.extend((first..).take(caps.len()));
@@ -36,17 +33,14 @@ pub(super) fn close(welded: &mut Welded, open: &[[u32; 2]], [apart, least]: [f64
     let all: Vec<u32> = (before as u32..welded.triangles.len() as u32).collect();
     let parts = caps::flip(&welded.vertices, &mut welded.triangles, &all);
     adopt(welded, &parts, before);
-    welded.drop_flat();
+    let mut at = 0..;
+    // A cap that is left is no part.
+    welded.retain(|_| {
+        let at = at.next();
+        at.is_some_and(|at: u32| (at as usize) < before || parts.contains_key(&at))
+    });
     welded.tidy();
-    all.iter().filter(|t| parts.contains_key(t)).count()
-}
-
-/// Open edges that lie on one another, from a corner that both sides share to where they meet again or part.
-struct Line {
-    ends: [u32; 2],
-    /// Triangles without area between two of them: from where both begin to the end of the shorter one and on to that
-    /// of the longer one.
-    caps: Vec<[u32; 3]>,
+    !parts.is_empty()
 }
 
 /// The open edges, and for each vertex where those at it end.
@@ -57,6 +51,8 @@ struct Rims<'a> {
     begin: Vec<u32>,
     /// As they are at vertices where they have changed.
     changed: HashMap<u32, Vec<u32>>,
+    /// The third corners of the triangles at edges between such vertices.
+    apexes: HashMap<[u32; 2], u32>,
     apart: f64,
     least: f64,
 }
@@ -77,6 +73,7 @@ impl<'a> Rims<'a> {
             ends,
             begin,
             changed: HashMap::new(),
+            apexes: HashMap::new(),
             apart,
             least,
         }
@@ -100,102 +97,86 @@ impl<'a> Rims<'a> {
         }
     }
 
-    fn lines(mut self) -> Vec<Line> {
+    /// Triangles between two open edges that lie on one another: from where both begin to the end of the shorter one and
+    /// on to that of the longer one.
+    fn caps(mut self, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let all = 0..self.vertices.len() as u32;
         let mut left: Vec<u32> = all.filter(|&v| self.cap_at(v).is_some()).collect();
-        let mut lines = Vec::new();
-        while let Some(start) = left.pop() {
-            let mut line = Line {
-                ends: [start; 2],
-                caps: Vec::new(),
+        if !left.is_empty() {
+            self.find_apexes(triangles);
+        }
+        let mut caps = Vec::new();
+        while let Some(a) = left.pop() {
+            let Some([a, middle, b]) = self.cap_at(a) else {
+                continue;
             };
-            let mut at = start;
-            while let Some([a, middle, b]) = self.cap_at(at) {
-                if !self.goes_on(&line, [a, b]) {
-                    break;
-                }
-                self.toggle([a, middle]);
-                self.toggle([a, b]);
-                self.toggle([middle, b]);
-                line.caps.push([a, middle, b]);
-                line.ends[1] = b;
-                at = middle;
+            caps.push([a, middle, b]);
+            if let Some(&apex) = self.apexes.get(&edge(a, b)) {
+                self.apexes.insert(edge(middle, b), apex);
             }
-            if !line.caps.is_empty() {
-                left.extend([at, line.ends[1], start]);
-                lines.push(line);
+            self.toggle([a, middle]);
+            self.toggle([a, b]);
+            self.toggle([middle, b]);
+            left.extend([a, b, middle]);
+        }
+        caps
+    }
+
+    fn find_apexes(&mut self, triangles: &[[u32; 3]]) {
+        for &[a, b, c] in triangles {
+            for [from, to, apex] in [[a, b, c], [b, c, a], [c, a, b]] {
+                if [from, to].iter().all(|&v| !self.ends_at(v).is_empty()) {
+                    self.apexes.insert(edge(from, to), apex);
+                }
             }
         }
-        lines
     }
 
-    /// Whether an edge goes on as a line has gone.
-    fn goes_on(&self, line: &Line, edge: [u32; 2]) -> bool {
-        const STRAIGHT: f64 = 0.999;
-        let along = |ends: [u32; 2]| {
-            let [from, to] = ends.map(|v| self.vertices[v as usize]);
-            (to - from).normalize_or_zero()
+    /// Whether the triangles at two edges that go the same way lie on one another: as where a surface is there twice,
+    /// which is no seam.
+    fn is_fold(&self, [a, v, b]: [u32; 3]) -> bool {
+        const FOLDED: f64 = 0.985;
+        let place = |v: u32| self.vertices[v as usize];
+        let along = (place(b) - place(a)).normalize_or_zero();
+        let aside = |end: u32| {
+            let to = place(*self.apexes.get(&edge(a, end))?) - place(a);
+            Some((to - to.dot(along) * along).normalize_or_zero())
         };
-        line.caps.is_empty() || along(line.ends).dot(along(edge)) > STRAIGHT
+        let both = aside(v).zip(aside(b));
+        both.is_some_and(|(one, other)| one.dot(other) > FOLDED)
     }
 
-    /// The one at this vertex, unless more than two edges go that way.
+    /// One at this vertex where no third edge goes the same way.
     fn cap_at(&self, a: u32) -> Option<[u32; 3]> {
-        let ends = self.ends_at(a);
-        if ends.len() > MOST_EDGES {
+        let is_loose = |v: u32| self.ends_at(v).len() > MOST_EDGES;
+        if is_loose(a) {
             return None;
         }
+        let ends = self.ends_at(a);
+        let is_third = |&v: &u32, b: u32| self.is_cap([a, v, b]) || self.is_cap([a, b, v]);
+        let is_alone = |&[_, middle, b]: &[u32; 3]| {
+            let mut others = ends.iter().filter(|v| ![middle, b].contains(v));
+            !others.any(|v| is_third(v, b)) && !is_loose(middle) && !is_loose(b)
+        };
         let pairs = ends
             .iter()
             .flat_map(|&b| ends.iter().map(move |&v| [a, v, b]));
-        let mut found = pairs.filter(|corners| self.is_cap(*corners));
-        let first = found.next()?;
-        found.next().is_none().then_some(first)
+        let mut caps = pairs.filter(|corners| self.is_cap(*corners));
+        caps.find(|cap| is_alone(cap) && !self.is_fold(*cap))
     }
 
     /// Whether the second corner lies between the others.
     fn is_cap(&self, [a, v, b]: [u32; 3]) -> bool {
         let [p, q, r] = [a, v, b].map(|v| self.vertices[v as usize]);
-        let on = on_line([p, r], q);
-        let is_between = (on - p).dot(r - p) > 0.0 && (on - r).dot(p - r) > 0.0;
-        let ends = [on.distance(p), on.distance(r)];
+        let along = r - p;
+        let share = (q - p).dot(along) / along.length_squared();
+        let length = along.length();
         v != b
-            && is_between
-            && on.distance(q) <= self.apart
-            && ends.into_iter().all(|length| length > self.least)
+            && (p + share * along).distance(q) <= self.apart
+            && [share, 1.0 - share]
+                .iter()
+                .all(|part| part * length > self.least)
     }
-}
-
-/// The place nearest to another on a line.
-fn on_line([from, to]: [DVec3; 2], place: DVec3) -> DVec3 {
-    let along = to - from;
-    from + (place - from).dot(along) / along.length_squared() * along
-}
-
-/// Moves corners onto the lines that they are on, but for those whose triangles would have no area any more.
-fn straighten(welded: &mut Welded, lines: &[Line]) {
-    let mut vertices = welded.vertices.clone();
-    // An end of one line may be on another.
-    const PASSES: usize = 4;
-    for line in (0..PASSES).flat_map(|_| lines) {
-        let is_bent = |cap: &[u32; 3]| !is_degenerate(&vertices, *cap);
-        if line.caps.iter().any(is_bent) {
-            let ends = line.ends.map(|v| vertices[v as usize]);
-            for v in line.caps.iter().flat_map(|[_, middle, b]| [*middle, *b]) {
-                if !line.ends.contains(&v) {
-                    vertices[v as usize] = on_line(ends, vertices[v as usize]);
-                }
-            }
-        }
-    }
-    let is_moved = |v: &u32| vertices[*v as usize] != welded.vertices[*v as usize];
-    let touched = welded.triangles.iter().filter(|t| t.iter().any(is_moved));
-    let spoilt = touched.filter(|t| is_degenerate(&vertices, **t));
-    let spoilt: Vec<u32> = spoilt.flatten().copied().collect();
-    for v in spoilt {
-        vertices[v as usize] = welded.vertices[v as usize];
-    }
-    welded.vertices = vertices;
 }
 
 /// Numbers the parts that triangles were divided into, which are those of the file where these are parts already.
@@ -311,6 +292,97 @@ mod tests {
             }
         }
         assert!(divided > 1000, "{divided}");
+    }
+
+    /// All corners that its sides share are those of two seams.
+    #[test]
+    fn a_cube_with_one_side_cut_finer_is_closed() {
+        for n in 2..7u32 {
+            let mut soup = Soup::default();
+            for face in 0..6 {
+                let n = if face == 0 { n } else { 1 };
+                let at = soup.positions.len() as u32;
+                for (k, l) in (0..=n).flat_map(|k| (0..=n).map(move |l| (k, l))) {
+                    let [x, y] = [k, l].map(|k| f64::from(k) / f64::from(n));
+                    let mut place = if face < 3 { [x, y, 1.0] } else { [y, x, 0.0] };
+                    place.rotate_left(face % 3);
+                    soup.positions.push(place);
+                }
+                for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
+                    let [a, b] = [at + k * (n + 1) + l, at + (k + 1) * (n + 1) + l];
+                    soup.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+                }
+            }
+            let substrate = Substrate::from_soup(soup).unwrap();
+            let report = substrate.report();
+            assert_eq!(report.boundary_edges, 0, "{n}");
+            assert_eq!((report.components.len(), report.winding_conflicts), (1, 0));
+            assert_eq!(report.triangles as u32, 2 * n * n + 10 + 4 * (n - 1));
+        }
+    }
+
+    /// Tiles of terrain at two levels of detail, like a chessboard.
+    #[test]
+    fn tiles_of_two_levels_are_one_surface() {
+        const TILES: u32 = 5;
+        let mut soup = Soup::default();
+        for (i, j) in (0..TILES).flat_map(|i| (0..TILES).map(move |j| (i, j))) {
+            let n = if (i + j) % 2 > 0 { 7 } else { 3 };
+            let at = soup.positions.len() as u32;
+            let place = |tile: u32, k: u32| f64::from(tile) + f64::from(k) / f64::from(n);
+            let rows = (0..=n).flat_map(|k| (0..=n).map(move |l| (k, l)));
+            soup.positions
+                .extend(rows.map(|(k, l)| [place(i, k), place(j, l), 0.0]));
+            for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
+                let [a, b] = [at + k * (n + 1) + l, at + (k + 1) * (n + 1) + l];
+                soup.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+            }
+        }
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let report = substrate.report();
+        assert_eq!(report.components.len(), 1);
+        assert_eq!(report.non_manifold_edges, 0);
+        // Each side has three tiles of the coarser level and two of the finer one.
+        assert_eq!(report.boundary_edges, 4 * (3 * 3 + 2 * 7));
+    }
+
+    /// A surface that is there twice, cut otherwise the second time, has no seam with itself at its border.
+    #[test]
+    fn what_lies_on_one_another_is_not_joined() {
+        let mut random = SmallRng::seed_from_u64(6);
+        let mut soup = halves(&mut random, [0, 3], 0.0);
+        soup.triangles.retain(|t| t.iter().all(|&v| v > 4));
+        let once = soup.clone();
+        let mut again = halves(&mut random, [0, 5], 0.0);
+        again.positions[5] = [0.4, 0.5, 0.0];
+        let base = soup.positions.len() as u32;
+        soup.positions.extend(again.positions);
+        let second = again.triangles.iter().filter(|t| t.iter().all(|&v| v > 4));
+        soup.triangles.extend(second.map(|t| t.map(|v| v + base)));
+        let report = |soup| Substrate::from_soup(soup).unwrap().report().clone();
+        assert_eq!(report(once).components.len(), 1);
+        let twice = report(soup);
+        assert_eq!(twice.triangles, twice.triangles_read);
+    }
+
+    /// Where three sheets meet at a line it is not known which belong together.
+    #[test]
+    fn a_line_of_three_sheets_is_left_alone() {
+        let mut soup = halves(&mut SmallRng::seed_from_u64(5), [1, 2], 0.0);
+        let at = soup.positions.len() as u32;
+        let third = [
+            [0.0, 0.0, 0.0],
+            [0.0, 0.9, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.5, 1.0],
+        ];
+        soup.positions.extend(third);
+        soup.triangles
+            .extend([[at, at + 1, at + 3], [at + 1, at + 2, at + 3]]);
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let report = substrate.report();
+        assert_eq!(report.components.len(), 3);
+        assert_eq!(report.triangles, report.triangles_read);
     }
 
     #[test]

@@ -26,13 +26,17 @@ const LONG: f64 = 32.0;
 /// [Orders](order::order) the triangles, with seams closed, also those on which only one side has
 /// [corners](junctions).
 pub(super) fn order_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {
-    let ordered = with_seams_closed(welded);
+    let mut ordered = with_seams_closed(welded);
     let apart = apart(welded);
-    match junctions::close(welded, &ordered.0.boundary, [apart, LONG * apart]) {
-        0 => ordered,
+    if junctions::close(welded, &ordered.0.boundary, [apart, LONG * apart]) {
         // What is left of edges may be one with others.
-        _ => with_seams_closed(welded),
+        ordered = with_seams_closed(welded);
     }
+    if !welded.parts.is_empty() {
+        let kept: HashSet<u32> = welded.source.iter().copied().collect();
+        welded.parts.retain(|part, _| kept.contains(part));
+    }
+    ordered
 }
 
 fn with_seams_closed(welded: &mut Welded) -> (Adjacency, Vec<Component>) {

@@ -33,7 +33,7 @@ pub(super) struct Welded {
     /// Positions in local units.
     pub(super) vertices: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Number of each kept triangle in the soup.
+    /// Number of each kept triangle in the soup; beyond those there, of some that are parts.
     pub(super) source: Vec<u32>,
     /// Which of these are parts of a triangle in the soup.
     pub(super) parts: Parts,
@@ -89,21 +89,23 @@ pub(super) fn weld(soup: Soup) -> Welded {
         seams: 0,
     };
     if !flat.is_empty() {
-        welded.degenerate = welded.drop_flat();
+        let Welded {
+            vertices,
+            triangles,
+            source,
+            ..
+        } = &mut welded;
+        retain_pairs(triangles, source, |t| !is_degenerate(vertices, t));
+        welded.degenerate = read - welded.triangles.len();
     }
     welded.tidy();
     welded
 }
 
 impl Welded {
-    /// Triangles without area go. Returns how many.
-    pub(super) fn drop_flat(&mut self) -> usize {
-        let before = self.triangles.len();
-        let vertices = &self.vertices;
-        retain_pairs(&mut self.triangles, &mut self.source, |t| {
-            !is_degenerate(vertices, t)
-        });
-        before - self.triangles.len()
+    /// Keeps some of the triangles.
+    pub(super) fn retain(&mut self, keep: impl FnMut([u32; 3]) -> bool) {
+        retain_pairs(&mut self.triangles, &mut self.source, keep);
     }
 
     /// Of triangles with the same corners the first stays, and vertices that none uses go.

@@ -388,7 +388,7 @@ impl Attributes {
         let place = |statement: Statement| {
             let [u] = numbers(&statement)?;
             // A curve's have no second.
-            let v = numbers(&statement).map_or(0.0, |[_, v]: [f64; 2]| v);
+            let v = statement.tokens().nth(2).map_or(Some(0.0), number)?;
             // Rows of OBJ's images are counted from below.
             Some([u, 1.0 - v])
         };

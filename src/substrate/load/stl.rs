@@ -136,7 +136,7 @@ fn goes_on(body: &[u8], at: usize) -> bool {
     };
     let (facets, rest) = body.split_at(at);
     match (reach(facets), reach(rest)) {
-        (Some(facets), Some(rest)) => rest <= FARTHER * facets,
+        (Some(facets), Some(rest)) if facets > 0.0 => rest <= FARTHER * facets,
         _ => true,
     }
 }

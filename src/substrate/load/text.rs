@@ -128,7 +128,11 @@ pub(super) fn finite(
     if is_representable(position) {
         return Ok(position);
     }
-    let [x, y, z] = position;
+    let shown = |x: f64| match x.is_finite() && x.abs() > 1e15 {
+        true => format!("{x:e}"),
+        false => x.to_string(),
+    };
+    let [x, y, z] = position.map(shown);
     let is = match position.iter().all(|x| x.is_finite()) {
         true => "beyond single precision",
         false => "not finite",
@@ -136,7 +140,7 @@ pub(super) fn finite(
     Err(LoadFault::malformed(
         format,
         place(),
-        format!("the position ({x:?}, {y:?}, {z:?}) is {is}"),
+        format!("the position ({x}, {y}, {z}) is {is}"),
         "remove or repair that vertex in the program that made the file",
     ))
 }
