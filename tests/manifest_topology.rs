@@ -30,18 +30,15 @@ fn compare(root: &Path, row: &Row<'_>) -> Vec<String> {
     let dropped = report.degenerate_triangles + report.duplicate_triangles;
     // Those that hold others together are not dropped but become parts of these, and others are divided.
     let divided = report.repairs.iter().any(|r| r.contains("on whose edges"));
-    let mut pairs = vec![match divided {
-        false => (
-            "triangles kept and dropped",
-            report.triangles + dropped,
-            number(row, "triangles"),
-        ),
-        true => (
-            "triangles read",
-            report.triangles_read,
-            number(row, "triangles"),
-        ),
-    }];
+    let kept = match divided && report.triangles + dropped > report.triangles_read {
+        true => sources(&substrate),
+        false => report.triangles,
+    };
+    let mut pairs = vec![(
+        "triangles kept and dropped",
+        kept + dropped,
+        number(row, "triangles"),
+    )];
     if dropped == 0 {
         pairs.extend([
             (
@@ -88,6 +85,14 @@ fn joined_by_rounding(report: &SubstrateReport) -> usize {
         .find(|r| r.contains("a rounding error away"));
     let number = note.and_then(|note| note.split(' ').next()?.parse().ok());
     number.unwrap_or(0)
+}
+
+/// Triangles of the file that are there, be it in parts.
+fn sources(substrate: &Substrate) -> usize {
+    let triangles = 0..substrate.triangles().len() as u32;
+    let all: std::collections::HashSet<u32> =
+        triangles.map(|t| substrate.source_triangle(t)).collect();
+    all.len()
 }
 
 /// Pieces joined at shared vertices.

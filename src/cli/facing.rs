@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use thallus::substrate::{Component, Substrate};
-
 use glam::DVec3;
+use thallus::substrate::{Component, Substrate};
 
 use super::number::{place, plural};
 
@@ -86,13 +85,12 @@ fn middle(lines: &[[DVec3; 2]]) -> Option<DVec3> {
 }
 
 /// What is wrong with the side that the largest piece's faces look to, and with that of the others.
-pub(super) fn warnings(substrate: &Substrate) -> Vec<String> {
-    let largest = substrate.components().first().into_iter();
-    let of_largest = largest.filter_map(|piece| of_largest(substrate, piece));
-    of_largest.chain(of_others(substrate)).collect()
+pub(super) fn warnings(substrate: &Substrate) -> [Option<String>; 2] {
+    [of_largest(substrate), of_others(substrate)]
 }
 
-fn of_largest(substrate: &Substrate, piece: &Component) -> Option<String> {
+fn of_largest(substrate: &Substrate) -> Option<String> {
+    let piece = substrate.components().first()?;
     let facing = Facing::of(substrate, piece);
     let down = -facing.outlook.dot(substrate.up_axis().direction());
     if facing.is_inwards(piece) {

@@ -12,12 +12,13 @@ use super::number::{count, elements, percent, place, plural, short};
 pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
     let report = substrate.report();
     let diagonal = substrate.units().diagonal();
+    let [of_largest, of_others] = facing::warnings(substrate);
     let found = [
         cramped(substrate, radius),
         stray(substrate, radius),
         loose(report),
-    ];
-    let of_mesh = [
+        of_largest,
+        of_others,
         pieces(report),
         open_edges(report),
         non_manifold_edges(substrate),
@@ -27,9 +28,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         far(substrate.units().offset(), diagonal, radius),
         scale(diagonal),
     ];
-    let found = found.into_iter().flatten();
-    let found = found.chain(facing::warnings(substrate));
-    found.chain(of_mesh.into_iter().flatten()).collect()
+    found.into_iter().flatten().collect()
 }
 
 /// Elements for which the largest piece should have room: fewer make little of a lichen.

@@ -139,11 +139,8 @@ impl<'a> Stage<'a> {
         writeln!(out, "#usda 1.0\n(")?;
         writeln!(out, "    defaultPrim = \"lichen\"")?;
         writeln!(out, "    doc = \"Lichen grown by thallus {version}\"")?;
-        if let Some(Frames { last, .. }) = frames {
-            writeln!(out, "    endTimeCode = {last}")?;
-        }
-        if let Some(Frames { fps, .. }) = frames {
-            writeln!(out, "    framesPerSecond = {fps}")?;
+        if let Some(Frames { last, fps, .. }) = frames {
+            writeln!(out, "    endTimeCode = {last}\n    framesPerSecond = {fps}")?;
         }
         writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
         if let Some(Frames { fps, .. }) = frames {

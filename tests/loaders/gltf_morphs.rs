@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::gltf_doc::{Doc, FLOAT, floats};
+use crate::looks::textured;
 
 const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
@@ -92,4 +93,22 @@ fn a_target_of_other_vertices_is_refused() {
     // What has no weight is not looked at.
     doc.json["nodes"][0]["weights"] = json!([1, 0]);
     assert_eq!(doc.load().triangles.len(), 1);
+}
+
+#[test]
+fn normals_go_with_what_is_morphed() {
+    let mut doc = morphed(json!({"weights": [0.5, 0]}));
+    let normal = doc.positions(&[[0.0, 0.0, 1.0]; 3]);
+    let turn = doc.positions(&[[2.0, 0.0, -2.0]; 3]);
+    let uv = doc.accessor(&[0; 24], FLOAT, "VEC2", 3);
+    let primitive = &mut doc.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["NORMAL"] = json!(normal);
+    primitive["attributes"]["TEXCOORD_0"] = json!(uv);
+    primitive["targets"][0]["NORMAL"] = json!(turn);
+    let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+    let found = texturing.normals[0].unwrap();
+    assert!(
+        found.iter().all(|n| n.to_array() == [1.0, 0.0, 0.0]),
+        "{found:?}"
+    );
 }

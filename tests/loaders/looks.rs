@@ -6,7 +6,7 @@ use serde_json::json;
 use thallus::substrate::{Texturing, load_textured};
 
 /// Files of these names in a folder; the first is the mesh.
-fn textured(files: &[(&str, &[u8])]) -> (Texturing, TempDir) {
+pub(crate) fn textured(files: &[(&str, &[u8])]) -> (Texturing, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).unwrap();
