@@ -304,7 +304,8 @@ fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> (Run, f6
     (run_of(substrate, &cluster, counts), crossed)
 }
 
-/// The same rock in 294,912 triangles: walkers are on a copy of it that hardly strays.
+/// The same rock in 294,912 triangles: walkers are on a copy of it that hardly strays. How many more edges a step
+/// crosses there than on the large triangles scatters by σ = 5 % from seed to seed about 11 %.
 #[test]
 fn packed_lichen_on_the_rock_in_small_triangles() {
     let params = Params {
@@ -324,10 +325,19 @@ fn packed_lichen_on_the_rock_in_small_triangles() {
     check_engine(&case, |params| {
         late_run(&substrate, params, case.elements).0
     });
-    let (run, crossed) = late_run(&substrate, &case.params, case.elements);
-    let (_, on_large) = late_run(&mesh(&case.shape), &case.params, case.elements);
-    println!("{crossed:.2} edges crossed a step, {on_large:.2} on the large triangles");
-    assert!(crossed < 1.1 * on_large, "{crossed} edges, not {on_large}");
+    let large = mesh(&case.shape);
+    let crossed = |substrate: &Substrate, seed| {
+        let params = Params {
+            seed,
+            ..case.params
+        };
+        late_run(substrate, &params, case.elements).1
+    };
+    let more = |seed| crossed(&substrate, seed) / crossed(&large, seed);
+    let more = (0..10).map(more).sum::<f64>() / 10.0;
+    println!("{more:.3} times as many edges crossed a step as on the large triangles");
+    assert!(more < 1.2, "{more} times as many edges");
+    let (run, _) = late_run(&substrate, &case.params, case.elements);
     let smallest = stats::smallest_distance(&run.positions()) / (2.0 * case.params.radius);
     assert!(smallest > 1.0 - 1e-6, "a pair at {smallest} diameters");
 }

@@ -26,8 +26,23 @@ const TOGETHER: usize = 8;
 /// be taken back.
 const STEPS_PER_LOOK: u64 = 16;
 
-/// Shortest steps in a row after which a walker looks whether what is near is on its own sheet.
-const PATIENCE: u32 = 24;
+/// Narrow steps in a row after which a walker looks whether what is near is on its own sheet.
+const PATIENCE: i32 = 128;
+
+/// The same where it was not, the last time.
+const LATER: i32 = 8;
+
+/// Radii of the longest step that counts as narrow.
+const NARROW: f64 = 16.0;
+
+/// Narrow steps for which one of the shortest counts.
+const SHORTEST: i32 = 4;
+
+/// Steps that take as long as to look for what is on the sheet, but for its triangles.
+const LOOKING: f64 = 8.0;
+
+/// Triangles looked at in the time of a step.
+const LOOKED_AT: f64 = 2.0;
 
 /// Radii of the largest ball that is searched for that, but for a factor of two.
 const MOST_BALL: f64 = 32.0;
@@ -219,7 +234,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 match met {
                     Met::Nothing => {}
                     Met::Refused => {
-                        (now.cramped, now.thrown_back) = (0, true);
+                        (now.cramped, now.thrown_back) = (now.cramped.min(0), true);
                         continue;
                     }
                     Met::OffCopy => continue,
@@ -392,53 +407,68 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
     ///
-    /// `cramped` counts the steps in a row that were as short as they get, without a contact.
+    /// `cramped` counts the narrow steps in a row, without a contact.
     #[inline]
-    fn step_bound(&self, look: &Look, cramped: &mut u32) -> f64 {
+    fn step_bound(&self, look: &Look, cramped: &mut i32) -> f64 {
         let Parameters {
             radius, steps, law, ..
         } = *self.around.parameters;
-        if law == Law::Brownian {
-            let bound = look.clear - self.around.contact_distance();
-            return if steps == Steps::Small {
-                bound.min(radius)
-            } else {
-                bound
-            };
-        }
-        if steps == Steps::Small {
-            return radius;
-        }
         let bound = look.clear - self.around.contact_distance();
-        let bound = if bound > radius { bound } else { radius };
-        *cramped = if bound > radius { 0 } else { *cramped + 1 };
-        bound
+        let shortest = match law {
+            Law::Brownian => f64::NEG_INFINITY,
+            Law::Thesis => radius,
+        };
+        if steps == Steps::Small {
+            return bound.min(radius).max(shortest);
+        }
+        let known = PATIENCE - LATER;
+        let rested = if *cramped >= known {
+            known
+        } else {
+            (*cramped).min(0)
+        };
+        let tired = cramped.saturating_add(if bound > radius { 1 } else { SHORTEST });
+        let is_narrow = bound <= NARROW * radius;
+        *cramped = std::hint::select_unpredictable(is_narrow, tired, rested);
+        if bound > shortest { bound } else { shortest }
     }
 
-    /// Goes to a place, by a bound on its own sheet alone. On a copy nothing is asked of sheets, and what holds for
-    /// the walker's own alone does not lift it.
+    /// Goes to a place, by a bound on its own sheet alone where that is worth having, and it is not asked for again
+    /// soon where not. On a copy nothing is asked of sheets, and what holds for the walker's own alone does not
+    /// lift it.
     #[cold]
     fn find_sheet(&mut self, now: &mut Way, there: Stand) {
-        match self.far.filter(|_| now.level > 0) {
-            None => now.here = there,
-            Some(far) => match self.landed_clear(far, now.level, &there) {
-                Some(landed) => (now.here, now.level) = (landed, 0),
-                None => {
-                    now.cramped = 0;
-                    return self.arrive(far, now, there);
-                }
-            },
+        let Some(far) = self.far.filter(|_| now.level > 0) else {
+            now.here = there;
+            match self.wide_bound(&there, now.bound) {
+                Ok(bound) => now.bound = bound,
+                Err(looked_at) => now.cramped = -looked_at,
+            }
+            return;
+        };
+        let landed = self.landed_clear(far, now.level, &there);
+        match landed.map(|on_mesh| (on_mesh, self.wide_bound(&on_mesh, now.bound))) {
+            Some((on_mesh, Ok(bound))) => {
+                (now.here, now.level, now.bound) = (on_mesh, 0, bound);
+                return;
+            }
+            Some((_, Err(looked_at))) => now.cramped = -looked_at,
+            None => now.cramped = 0,
         }
-        now.bound = self.bound_on_sheet(&now.here, &mut now.cramped);
+        self.arrive(far, now, there);
     }
 
-    fn bound_on_sheet(&mut self, here: &Stand, cramped: &mut u32) -> f64 {
-        let radius = self.around.parameters.radius;
-        let bound = (self.clear_on_sheet(here) - self.around.contact_distance()).max(radius);
-        if bound == radius {
-            *cramped = 0;
+    /// The bound on a step by the walker's own sheet alone, if that saves more steps than it takes time: one k times
+    /// as long stands for k² of them. If not, how many triangles have been looked at.
+    fn wide_bound(&mut self, here: &Stand, bound: f64) -> Result<f64, i32> {
+        let bound = bound.max(self.around.parameters.radius);
+        let wide = self.clear_on_sheet(here) - self.around.contact_distance();
+        let looked_at = self.scratch.reached().len();
+        let saved = (wide.max(0.0) / bound).powi(2);
+        match saved > LOOKING + looked_at as f64 / LOOKED_AT {
+            true => Ok(wide),
+            false => Err(i32::try_from(looked_at).unwrap_or(i32::MAX)),
         }
-        bound
     }
 
     /// How far it is to the lichen on the walker's own sheet, at least.
