@@ -339,7 +339,7 @@ fn grow_on_plate(crossings: u64, rough: f64) {
 }
 
 /// Below lichen of the other face of a plate that is some radii thick walkers are near lichen that they cannot touch.
-/// By the index alone a walker takes 570 steps there, and 220 by what is on its own sheet. Small ones are looked at
+/// By the index alone a walker takes 570 steps there, and 270 by what is on its own sheet. Small ones are looked at
 /// wherever they end.
 #[test]
 fn walkers_below_a_plate_come_to_its_lichen_as_small_steps_do() {
@@ -352,6 +352,6 @@ fn walkers_below_a_plate_come_to_its_lichen_as_small_steps_do() {
     let grown = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
     let [(large, [_, steps]), (small, _)] =
         [Steps::Large, Steps::Small].map(|steps| hits(&plate, &grown.cluster, &recipe, steps));
-    assert!(steps < 350.0, "{steps} steps a walker");
+    assert!(steps < 400.0, "{steps} steps a walker");
     assert_alike("plate", &grown.cluster, [&large, &small]);
 }

@@ -45,7 +45,8 @@ pub(super) struct Way {
     /// The bound on the next step, and what is random in it.
     pub(super) bound: f64,
     pub(super) random: RandomStep,
-    /// Narrow steps in a row, without a contact; less than none after a look at its sheet that was of no use.
+    /// Narrow steps in a row, without a contact, 16 of which count as one; less than none after a look at its sheet
+    /// that was of no use.
     pub(super) cramped: i32,
     /// Whether it was refused just now. Only Brownian motion asks.
     pub(super) thrown_back: bool,

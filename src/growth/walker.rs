@@ -26,11 +26,9 @@ const TOGETHER: usize = 8;
 /// be taken back.
 const STEPS_PER_LOOK: u64 = 16;
 
-/// Narrow steps in a row after which a walker looks whether what is near is on its own sheet.
-const PATIENCE: i32 = 128;
-
-/// The same where it was not, the last time.
-const LATER: i32 = 8;
+/// Narrow steps in a row after which a walker looks whether what is near is on its own sheet. It is looked at one
+/// step in [`STEPS_PER_LOOK`] whether they are, and that many count as one.
+const PATIENCE: i32 = 16;
 
 /// Radii of the longest step that counts as narrow.
 const NARROW: f64 = 16.0;
@@ -135,15 +133,14 @@ impl<I: ElementIndex> Walk<'_, I> {
         let Some(look) = self.look(here.position) else {
             return Err(self.kill());
         };
-        let mut cramped = 0;
-        let bound = self.step_bound(&look, &mut cramped);
+        let bound = self.step_bound(&look);
         let random = RandomStep::draw(&mut stream);
         let mut way = Way {
             here,
             level,
             bound,
             random,
-            cramped,
+            cramped: 0,
             thrown_back: false,
             stream,
         };
@@ -192,11 +189,12 @@ impl<I: ElementIndex> Walk<'_, I> {
         let brownian = parameters.law == Law::Brownian;
         let mut now = way.clone();
         loop {
-            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK)
-                && let Some(stopped) = self.stopped(&now)
-            {
-                *way = now;
-                return stopped;
+            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) {
+                if let Some(stopped) = self.stopped(&now) {
+                    *way = now;
+                    return stopped;
+                }
+                now.cramped = self.cramped(&now);
             }
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
             // next one is drawn while the processor waits for what the index says of this one.
@@ -242,15 +240,20 @@ impl<I: ElementIndex> Walk<'_, I> {
                 }
             }
             now.thrown_back = false;
-            now.bound = self.step_bound(&look, &mut now.cramped);
-            match self.far {
-                None if now.cramped < PATIENCE => now.here = moved.to,
-                Some(far) if now.cramped < PATIENCE => match far.stays(now.level, now.bound) {
-                    true => now.here = moved.to,
-                    false => self.arrive(far, &mut now, moved.to),
-                },
-                _ => self.find_sheet(&mut now, moved.to),
+            now.bound = self.step_bound(&look);
+            match now.cramped < PATIENCE {
+                true => self.go(&mut now, moved.to),
+                false => self.find_sheet(&mut now, moved.to),
             }
+        }
+    }
+
+    /// Goes to a place.
+    #[inline(always)]
+    fn go(&mut self, now: &mut Way, there: Stand) {
+        match self.far {
+            Some(far) if !far.stays(now.level, now.bound) => self.arrive(far, now, there),
+            _ => now.here = there,
         }
     }
 
@@ -299,7 +302,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 return false;
             }
             (landed.here, landed.level) = (here, landed.level - 1);
-            let bound = self.step_bound(&look, &mut landed.cramped);
+            let bound = self.step_bound(&look);
             landed.bound = bound - far.deviation(landed.level, landed.here.triangle);
         }
         *now = landed;
@@ -406,10 +409,8 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
-    ///
-    /// `cramped` counts the narrow steps in a row, without a contact.
     #[inline]
-    fn step_bound(&self, look: &Look, cramped: &mut i32) -> f64 {
+    fn step_bound(&self, look: &Look) -> f64 {
         let Parameters {
             radius, steps, law, ..
         } = *self.around.parameters;
@@ -418,19 +419,25 @@ impl<I: ElementIndex> Walk<'_, I> {
             Law::Brownian => f64::NEG_INFINITY,
             Law::Thesis => radius,
         };
-        if steps == Steps::Small {
-            return bound.min(radius).max(shortest);
+        match steps {
+            Steps::Small => bound.min(radius).max(shortest),
+            _ if bound > shortest => bound,
+            _ => shortest,
         }
-        let known = PATIENCE - LATER;
-        let rested = if *cramped >= known {
-            known
-        } else {
-            (*cramped).min(0)
-        };
-        let tired = cramped.saturating_add(if bound > radius { 1 } else { SHORTEST });
-        let is_narrow = bound <= NARROW * radius;
-        *cramped = std::hint::select_unpredictable(is_narrow, tired, rested);
-        if bound > shortest { bound } else { shortest }
+    }
+
+    /// Narrow steps in a row up to now. One that has found what is near on another sheet keeps to that.
+    fn cramped(&self, now: &Way) -> i32 {
+        let Parameters { radius, steps, .. } = *self.around.parameters;
+        match now.bound {
+            _ if steps == Steps::Small => 0,
+            wide if wide > NARROW * radius => match now.cramped >= PATIENCE - 1 {
+                true => PATIENCE - 1,
+                false => now.cramped.min(0),
+            },
+            narrow if narrow > radius => now.cramped.saturating_add(1),
+            _ => now.cramped.saturating_add(SHORTEST),
+        }
     }
 
     /// Goes to a place, by a bound on its own sheet alone where that is worth having, and it is not asked for again
@@ -438,15 +445,14 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// lift it.
     #[cold]
     fn find_sheet(&mut self, now: &mut Way, there: Stand) {
-        let Some(far) = self.far.filter(|_| now.level > 0) else {
-            now.here = there;
-            match self.wide_bound(&there, now.bound) {
-                Ok(bound) => now.bound = bound,
-                Err(looked_at) => now.cramped = -looked_at,
-            }
-            return;
+        if now.bound > NARROW * self.around.parameters.radius {
+            now.cramped = PATIENCE - 1;
+            return self.go(now, there);
+        }
+        let landed = match self.far.filter(|_| now.level > 0) {
+            None => Some(there),
+            Some(far) => self.landed_clear(far, now.level, &there),
         };
-        let landed = self.landed_clear(far, now.level, &there);
         match landed.map(|on_mesh| (on_mesh, self.wide_bound(&on_mesh, now.bound))) {
             Some((on_mesh, Ok(bound))) => {
                 (now.here, now.level, now.bound) = (on_mesh, 0, bound);
@@ -455,7 +461,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             Some((_, Err(looked_at))) => now.cramped = -looked_at,
             None => now.cramped = 0,
         }
-        self.arrive(far, now, there);
+        self.go(now, there);
     }
 
     /// The bound on a step by the walker's own sheet alone, if that saves more steps than it takes time: one k times
@@ -467,7 +473,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let saved = (wide.max(0.0) / bound).powi(2);
         match saved > LOOKING + looked_at as f64 / LOOKED_AT {
             true => Ok(wide),
-            false => Err(i32::try_from(looked_at).unwrap_or(i32::MAX)),
+            false => Err(i32::try_from(looked_at as u64 / STEPS_PER_LOOK).unwrap_or(i32::MAX)),
         }
     }
 
