@@ -426,15 +426,15 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
     }
 
-    /// Narrow steps in a row up to now. One that has found what is near on another sheet keeps to that.
+    /// Narrow steps in a row up to now. While a walker goes by its own sheet alone they are not counted, and once it
+    /// has done so few are enough.
     fn cramped(&self, now: &Way) -> i32 {
         let Parameters { radius, steps, .. } = *self.around.parameters;
         match now.bound {
             _ if steps == Steps::Small => 0,
-            wide if wide > NARROW * radius => match now.cramped >= PATIENCE - 1 {
-                true => PATIENCE - 1,
-                false => now.cramped.min(0),
-            },
+            _ if now.cramped >= PATIENCE => now.cramped,
+            wide if wide > NARROW * radius && now.cramped == PATIENCE - 1 => PATIENCE - 1,
+            wide if wide > NARROW * radius => now.cramped.min(0),
             narrow if narrow > radius => now.cramped.saturating_add(1),
             _ => now.cramped.saturating_add(SHORTEST),
         }
@@ -458,14 +458,14 @@ impl<I: ElementIndex> Walk<'_, I> {
                 (now.here, now.level, now.bound) = (on_mesh, 0, bound);
                 return;
             }
-            Some((_, Err(looked_at))) => now.cramped = -looked_at,
+            Some((_, Err(pause))) => now.cramped = -pause,
             None => now.cramped = 0,
         }
         self.go(now, there);
     }
 
     /// The bound on a step by the walker's own sheet alone, if that saves more steps than it takes time: one k times
-    /// as long stands for k² of them. If not, how many triangles have been looked at.
+    /// as long stands for k² of them. If not, how long not to ask again, as narrow steps are counted.
     fn wide_bound(&mut self, here: &Stand, bound: f64) -> Result<f64, i32> {
         let bound = bound.max(self.around.parameters.radius);
         let wide = self.clear_on_sheet(here) - self.around.contact_distance();
