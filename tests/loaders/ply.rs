@@ -73,8 +73,14 @@ fn all_three_encodings_give_the_same_soup() {
     assert_eq!(parsed(binary(true), Format::Ply), soup);
     assert_eq!(parsed(ascii().replace('\n', "\r\n"), Format::Ply), soup);
     assert_eq!(parsed(ascii().replace('\n', "\r"), Format::Ply), soup);
-    // The first line alone in another way, as where headers are put together; a mark; blanks.
-    for first in ["ply\r\n", "\u{feff}ply\n", "ply \t\n", "\u{feff}ply \r\n"] {
+    // The first line alone in another way, as where headers are put together; in capitals; a mark; blanks.
+    for first in [
+        "ply\r\n",
+        "PLY\r\n",
+        "\u{feff}ply\n",
+        "ply \t\n",
+        "\u{feff}ply \r\n",
+    ] {
         let text = ascii().replacen("ply\n", first, 1);
         assert_eq!(parsed(&text, Format::Ply), soup, "{first:?}");
     }

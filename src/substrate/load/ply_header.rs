@@ -116,6 +116,9 @@ impl Element {
     }
 }
 
+/// The first line.
+const MAGIC: &[u8] = b"ply";
+
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,
@@ -164,12 +167,13 @@ pub(super) fn read(bytes: &[u8]) -> Parsed<Header> {
     })
 }
 
-/// Whether a file begins as PLY does.
+/// Whether a file begins as PLY does. Some programs write the first word in capitals.
 pub(super) fn is_begun(bytes: &[u8]) -> bool {
-    let rest = without_mark(bytes).strip_prefix(b"ply");
-    let blank = |b: &&u8| !matches!(b, b' ' | b'\t');
-    rest.and_then(|rest| rest.iter().find(blank))
-        .is_some_and(|b| b"\r\n".contains(b))
+    let Some((first, rest)) = without_mark(bytes).split_at_checked(MAGIC.len()) else {
+        return false;
+    };
+    let mut after = rest.iter().filter(|b| !matches!(b, b' ' | b'\t'));
+    first.eq_ignore_ascii_case(MAGIC) && after.next().is_some_and(|b| b"\r\n".contains(b))
 }
 
 fn without_mark(bytes: &[u8]) -> &[u8] {
@@ -193,7 +197,8 @@ impl Parser {
             .filter(|word| !word.is_empty())
             .collect();
         match words[..] {
-            [] | [b"ply"] | [b"comment" | b"obj_info", ..] => Ok(()),
+            [] | [b"comment" | b"obj_info", ..] => Ok(()),
+            [word] if word.eq_ignore_ascii_case(MAGIC) => Ok(()),
             [b"format", encoding, ..] => self.format(encoding),
             [b"element", name, count] => self.element(name, count),
             // Blender writes names with spaces in them as they are.
