@@ -470,8 +470,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         let bound = bound.max(self.around.parameters.radius);
         let wide = self.clear_on_sheet(here) - self.around.contact_distance();
         let looked_at = self.scratch.reached().len();
-        let saved = (wide.max(0.0) / bound).powi(2);
-        match saved > LOOKING + looked_at as f64 / LOOKED_AT {
+        let longer = wide.max(0.0) / bound;
+        match longer * longer > LOOKING + looked_at as f64 / LOOKED_AT {
             true => Ok(wide),
             false => Err(i32::try_from(looked_at as u64 / STEPS_PER_LOOK).unwrap_or(i32::MAX)),
         }
