@@ -42,6 +42,8 @@ pub use scalar::{SCALARS, Scalar};
 pub use space::Space;
 pub use width::{Distribution, Histogram};
 
+pub use crate::morphometry::LOOK;
+
 use crate::cluster::Cluster;
 use crate::export::Elements;
 use crate::morphometry::{Neighbours, Sample, density, is_rim, smooth_normals};
@@ -101,14 +103,6 @@ pub struct Analysis {
     /// Fractal dimensions.
     pub dimensions: Vec<Dimension>,
 }
-
-/// How far an element looks for neighbours, in element radii from centre to centre. So gaps of less than 4.4
-/// radii between elements count as lichen.
-///
-/// Packed elements stand at 2, 3.46, 4, 5.29, 6, 6.93 … r from each other. Of those just at the bound round-off
-/// would say whether they count, and all are as wrong as none: this lies between. Of a packing it says the
-/// density as it is, 0.90.
-pub const LOOK: f64 = 6.4;
 
 /// Elements nearer than this many radii, from centre to centre, are of one lobe: gaps of less than 14.2 are
 /// closed. With L = 20 r and more, lobes are made of plumes with gaps of up to a dozen radii between them. As [`LOOK`] it lies between distances of a packing.

@@ -3,7 +3,7 @@
 use clap::builder::TypedValueParser;
 use rayon::prelude::*;
 use thallus::export::Elements;
-use thallus::morphometry::{Neighbours, Tree, density, is_rim, rim_distance};
+use thallus::morphometry::{LOOK, Neighbours, Tree, density, is_rim, rim_distance};
 use thallus::picture::Key;
 use thallus::skin::{Colormap, ColormapError, Paint};
 
@@ -28,12 +28,12 @@ const QUANTITIES: [(Quantity, &str, &str); 7] = [
     (
         Quantity::Density,
         "density",
-        "share of the surface within six radii that elements cover",
+        "share of the surface within 6.4 radii that elements cover",
     ),
     (
         Quantity::Rim,
         "rim",
-        "distance from the rim, over elements, in mesh units",
+        "distance from the rim, over elements, in mesh units; gaps of less than 4.4 radii are no rim",
     ),
     (
         Quantity::Probability,
@@ -69,7 +69,7 @@ impl Quantity {
     fn title(self, unit: &str) -> String {
         match self {
             Self::Birth => "birth".to_owned(),
-            Self::Density => "density within 6 r".to_owned(),
+            Self::Density => format!("density within {LOOK} r"),
             Self::Rim => format!("distance from the rim, {unit}"),
             Self::Probability => "sticking probability".to_owned(),
             Self::Order => "branch order (Strahler)".to_owned(),
@@ -104,9 +104,8 @@ impl Quantity {
     }
 }
 
-/// Within six radii, as the skin looks.
+/// As the skin looks.
 fn near(elements: &Elements) -> Neighbours {
-    const LOOK: f64 = 6.0;
     let Elements {
         radius,
         positions,

@@ -13,15 +13,15 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::surroundings::Ground;
-use crate::substrate::{Copies, Errors, Substrate, SurfacePoint};
+use crate::substrate::{Copies, Errors, Frame, Substrate, SurfacePoint};
 use crate::walk::Stand;
 
 /// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies
 /// may as many times more as their bounds are larger.
-const ERROR: f64 = 10.0;
+const ERROR: f64 = 7.5;
 
 /// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Over
 /// bumps a radius wide and more, ways along the surface are longer by the square of that.
@@ -30,11 +30,16 @@ const NEAR_ERROR: f64 = 0.02;
 /// A place on it stands for one on the surface that is within this many times as much.
 const BESIDE: f64 = 4.0;
 
-/// A walker on a copy lands when its bound is less than this many times what the copy may stray.
-const LAND: f64 = 1.5;
+/// A walker on a copy lands when its bound is less than this many times what the copy may stray. About what is nearer
+/// walkers on a copy come to the lichen by other ways: of a direction's hits on a smooth rock 0.9 % are others with 1.5
+/// times, and 0.3 % with this.
+const LAND: f64 = 2.0;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
-const LIFT: f64 = 3.0;
+const LIFT: f64 = 2.0;
+
+/// The cosine of the steepest slope that is seen from above the copy's triangle.
+const STEEP: f64 = 0.3;
 
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
@@ -177,11 +182,10 @@ impl Far {
     pub(super) fn lifted(&self, level: Level, here: &Stand) -> Option<Stand> {
         let copy = &self.copies.all[level];
         let above = copy.above(here.triangle, here.position);
-        let there = Stand::new(copy.surface(), &above);
-        if !self.is_near(level + 1) {
-            return Some(there);
-        }
-        self.if_beside(copy.surface(), there, here.position)
+        let begin = Stand::new(copy.surface(), &above);
+        let there = walk_to(copy.surface(), begin, here.position);
+        let aside = there.position.distance(here.position);
+        (!self.is_near(level + 1) || aside <= self.beside).then_some(there)
     }
 
     /// From a copy to the next finer level: from a triangle near there by short walks over that surface.
@@ -197,16 +201,15 @@ impl Far {
         }
         let finer = self.surface(level - 1, substrate);
         let begin = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
+        let plane = &self.surface(level, substrate).frames()[here.triangle as usize];
+        let there = walk_above(finer, begin, here.position, plane);
+        let aside = there.position.distance(here.position);
         match self.is_near(level) {
-            true => self.if_beside(finer, begin, here.position),
+            true => (aside <= self.beside).then_some(there),
+            false if aside <= self.deviation(level, here.triangle) => Some(there),
+            // Under an overhang what is straight above is not what the triangle stands for.
             false => Some(walk_to(finer, begin, here.position)),
         }
-    }
-
-    /// A place beside another in space, by short walks over the surface, where that leads to one.
-    fn if_beside(&self, surface: &Substrate, from: Stand, to: DVec3) -> Option<Stand> {
-        let there = walk_to(surface, from, to);
-        (there.position.distance(to) <= self.beside).then_some(there)
     }
 }
 
@@ -219,13 +222,48 @@ pub(super) fn outset<'a>(far: Option<&'a Far>, substrate: &'a Substrate) -> (Lev
 }
 
 /// Short walks over a surface, each towards a place, as long as they lead nearer.
-fn walk_to(surface: &Substrate, mut there: Stand, to: DVec3) -> Stand {
+fn walk_to(surface: &Substrate, there: Stand, to: DVec3) -> Stand {
+    walk(surface, there, |there, frame| {
+        let onward = to - there.position;
+        (frame.turned(onward), onward.length_squared())
+    })
+}
+
+/// The same towards the place that is straight above or below one in a plane.
+///
+/// Who comes to a copy comes straight down on its triangle: so who goes there and back is where he was. The nearest
+/// place would be another on a slope, each time farther towards where the two surfaces meet.
+fn walk_above(surface: &Substrate, there: Stand, from: DVec3, plane: &Frame) -> Stand {
+    let up = plane.x.cross(plane.y);
+    walk(surface, there, |there, frame| {
+        let straight = from - there.position;
+        let aside = straight - up * straight.dot(up);
+        let normal = frame.x.cross(frame.y);
+        let steep = normal.dot(up);
+        // The way in the triangle's own plane that is this way when seen from above.
+        let slope = if steep > STEEP {
+            aside.dot(normal) / steep
+        } else {
+            0.0
+        };
+        (frame.turned(aside - up * slope), aside.length_squared())
+    })
+}
+
+/// Short walks over a surface, as long as they lead nearer to where they go: `onward` is that way in a triangle's chart,
+/// and how far it is, squared.
+fn walk(
+    surface: &Substrate,
+    mut there: Stand,
+    onward: impl Fn(&Stand, &Frame) -> (DVec2, f64),
+) -> Stand {
+    let of = |there: &Stand| onward(there, &surface.frames()[there.triangle as usize]);
+    let (mut way, mut far) = of(&there);
     for _ in 0..MOST_WALKS {
-        let frame = &surface.frames()[there.triangle as usize];
-        let onward = frame.turned(to - there.position);
-        let next = there.step(surface, onward, false).to;
-        let [before, after] = [there, next].map(|s| s.position.distance_squared(to));
-        if after >= before {
+        let next = there.step(surface, way, false).to;
+        let before = far;
+        (way, far) = of(&next);
+        if far >= before {
             break;
         }
         there = next;
@@ -293,6 +331,27 @@ mod tests {
         assert!(adrift < 40, "{adrift} of 2000");
         // What is nearest to a place may be one that the triangle beside stands for.
         assert!(beyond < 20, "{beyond} of 4000");
+    }
+
+    #[test]
+    fn who_goes_to_a_copy_and_back_is_where_he_was() {
+        let (substrate, far) = boulder();
+        let radius = substrate.units().length_to_local(substrate.auto_radius());
+        let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+        let mut stream = Stream::new(3, Purpose::Walker, 0);
+        let mut moved: Vec<f64> = (0..4000)
+            .map(|_| {
+                let here = Stand::new(&substrate, &area.sample(&mut stream));
+                let there = far.lifted(0, &here).expect("a place");
+                let back = far.landed(1, &substrate, &there);
+                back.map_or(f64::INFINITY, |back| {
+                    back.position.distance(here.position) / radius
+                })
+            })
+            .collect();
+        moved.sort_by(f64::total_cmp);
+        assert!(moved[3600] < 1e-9, "{} r", moved[3600]);
+        assert!(moved[3880] < 1.0, "{} r", moved[3880]);
     }
 
     /// Adds a flat square cut into so many along its sides, whose corners lie at places along these.

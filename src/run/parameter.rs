@@ -135,8 +135,8 @@ pub const REACH: ParameterInfo = ParameterInfo {
 /// Share to cover.
 pub const COVER: ParameterInfo = ParameterInfo {
     name: "cover",
-    looks: "Size: stop when this share of the mesh's piece is covered. A pack of discs leaves gaps: \
-            above about 0.8 growth ends by itself",
+    looks: "Size: stop when this share of the mesh's piece is covered. Discs leave gaps: growth ends \
+            by itself at about 0.75, or 0.6 where they only touch",
     range: "above 0, up to 1",
     default: "",
     low: f64::MIN_POSITIVE,

@@ -12,9 +12,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::borders::Borders;
-use super::lichen::{BESIDE, HOLE, LOOK, Lichen};
+use super::lichen::{BESIDE, HOLE, Lichen};
 use crate::cluster::Presence;
-use crate::morphometry::{rim_until, rim_until_with};
+use crate::morphometry::{LOOK, rim_until, rim_until_with};
 
 /// A window of this many times the square root of the number of elements takes the rim of a round lichen
 /// two radii on: n elements that cover 0.6 of their ground reach to r √(n / 0.6).

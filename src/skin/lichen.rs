@@ -10,11 +10,10 @@ use super::grid::Grid;
 use super::{Paint, last};
 use crate::cluster::{Cluster, Element};
 use crate::color::to_byte;
-use crate::morphometry::{Neighbours, density, is_rim, is_rim_where, rim_distance, smooth_normals};
+use crate::morphometry::{
+    LOOK, Neighbours, density, is_rim, is_rim_where, rim_distance, smooth_normals,
+};
 use crate::substrate::{Substrate, SurfacePoint};
-
-/// How far density and rim are looked for, in element radii: narrower gaps are inside the lichen.
-pub(super) const LOOK: f64 = 6.0;
 
 /// Narrower holes in a lichen have no margin, in element radii: the dark line of a prothallus runs ahead of a lichen,
 /// not about every pinhole.
