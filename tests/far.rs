@@ -5,7 +5,7 @@
 //! and by whether it is among the inner or the outer half of the tips that are hit at all; the two tables are compared
 //! by the chi-square test of homogeneity at a false alarm in 10 000. With [`WALKERS`] a side, a law that favoured one
 //! side of the lichen by a tenth would be told in 95 runs of 100: see `shares_that_differ_by_a_tenth_are_seen`.
-#![allow(clippy::print_stderr)] // measurements, for whoever asks to see them
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
 #[path = "common/chi_square.rs"]
 mod chi_square;
@@ -19,6 +19,7 @@ use std::f64::consts::TAU;
 
 use chi_square::homogeneity;
 use glam::DVec3;
+use rayon::prelude::*;
 use thallus::cluster::{Cluster, SparseIndex};
 use thallus::growth::{Counts, GrowthModel, Parameters, SeedPlace, Steps, WalkerModel};
 use thallus::run::{Execution, Recipe, StopRule, grow};
@@ -38,18 +39,19 @@ const MOST_CROSSED: f64 = 0.6;
 const ROUGH: u64 = 4;
 const SMOOTH: u64 = 1;
 
-/// Hits of walkers on a cluster, by element; the edges that a walker crosses, and its steps.
+/// Hits of walkers on a cluster, by element; the edges that a walker crosses, and its steps. The number is of those
+/// that were sent before.
 fn hits(
     substrate: &Substrate,
     cluster: &Cluster,
     recipe: &Recipe,
-    steps: Steps,
+    (steps, number): (Steps, u64),
 ) -> (Vec<u64>, [f64; 2]) {
     let parameters = Parameters {
         bias: 1.0,
         gain: 0.0,
         steps,
-        seed: 7 + steps as u64,
+        seed: 7 + steps as u64 + 1000 * number,
         ..recipe.parameters(substrate)
     };
     let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
@@ -110,17 +112,23 @@ fn axes(cluster: &Cluster, centre: DVec3) -> (DVec3, DVec3) {
 
 /// A lichen without the copy, and walkers with and without: the share of the edges that they cross with it.
 fn compare(name: &str, substrate: &Substrate, radius: f64, elements: u64) -> f64 {
+    let (recipe, cluster) = grown(substrate, radius, elements);
+    let [(large, [over_copies, _]), (exact, [over_mesh, _])] =
+        [Steps::Large, Steps::Exact].map(|steps| hits(substrate, &cluster, &recipe, (steps, 0)));
+    assert!(over_copies < MOST_CROSSED * over_mesh, "{name}: no copy");
+    assert_alike(name, &cluster, [&large, &exact]);
+    over_copies / over_mesh
+}
+
+/// A lichen without copies, and its recipe.
+fn grown(substrate: &Substrate, radius: f64, elements: u64) -> (Recipe, Cluster) {
     let recipe = Recipe {
         steps: Steps::Exact,
         ..common::recipe(radius, elements)
     };
     let grown = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
     assert_eq!(grown.cluster.len() as u64, elements, "{:?}", grown.counts);
-    let [(large, [over_copies, _]), (exact, [over_mesh, _])] =
-        [Steps::Large, Steps::Exact].map(|steps| hits(substrate, &grown.cluster, &recipe, steps));
-    assert!(over_copies < MOST_CROSSED * over_mesh, "{name}: no copy");
-    assert_alike(name, &grown.cluster, [&large, &exact]);
-    over_copies / over_mesh
+    (recipe, grown.cluster)
 }
 
 /// That hits are shared out alike.
@@ -158,8 +166,7 @@ fn on_flat_faces_in_small_triangles() {
 
 /// As scans are: bumps of all sizes down to a triangle's, noise from corner to corner, and so large that copies
 /// are simplified in parts.
-#[test]
-fn on_a_rough_field() {
+fn rough_field() -> Substrate {
     let noise = |i: usize, j: usize| {
         let bits = (i as u64 * 7919 + j as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (bits >> 40) as f64 / f64::from(1u32 << 24) - 0.5
@@ -172,8 +179,61 @@ fn on_a_rough_field() {
         DVec3::new(x, y, bumps + 0.6 * noise(i, j))
     };
     let (positions, triangles) = shapes::patch(280, 280, at, None);
-    let field = common::substrate(positions, triangles);
+    common::substrate(positions, triangles)
+}
+
+#[test]
+fn on_a_rough_field() {
+    let field = rough_field();
     compare("rough field", &field, 3.0 * field.auto_radius(), 500);
+}
+
+/// Times [`WALKERS`] on each side of a comparison that takes minutes.
+const MORE: u64 = 50;
+
+/// How far hits with and without copies differ: one more number of `docs/study.md` a line.
+#[test]
+#[ignore = "takes minutes"]
+fn the_table_of_hits() {
+    let (rock, field) = (common::rock(90), rough_field());
+    for (name, mesh, radii, elements) in [
+        ("smooth rock", &rock, 3.0, 1000),
+        ("smooth rock, small elements", &rock, 1.0, 1000),
+        ("rough field", &field, 3.0, 500),
+        ("rough field, wide elements", &field, 10.0, 300),
+    ] {
+        let (recipe, cluster) = grown(mesh, radii * mesh.auto_radius(), elements);
+        let many = |steps: Steps| {
+            let some = |number| hits(mesh, &cluster, &recipe, (steps, number)).0;
+            let add = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
+            let none = || vec![0; cluster.len()];
+            (1..=MORE).into_par_iter().map(some).reduce(none, add)
+        };
+        let [large, exact] = [Steps::Large, Steps::Exact].map(many);
+        println!("{name}: {}", difference(&cluster, [&large, &exact]));
+    }
+}
+
+/// By how much shares of as many hits each differ, root mean square, beyond what chance makes of equal ones; and the
+/// most that this may be.
+fn difference(cluster: &Cluster, [one, other]: [&[u64]; 2]) -> String {
+    let all: Vec<u64> = one.iter().zip(other).map(|(a, b)| a + b).collect();
+    let [a, b] = [one, other].map(|hits| table(cluster, hits, &all));
+    let cells = a.iter().zip(&b).filter(|(a, b)| *a + *b >= 10);
+    let (mut statistic, mut free) = (0.0, -1.0);
+    for (&a, &b) in cells {
+        let (a, b) = (a as f64, b as f64);
+        statistic += (a - b) * (a - b) / (a + b);
+        free += 1.0;
+    }
+    let each = a.iter().sum::<u64>() as f64;
+    let percent = |beyond: f64| 100.0 * (2.0 * beyond.max(0.0) / each).sqrt();
+    let (beyond, scatter) = (statistic - free, (2.0f64 * free).sqrt());
+    format!(
+        "chi-square {statistic:.1} of {free}, {:.2} % of a direction's hits, {:.2} % at most (two sigma)",
+        percent(beyond),
+        percent(beyond + 2.0 * scatter)
+    )
 }
 
 /// Two that others made: a rover's view of rocks, and the porous shell of a CT scan.
@@ -354,7 +414,7 @@ fn walkers_below_a_plate_come_to_its_lichen_as_small_steps_do() {
     };
     let grown = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
     let [(large, [_, steps]), (small, _)] =
-        [Steps::Large, Steps::Small].map(|steps| hits(&plate, &grown.cluster, &recipe, steps));
+        [Steps::Large, Steps::Small].map(|steps| hits(&plate, &grown.cluster, &recipe, (steps, 0)));
     assert!(steps < 400.0, "{steps} steps a walker");
     assert_alike("plate", &grown.cluster, [&large, &small]);
 }

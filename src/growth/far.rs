@@ -32,7 +32,7 @@ const BESIDE: f64 = 4.0;
 
 /// A walker on a copy lands when its bound is less than this many times what the copy may stray. About what is nearer
 /// walkers on a copy come to the lichen by other ways: of a direction's hits on a smooth rock 0.9 % are others with 1.5
-/// times, and 0.3 % with this.
+/// times, and 0.4 % with this.
 const LAND: f64 = 2.0;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
