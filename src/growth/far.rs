@@ -30,9 +30,9 @@ const NEAR_ERROR: f64 = 0.02;
 /// A place on it stands for one on the surface that is within this many times as much.
 const BESIDE: f64 = 4.0;
 
-/// A walker on a copy lands when its bound is less than this many times what the copy may stray. About what is nearer
-/// walkers on a copy come to the lichen by other ways: of a direction's hits on a smooth rock 0.9 % are others with 1.5
-/// times, and 0.4 % with this.
+/// A walker on a copy lands when its bound is less than this many times what the copy may stray. Nearer than that ways
+/// over the copy are others: of a direction's hits on a smooth rock 0.4 % differ with this, and 0.9 % with 1.5 times and
+/// a copy that strays by 10 r.
 const LAND: f64 = 2.0;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
@@ -183,6 +183,7 @@ impl Far {
         let copy = &self.copies.all[level];
         let above = copy.above(here.triangle, here.position);
         let begin = Stand::new(copy.surface(), &above);
+        // The triangle may end before it is straight below.
         let there = walk_to(copy.surface(), begin, here.position);
         let aside = there.position.distance(here.position);
         (!self.is_near(level + 1) || aside <= self.beside).then_some(there)
