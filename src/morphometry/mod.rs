@@ -31,8 +31,8 @@ pub use rim::{exposed_angles, is_rim, rim_distance, rim_until};
 pub(crate) use rim::{is_rim_where, rim_until_with};
 pub use tree::Tree;
 
-/// How far an element looks for neighbours where it is not the curvature radius that says so, in element radii from centre to centre. So gaps of less than 4.4
-/// radii between elements count as lichen.
+/// How far an element looks for neighbours where it is not the curvature radius that says so, in element radii
+/// from centre to centre. So gaps of less than 4.4 radii between elements count as lichen.
 ///
 /// Packed elements stand at 2, 3.46, 4, 5.29, 6, 6.93 … r from each other. Of those just at the bound round-off
 /// would say whether they count, and all are as wrong as none: this lies between. Of a packing it says the

@@ -60,12 +60,14 @@ def rows(place):
 
 
 def keep(folder, into):
-    """Writes the rows of each sweep to a table, but for the seconds that they took."""
+    """Writes the rows of each sweep to a table, but for the seconds that they took and the folder of the mesh."""
     for name in ["grid", "copy", "scan", "steps", "steps-6000", "law", "presets"]:
         data = rows(folder / name)
         if not data:
             continue
         fields = [field for field in data[0] if field != "seconds"]
+        for row in data:
+            row["mesh"] = Path(row["mesh"]).name
         with open(into / f"{name}.csv", "w", newline="") as file:
             table = csv.DictWriter(file, fields, extrasaction="ignore", lineterminator="\n")
             table.writeheader()
