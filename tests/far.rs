@@ -5,7 +5,7 @@
 //! and by whether it is among the inner or the outer half of the tips that are hit at all; the two tables are compared
 //! by the chi-square test of homogeneity at a false alarm in 10 000. With [`WALKERS`] a side, a law that favoured one
 //! side of the lichen by a tenth would be told in 95 runs of 100: see `shares_that_differ_by_a_tenth_are_seen`.
-#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
+#![allow(clippy::print_stderr)] // measurements, for whoever asks to see them
 
 #[path = "common/chi_square.rs"]
 mod chi_square;
@@ -17,7 +17,7 @@ mod shapes;
 
 use std::f64::consts::TAU;
 
-use chi_square::homogeneity;
+use chi_square::{apart, homogeneity};
 use glam::DVec3;
 use rayon::prelude::*;
 use thallus::cluster::{Cluster, SparseIndex};
@@ -27,6 +27,9 @@ use thallus::substrate::Substrate;
 
 /// On each side of a comparison.
 const WALKERS: usize = 30_000;
+
+/// Times so many for a law that is off by 1.2 %, root mean square, as it once was: told in 96 runs of 100.
+const MANY: u64 = 30;
 
 /// Directions that hits are counted by.
 const SECTORS: usize = 16;
@@ -72,7 +75,6 @@ fn hits(
     }
     let counts = model.counts();
     let each = [counts.crossings - u64::MAX / 2, counts.steps].map(|n| n as f64 / WALKERS as f64);
-    eprintln!("{steps:?}: crossings and steps a walker {each:.1?}");
     (hits, each)
 }
 
@@ -110,25 +112,31 @@ fn axes(cluster: &Cluster, centre: DVec3) -> (DVec3, DVec3) {
     (x, y)
 }
 
-/// A lichen without the copy, and walkers with and without: the share of the edges that they cross with it.
-fn compare(name: &str, substrate: &Substrate, radius: f64, elements: u64) -> f64 {
-    let (recipe, cluster) = grown(substrate, radius, elements);
-    let [(large, [over_copies, _]), (exact, [over_mesh, _])] =
-        [Steps::Large, Steps::Exact].map(|steps| hits(substrate, &cluster, &recipe, (steps, 0)));
-    assert!(over_copies < MOST_CROSSED * over_mesh, "{name}: no copy");
-    assert_alike(name, &cluster, [&large, &exact]);
-    over_copies / over_mesh
-}
-
-/// A lichen without copies, and its recipe.
-fn grown(substrate: &Substrate, radius: f64, elements: u64) -> (Recipe, Cluster) {
+/// A lichen of so wide and so many elements, grown without the copy, and so many times [`WALKERS`] with and without: the
+/// share of the edges that they cross with it.
+fn compare(name: &str, substrate: &Substrate, (radius, elements): (f64, u64), times: u64) -> f64 {
     let recipe = Recipe {
         steps: Steps::Exact,
         ..common::recipe(radius, elements)
     };
     let grown = grow(substrate, &recipe, &Execution::default(), &mut ()).expect("grows");
     assert_eq!(grown.cluster.len() as u64, elements, "{:?}", grown.counts);
-    (recipe, grown.cluster)
+    let some = |steps, number| hits(substrate, &grown.cluster, &recipe, (steps, number));
+    let all = |steps| {
+        let each = (0..times).into_par_iter().map(|number| some(steps, number));
+        each.reduce_with(add).expect("walkers")
+    };
+    let [(large, [over_copies, _]), (exact, [over_mesh, _])] =
+        [Steps::Large, Steps::Exact].map(all);
+    assert!(over_copies < MOST_CROSSED * over_mesh, "{name}: no copy");
+    assert_alike(name, &grown.cluster, [&large, &exact]);
+    over_copies / over_mesh
+}
+
+/// What two of [`hits`] come to.
+fn add((a, of_a): (Vec<u64>, [f64; 2]), (b, of_b): (Vec<u64>, [f64; 2])) -> (Vec<u64>, [f64; 2]) {
+    let hits = a.iter().zip(b).map(|(a, b)| a + b).collect();
+    (hits, [of_a[0] + of_b[0], of_a[1] + of_b[1]])
 }
 
 /// That hits are shared out alike.
@@ -136,28 +144,42 @@ fn assert_alike(name: &str, cluster: &Cluster, [one, other]: [&[u64]; 2]) {
     let all: Vec<u64> = one.iter().zip(other).map(|(a, b)| a + b).collect();
     let [a, b] = [one, other].map(|hits| table(cluster, hits, &all));
     let p = homogeneity(&a, &b);
-    eprintln!("{name}: p = {p:.3}");
+    eprintln!("{name}: p = {p:.3}, {}", difference(&a, &b));
     assert!(p > 1e-4, "{name}: {a:?} {b:?}");
+}
+
+/// By how much shares of as many hits each differ, root mean square, beyond what chance makes of equal ones; and the
+/// most that this may be.
+fn difference(a: &[u64], b: &[u64]) -> String {
+    let (statistic, free) = apart(a, b);
+    let each = a.iter().sum::<u64>() as f64;
+    let percent = |beyond: f64| 100.0 * (2.0 * beyond.max(0.0) / each).sqrt();
+    let (beyond, scatter) = (statistic - free, (2.0 * free).sqrt());
+    format!(
+        "chi-square {statistic:.1} of {free}, {:.2} % of a direction's hits, {:.2} % at most (two sigma)",
+        percent(beyond),
+        percent(beyond + 2.0 * scatter)
+    )
 }
 
 #[test]
 fn on_a_smooth_rock() {
     let rock = common::rock(90);
-    compare("rock", &rock, 3.0 * rock.auto_radius(), 1000);
+    compare("rock", &rock, (3.0 * rock.auto_radius(), 1000), MANY);
 }
 
 /// So small that there is a coarser copy of the copy.
 #[test]
 fn for_small_elements() {
     let rock = common::rock(90);
-    compare("small elements", &rock, rock.auto_radius(), 1000);
+    compare("small elements", &rock, (rock.auto_radius(), 1000), MANY);
 }
 
 /// So that walkers are on a copy that hardly strays, up to the lichen.
 #[test]
 fn on_flat_faces_in_small_triangles() {
     let rock = finer::finer(&common::rock(12), 4);
-    let crossed = compare("flat faces", &rock, 3.0 * rock.auto_radius(), 1000);
+    let crossed = compare("flat faces", &rock, (3.0 * rock.auto_radius(), 1000), 1);
     assert!(
         crossed < 0.1,
         "{crossed}: copies for far steps alone leave more"
@@ -185,55 +207,24 @@ fn rough_field() -> Substrate {
 #[test]
 fn on_a_rough_field() {
     let field = rough_field();
-    compare("rough field", &field, 3.0 * field.auto_radius(), 500);
+    compare(
+        "rough field",
+        &field,
+        (3.0 * field.auto_radius(), 500),
+        MANY,
+    );
 }
 
-/// Times [`WALKERS`] on each side of a comparison that takes minutes.
-const MORE: u64 = 50;
-
-/// How far hits with and without copies differ: one more number of `docs/study.md` a line.
+/// With elements 1.6 edges wide.
 #[test]
-#[ignore = "takes minutes"]
-fn the_table_of_hits() {
-    let (rock, field) = (common::rock(90), rough_field());
-    for (name, mesh, radii, elements) in [
-        ("smooth rock", &rock, 3.0, 1000),
-        ("smooth rock, small elements", &rock, 1.0, 1000),
-        ("rough field", &field, 3.0, 500),
-        ("rough field, wide elements", &field, 10.0, 300),
-    ] {
-        let (recipe, cluster) = grown(mesh, radii * mesh.auto_radius(), elements);
-        let many = |steps: Steps| {
-            let some = |number| hits(mesh, &cluster, &recipe, (steps, number)).0;
-            let add = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
-            let none = || vec![0; cluster.len()];
-            (1..=MORE).into_par_iter().map(some).reduce(none, add)
-        };
-        let [large, exact] = [Steps::Large, Steps::Exact].map(many);
-        println!("{name}: {}", difference(&cluster, [&large, &exact]));
-    }
-}
-
-/// By how much shares of as many hits each differ, root mean square, beyond what chance makes of equal ones; and the
-/// most that this may be.
-fn difference(cluster: &Cluster, [one, other]: [&[u64]; 2]) -> String {
-    let all: Vec<u64> = one.iter().zip(other).map(|(a, b)| a + b).collect();
-    let [a, b] = [one, other].map(|hits| table(cluster, hits, &all));
-    let cells = a.iter().zip(&b).filter(|(a, b)| *a + *b >= 10);
-    let (mut statistic, mut free) = (0.0, -1.0);
-    for (&a, &b) in cells {
-        let (a, b) = (a as f64, b as f64);
-        statistic += (a - b) * (a - b) / (a + b);
-        free += 1.0;
-    }
-    let each = a.iter().sum::<u64>() as f64;
-    let percent = |beyond: f64| 100.0 * (2.0 * beyond.max(0.0) / each).sqrt();
-    let (beyond, scatter) = (statistic - free, (2.0f64 * free).sqrt());
-    format!(
-        "chi-square {statistic:.1} of {free}, {:.2} % of a direction's hits, {:.2} % at most (two sigma)",
-        percent(beyond),
-        percent(beyond + 2.0 * scatter)
-    )
+fn for_wide_elements_on_a_rough_field() {
+    let field = rough_field();
+    compare(
+        "wide elements",
+        &field,
+        (10.0 * field.auto_radius(), 300),
+        MANY,
+    );
 }
 
 /// Two that others made: a rover's view of rocks, and the porous shell of a CT scan.
@@ -247,7 +238,7 @@ fn on_scans() {
         ("large/qim3d_ct/ct_shell.ply", 2.0),
     ] {
         let scan = Substrate::load(&folder.join(file)).expect("a mesh");
-        compare(file, &scan, radii * scan.auto_radius(), 500);
+        compare(file, &scan, (radii * scan.auto_radius(), 500), 1);
     }
 }
 

@@ -81,9 +81,15 @@ pub(crate) fn bin(share: f64, n: usize) -> usize {
     ((share * n as f64) as usize).min(n - 1)
 }
 
-/// Chance of two tables of counts that differ this much, where both follow one law; cells with fewer
-/// than 20 in both are left out.
+/// Chance of two tables of counts that differ this much, where both follow one law.
 pub(crate) fn homogeneity(a: &[u64], b: &[u64]) -> f64 {
+    let (sum, free) = apart(a, b);
+    gamma_q(0.5 * free, 0.5 * sum)
+}
+
+/// How far two tables of counts are from each other as chi-square, and its degrees of freedom; cells with fewer
+/// than 20 in both are left out.
+pub(crate) fn apart(a: &[u64], b: &[u64]) -> (f64, f64) {
     let [na, nb] = [a, b].map(|t| t.iter().sum::<u64>() as f64);
     let (mut sum, mut cells) = (0.0, 0);
     for (&a, &b) in a.iter().zip(b).filter(|&(a, b)| a + b >= 20) {
@@ -92,5 +98,5 @@ pub(crate) fn homogeneity(a: &[u64], b: &[u64]) -> f64 {
         cells += 1;
     }
     assert!(cells > 1, "{cells} cells");
-    gamma_q(0.5 * f64::from(cells - 1), 0.5 * sum)
+    (sum, f64::from(cells - 1))
 }
