@@ -110,6 +110,14 @@ struct Blocks {
     starts: Vec<usize>,
 }
 
+/// All that a log says.
+fn told(read: &Result<Log, LogError>) -> Result<(&Begun, u64, u64), String> {
+    match read {
+        Ok(log) => Ok((&log.begun, log.sound, log.torn)),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// Sizes at which the run of [`Blocks`] was stopped: its last blocks are short.
 const STOPS: [u64; 4] = [700, 740, 770, 800];
 
@@ -150,7 +158,9 @@ impl Blocks {
     fn read(&self, bytes: &[u8]) -> Result<Log, LogError> {
         let path = self.desk.path("cut.log");
         fs::write(&path, bytes).unwrap();
-        Log::read(&path)
+        let read = Log::read(&path);
+        assert_eq!(told(&read), told(&Log::parse(&path, bytes)));
+        read
     }
 
     /// What there is up to a block.

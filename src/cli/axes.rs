@@ -12,6 +12,12 @@ pub(crate) struct AxesArgs {
     /// and tables]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     up: Option<UpAxis>,
+    #[command(flatten)]
+    units: UnitArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct UnitArgs {
     /// What a unit of the mesh is, for glTF, which is in metres, and USD, which says it [default: m]
     #[arg(
         long,
@@ -67,12 +73,8 @@ impl AxesArgs {
     pub(crate) fn meters_per_unit(&self, format: &Convention) -> f64 {
         match format.metres {
             true => 1.0,
-            false => self.unit_in_meters(),
+            false => self.units.unit_in_meters(),
         }
-    }
-
-    fn unit_in_meters(&self) -> f64 {
-        self.unit.map_or(1.0, Unit::meters)
     }
 
     /// To the axes and units of the format, or as asked, for a mesh whose up axis is this, if that is known.
@@ -80,6 +82,22 @@ impl AxesArgs {
         &self,
         format: &Convention,
         from: Option<UpAxis>,
+    ) -> Result<Placement, Failure> {
+        self.units.placement(format, from, self.up)
+    }
+}
+
+impl UnitArgs {
+    fn unit_in_meters(&self) -> f64 {
+        self.unit.map_or(1.0, Unit::meters)
+    }
+
+    /// The same, with the up axis that was asked for.
+    pub(crate) fn placement(
+        &self,
+        format: &Convention,
+        from: Option<UpAxis>,
+        up: Option<UpAxis>,
     ) -> Result<Placement, Failure> {
         let says_unit = format.metres || format.axes == Axes::Declared;
         if self.unit.is_some() && !says_unit {
@@ -92,7 +110,7 @@ impl AxesArgs {
             true => self.scale * self.unit_in_meters(),
             false => self.scale,
         };
-        let to = match (format.axes, self.up) {
+        let to = match (format.axes, up) {
             (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
                 return Err(Failure::usage(format!(
                     ".{} files are y-up by specification, and programs turn them themselves: \

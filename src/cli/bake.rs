@@ -208,7 +208,7 @@ fn placement(args: &BakeArgs, substrate: &Substrate) -> Result<Placement, Failur
         metres: true,
     };
     let up = Some(substrate.up_axis());
-    args.axes.placement(&convention, up)
+    args.units.placement(&convention, up, None)
 }
 
 /// What another run wrote is not told apart from what stands there otherwise.

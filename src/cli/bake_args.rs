@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use thallus::bake::{MAPS, Map};
 
-use super::axes::AxesArgs;
+use super::axes::UnitArgs;
 use super::dress::Dress;
 use super::mesh_args::MeshArgs;
 use super::run_args::{RUN, RunArgs};
@@ -31,7 +31,7 @@ pub(crate) struct BakeArgs {
     #[command(flatten)]
     pub(crate) color: ColorArgs,
     #[command(flatten)]
-    pub(crate) axes: AxesArgs,
+    pub(crate) units: UnitArgs,
     /// Say what was made as JSON
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,

@@ -1,7 +1,7 @@
 //! A log read back.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::LogError;
@@ -35,7 +35,21 @@ impl Log {
     /// When it cannot be read, or is none of this version; [`LogError::Damaged`] when something
     /// that had been durable is damaged.
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        let (log, mut file) = Self::sound(path)?;
+        Self::read_from(path, open(path)?)
+    }
+
+    /// The same of a log that is in memory. `path` is what errors call it, and the file that
+    /// [`LogWriter::open`](super::LogWriter::open) would go on with.
+    ///
+    /// # Errors
+    /// When it is no log, or none of this version; [`LogError::Damaged`] when something that had been
+    /// durable is damaged.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, LogError> {
+        Self::read_from(path, Cursor::new(bytes))
+    }
+
+    fn read_from(path: &Path, mut file: impl Read + Seek) -> Result<Self, LogError> {
+        let log = Self::sound(path, &mut file)?;
         let damaged =
             log.torn > 0 && was_durable(&mut file, log.sound).map_err(LogError::read(path))?;
         match damaged {
@@ -53,14 +67,14 @@ impl Log {
     /// # Errors
     /// When it cannot be read, or is none of this version.
     pub fn read_sound(path: &Path) -> Result<Self, LogError> {
-        Ok(Self::sound(path)?.0)
+        Self::sound(path, &mut open(path)?)
     }
 
-    fn sound(path: &Path) -> Result<(Self, File), LogError> {
+    fn sound(path: &Path, file: &mut (impl Read + Seek)) -> Result<Self, LogError> {
         let read = LogError::read(path);
-        let mut file = input::regular(path).map_err(&read)?;
-        let length = file.metadata().map_err(&read)?.len();
-        let (recipe, sound) = read_head(path, &mut file)?;
+        let length = file.seek(SeekFrom::End(0)).map_err(&read)?;
+        file.rewind().map_err(&read)?;
+        let (recipe, sound) = read_head(path, file)?;
         let mut log = Self {
             path: path.to_owned(),
             recipe,
@@ -69,14 +83,14 @@ impl Log {
             torn: 0,
             marks: Vec::new(),
         };
-        while let Some(block) = Block::read(&mut file, log.sound).map_err(&read)? {
+        while let Some(block) = Block::read(file, log.sound).map_err(&read)? {
             if !log.take(block) {
                 break;
             }
         }
         // A run that is under way may have added to it since.
         log.torn = length.saturating_sub(log.sound);
-        Ok((log, file))
+        Ok(log)
     }
 
     /// Adds a block, if it is the next one.
@@ -121,13 +135,17 @@ impl Log {
     }
 }
 
+fn open(path: &Path) -> Result<File, LogError> {
+    input::regular(path).map_err(LogError::read(path))
+}
+
 /// How many elements a log has, by the heads of its blocks alone: at once, and no proof that they are sound.
 ///
 /// # Errors
 /// When it cannot be read, or is none of this version.
 pub fn count_elements(path: &Path) -> Result<u64, LogError> {
     let read = LogError::read(path);
-    let mut file = input::regular(path).map_err(&read)?;
+    let mut file = open(path)?;
     let length = file.metadata().map_err(&read)?.len();
     let (_, mut at) = read_head(path, &mut file)?;
     let mut elements = 0;
@@ -143,7 +161,7 @@ pub fn count_elements(path: &Path) -> Result<u64, LogError> {
 
 /// Whether the unsound bytes from `at` on had been durable once: a whole block among them was
 /// written when what is at `at` was durable. If none was, they are of a write that never ended.
-fn was_durable(file: &mut File, at: u64) -> io::Result<bool> {
+fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
     let mut from = at;
     while let Some(found) = next_marker(file, from)? {
         if Block::read(file, found)?.is_some_and(|block| block.durable > at) {
@@ -155,7 +173,7 @@ fn was_durable(file: &mut File, at: u64) -> io::Result<bool> {
 }
 
 /// Where the next block may begin.
-fn next_marker(file: &mut File, mut from: u64) -> io::Result<Option<u64>> {
+fn next_marker(file: &mut (impl Read + Seek), mut from: u64) -> io::Result<Option<u64>> {
     const WINDOW: u64 = 1 << 20;
     let mut bytes = Vec::new();
     loop {

@@ -40,7 +40,9 @@ pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
-pub use load::{Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup};
+pub use load::{
+    Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
+};
 pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
 pub use soup::Soup;
@@ -178,7 +180,7 @@ impl Substrate {
     }
 
     /// Cleans and prepares what a mesh file held: [`load`](Self::load) in two steps, to be timed
-    /// apart.
+    /// apart, or of bytes that are in memory ([`parse_soup`]).
     ///
     /// # Errors
     /// As [`from_soup`](Self::from_soup), but for corners, which loaders have asked about.

@@ -56,6 +56,33 @@ fn the_hash_is_that_of_the_bytes_streamed_or_not() {
     }
 }
 
+/// Reads a mesh with its textures by its path and from memory: the same comes of it.
+#[track_caller]
+fn assert_same_in_memory(path: &Path, format: Format) {
+    let bytes = fs::read(path).unwrap();
+    let loaded = load_soup(path).unwrap();
+    assert_eq!(loaded.format, format);
+    assert_eq!(parse_soup(&bytes, format, path.parent()).unwrap(), loaded);
+    let textured = parse_textured(&bytes, format, path.parent()).unwrap();
+    assert_eq!(textured, load_textured(path).unwrap());
+    assert_eq!(textured.0, loaded);
+}
+
+#[test]
+fn a_mesh_in_memory_is_the_one_by_its_path() {
+    for (name, content, format) in [("a.obj", OBJ, Format::Obj), ("a.stl", STL, Format::Stl)] {
+        let (_folder, path) = written(name, content);
+        assert_same_in_memory(&path, format);
+    }
+    let boulder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/boulder.glb");
+    assert_same_in_memory(&boulder, Format::Glb);
+    let bytes = fs::read(&boulder).unwrap();
+    let in_memory = Substrate::from_loaded(parse_soup(&bytes, Format::Glb, None).unwrap()).unwrap();
+    let by_path = Substrate::load(&boulder).unwrap();
+    assert_eq!(in_memory.mesh_hash(), by_path.mesh_hash());
+    assert_eq!(in_memory.up_axis(), by_path.up_axis());
+}
+
 #[test]
 fn what_is_no_mesh_is_refused_with_a_cure() {
     let cases = [

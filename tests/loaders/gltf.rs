@@ -357,7 +357,9 @@ fn buffers_come_from_the_chunk_from_data_uris_and_from_files() {
     let expected = doc.load();
     let uri = format!("data:application/octet-stream;base64,{}", base64(&doc.bin));
     assert_eq!(
-        parse_soup(&doc.with_uri(&uri), Format::Gltf, None).unwrap(),
+        parse_soup(&doc.with_uri(&uri), Format::Gltf, None)
+            .unwrap()
+            .soup,
         expected
     );
 
@@ -368,8 +370,8 @@ fn buffers_come_from_the_chunk_from_data_uris_and_from_files() {
         format!("data:,{escaped}"),
         format!("data:application/octet-stream;base64;x=1,{base64}"),
     ] {
-        let soup = parse_soup(&doc.with_uri(&uri), Format::Gltf, None);
-        assert_eq!(soup.unwrap(), expected, "{uri}");
+        let found = parse_soup(&doc.with_uri(&uri), Format::Gltf, None);
+        assert_eq!(found.unwrap().soup, expected, "{uri}");
     }
 
     let folder = tempfile::tempdir().unwrap();
@@ -391,7 +393,9 @@ fn whole_numbers_may_have_a_point_or_an_exponent_and_the_last_of_equal_names_cou
     let doc = tetrahedron(json!({"translation": [0.5, 0, 0]}));
     let uri = format!("data:application/octet-stream;BASE64,{}", base64(&doc.bin));
     let plain = String::from_utf8(doc.with_uri(&uri)).unwrap();
-    let expected = parse_soup(plain.as_bytes(), Format::Gltf, None).unwrap();
+    let expected = parse_soup(plain.as_bytes(), Format::Gltf, None)
+        .unwrap()
+        .soup;
     let count = plain.find("\"count\":").unwrap() + 8;
     let digits = plain[count..].find(|c: char| !c.is_ascii_digit()).unwrap();
     let number: u32 = plain[count..count + digits].parse().unwrap();
@@ -403,7 +407,7 @@ fn whole_numbers_may_have_a_point_or_an_exponent_and_the_last_of_equal_names_cou
     ] {
         let text = format!("{}{form}{}", &plain[..count], &plain[count + digits..]);
         let found = parse_soup(text.as_bytes(), Format::Gltf, None);
-        assert_eq!(found.unwrap(), expected, "{form}");
+        assert_eq!(found.unwrap().soup, expected, "{form}");
     }
     let text = format!("{}{number}.5{}", &plain[..count], &plain[count + digits..]);
     assert_says(
@@ -460,7 +464,9 @@ fn a_buffer_may_be_named_as_its_file_is() {
         .replace('=', "%3D");
     let uri = format!("data:application/octet-stream;base64,{escaped}");
     assert_eq!(
-        parse_soup(&doc.with_uri(&uri), Format::Gltf, None).unwrap(),
+        parse_soup(&doc.with_uri(&uri), Format::Gltf, None)
+            .unwrap()
+            .soup,
         expected
     );
 }

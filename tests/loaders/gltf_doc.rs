@@ -98,12 +98,13 @@ impl Doc {
     }
 
     pub(crate) fn load(&self) -> Soup {
-        parse_soup(&self.glb(), Format::Glb, None).unwrap_or_else(|error| panic!("{error}"))
+        let loaded = parse_soup(&self.glb(), Format::Glb, None);
+        loaded.unwrap_or_else(|error| panic!("{error}")).soup
     }
 
     pub(crate) fn refused(&self) -> String {
         match parse_soup(&self.glb(), Format::Glb, None) {
-            Ok(soup) => panic!("loaded {} triangles", soup.triangles.len()),
+            Ok(loaded) => panic!("loaded {} triangles", loaded.soup.triangles.len()),
             Err(error) => error.to_string(),
         }
     }

@@ -205,6 +205,6 @@ fn a_json_chunk_may_be_padded_with_zeros_and_extensions_may_be_null() {
     whole[12..16].copy_from_slice(&(end as u32 - 16).to_le_bytes());
     let length = whole.len() as u32;
     whole[8..12].copy_from_slice(&length.to_le_bytes());
-    let soup = parse_soup(&whole, Format::Glb, None).unwrap();
-    assert_eq!(volume(&soup), 1.0);
+    let loaded = parse_soup(&whole, Format::Glb, None).unwrap();
+    assert_eq!(volume(&loaded.soup), 1.0);
 }

@@ -18,16 +18,19 @@ use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use tempfile::TempDir;
-use thallus::substrate::{Format, LoadFault, Soup, load_soup, parse_soup};
+use thallus::substrate::{
+    Format, LoadFault, Soup, Substrate, load_soup, load_textured, parse_soup, parse_textured,
+};
 
 fn parsed(bytes: impl AsRef<[u8]>, format: Format) -> Soup {
-    parse_soup(bytes.as_ref(), format, None).unwrap_or_else(|error| panic!("{error}"))
+    let loaded = parse_soup(bytes.as_ref(), format, None);
+    loaded.unwrap_or_else(|error| panic!("{error}")).soup
 }
 
 /// The message of a refusal; every one must end in a cure.
 fn refused(bytes: impl AsRef<[u8]>, format: Format) -> String {
     match parse_soup(bytes.as_ref(), format, None) {
-        Ok(soup) => panic!("loaded {} triangles", soup.triangles.len()),
+        Ok(loaded) => panic!("loaded {} triangles", loaded.soup.triangles.len()),
         Err(error) => error.to_string(),
     }
 }

@@ -10,8 +10,7 @@ use super::Format;
 /// The text names the file, the place in it and the cure.
 #[derive(Debug)]
 pub struct LoadError {
-    /// The file, where one was read (`None` for bytes given to
-    /// [`parse_soup`](crate::substrate::parse_soup)).
+    /// The file, where one was read (`None` for [bytes](crate::substrate::parse_soup)).
     pub file: Option<PathBuf>,
     /// What is wrong with it.
     pub fault: LoadFault,

@@ -65,7 +65,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// What [`load_soup`] read.
+/// What [`load_soup`] or [`parse_soup`] read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
     /// The triangles.
@@ -100,14 +100,48 @@ pub fn load_textured(path: &Path) -> Result<(Loaded, Texturing), LoadError> {
     Ok((loaded, texturing))
 }
 
-/// Reads a mesh from memory.
+/// Reads a mesh from memory, as [`load_soup`] reads one from a file: with the same hash, so that a lichen on
+/// the one is a lichen on the other.
 ///
 /// `base` is the folder in which glTF looks for its buffer files; without it they are refused.
 ///
 /// # Errors
 /// As [`load_soup`], without the file's name.
-pub fn parse_soup(bytes: &[u8], format: Format, base: Option<&Path>) -> Result<Soup, LoadError> {
-    parse(bytes, format, base, &mut blake3::Hasher::new(), None).map_err(LoadError::from)
+pub fn parse_soup(bytes: &[u8], format: Format, base: Option<&Path>) -> Result<Loaded, LoadError> {
+    parse_loaded(bytes, format, base, None).map_err(LoadError::from)
+}
+
+/// Reads a mesh from memory, with what it says about textures.
+///
+/// `base` is the folder in which glTF looks for its buffer files, and glTF and OBJ for images and material
+/// libraries. Without it buffer files are refused, and the others are notes.
+///
+/// # Errors
+/// As [`load_textured`], without the file's name.
+pub fn parse_textured(
+    bytes: &[u8],
+    format: Format,
+    base: Option<&Path>,
+) -> Result<(Loaded, Texturing), LoadError> {
+    let mut texturing = Texturing::default();
+    let loaded = parse_loaded(bytes, format, base, Some(&mut texturing))?;
+    Ok((loaded, texturing))
+}
+
+fn parse_loaded(
+    bytes: &[u8],
+    format: Format,
+    base: Option<&Path>,
+    texturing: Option<&mut Texturing>,
+) -> Parsed<Loaded> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(bytes);
+    let soup = parse(bytes, format, base, &mut hasher, texturing)?;
+    Ok(Loaded {
+        soup,
+        hash: hasher.finalize().to_hex().to_string(),
+        format,
+    })
 }
 
 fn parse(
@@ -145,30 +179,30 @@ fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
     file.rewind().map_err(unreadable)?;
 
     let named = Format::by_name(path);
-    let mut hasher = blake3::Hasher::new();
-    let streamed = detect::is_ascii_stl(&head, length, named);
-    let (mut soup, format) = if streamed {
-        let hashing = HashingReader {
-            file: BufReader::new(file),
-            hasher: &mut hasher,
-        };
-        (
-            stl::parse_ascii(BufReader::with_capacity(1 << 16, hashing))?,
-            Format::Stl,
-        )
+    let mut loaded = if detect::is_ascii_stl(&head, length, named) {
+        stream_stl(file)?
     } else {
         let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
         file.read_to_end(&mut bytes).map_err(unreadable)?;
-        hasher.update(&bytes);
         let format = detect::decide(&bytes, named)?;
-        let soup = parse(&bytes, format, path.parent(), &mut hasher, texturing)?;
-        (soup, format)
+        parse_loaded(&bytes, format, path.parent(), texturing)?
     };
-    soup.notes.extend(detect::misnamed(path, named, format));
+    let misnamed = detect::misnamed(path, named, loaded.format);
+    loaded.soup.notes.extend(misnamed);
+    Ok(loaded)
+}
+
+fn stream_stl(file: impl Read) -> Parsed<Loaded> {
+    let mut hasher = blake3::Hasher::new();
+    let hashing = HashingReader {
+        file: BufReader::new(file),
+        hasher: &mut hasher,
+    };
+    let soup = stl::parse_ascii(BufReader::with_capacity(1 << 16, hashing))?;
     Ok(Loaded {
         soup,
         hash: hasher.finalize().to_hex().to_string(),
-        format,
+        format: Format::Stl,
     })
 }
 
