@@ -44,6 +44,33 @@ fn frames(
     frames
 }
 
+#[test]
+fn moments_that_are_none_are_refused() {
+    let substrate = plane(1.0);
+    let cluster = grown(&substrate, 0.02, 30);
+    let (shape, paint) = (Shape::default(), Paint::default());
+    let refused = |moments: &[(f64, f64)]| {
+        let moment = |&(time, window)| Presence {
+            time,
+            window,
+            ease: Ease::Linear,
+        };
+        let moments = moments.iter().map(moment).collect();
+        let frames = SkinFrames::new(&substrate, &cluster, &shape, &paint, moments);
+        frames.err().map(|error| error.to_string())
+    };
+    assert_eq!(refused(&[(-3.0, 2.0), (15.0, 0.0), (5.0, 2.0)]), None);
+    for wrong in [
+        (20.0, -5.0),
+        (20.0, f64::NAN),
+        (20.0, f64::INFINITY),
+        (f64::NAN, 0.0),
+    ] {
+        let said = refused(&[(10.0, 0.0), wrong]).expect("an error");
+        assert!(said.starts_with("moment 1 is at"), "{said}");
+    }
+}
+
 /// Everything that files have of a vertex, but for the distance from the rim, to the bit.
 fn bits(mesh: &TriMesh, vertex: u32) -> Vec<u64> {
     let v = vertex as usize;

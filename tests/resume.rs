@@ -614,12 +614,17 @@ fn elements_that_cannot_be_of_the_run_are_refused() {
     let desk = Desk::new();
     let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
     let recipe = Settings::default().resolve(&substrate, "rock.obj").unwrap();
+    let counted = |elements: &[Element], counts: Counts| {
+        let elements = elements.to_vec();
+        Run::new(&substrate, &recipe, Begun { elements, counts }).map(|_| ())
+    };
     let run = |elements: &[Element]| {
-        let begun = Begun {
-            elements: elements.to_vec(),
-            counts: Counts::default(),
+        let walkers = elements.len() as u64 - 1;
+        let counts = Counts {
+            walkers,
+            ..Counts::default()
         };
-        Run::new(&substrate, &recipe, begun).map(|_| ())
+        counted(elements, counts)
     };
     let grown = thallus::run::grow(
         &substrate,
@@ -664,5 +669,19 @@ fn elements_that_cannot_be_of_the_run_are_refused() {
         let elements = [&elements[..4], &[wrong]].concat();
         let error = run(&elements).unwrap_err().to_string();
         assert!(error.contains("element 4"), "{error}");
+    }
+
+    let walkers = |walkers: u64, steps: u64| {
+        let counts = Counts {
+            walkers,
+            steps,
+            ..Counts::default()
+        };
+        counted(&elements, counts)
+    };
+    assert!(walkers(4, 0).is_ok() && walkers(900, 70_000).is_ok());
+    for (few_or_many, steps) in [(0, 0), (3, 0), (u64::MAX, 0), (9, u64::MAX)] {
+        let error = walkers(few_or_many, steps).unwrap_err().to_string();
+        assert!(error.contains("5 elements"), "{error}");
     }
 }

@@ -125,12 +125,12 @@ impl Map {
         MAPS.iter().find(|map| map.name == name)
     }
 
-    /// What the numbers mean; lengths in units of the mesh file times `scale`.
-    pub fn range(&self, baked: &Baked, scale: f64) -> Range {
+    /// What the numbers mean; heights in metres, for a mesh file whose unit is so many of them.
+    pub fn range(&self, baked: &Baked, meters_per_unit: f64) -> Range {
         match self.name {
             "height" => Range {
                 zero: 0.0,
-                one: baked.highest() * scale,
+                one: baked.highest() * meters_per_unit,
                 unit: "m",
             },
             "normal" => Range {

@@ -66,6 +66,26 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Whether so many elements can have taken this: a walker each but for the seed, and no number that
+    /// counting may have come to.
+    pub(crate) fn can_be_of(&self, elements: usize) -> bool {
+        const MOST: u64 = 1 << 60;
+        let Self {
+            walkers,
+            killed,
+            absorbed,
+            steps,
+            crossings,
+            contacts,
+            refusals,
+            packed,
+        } = *self;
+        let all = [
+            walkers, killed, absorbed, steps, crossings, contacts, refusals, packed,
+        ];
+        all.iter().all(|&n| n <= MOST) && walkers >= elements.saturating_sub(1) as u64
+    }
+
     /// Adds what one walker took.
     pub(super) fn add(&mut self, walker: &Self) {
         self.walkers += walker.walkers;

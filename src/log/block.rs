@@ -78,7 +78,6 @@ impl Draft {
 /// A block that was read and found whole.
 pub(super) struct Block {
     pub(super) first: u64,
-    pub(super) durable: u64,
     pub(super) counts: Counts,
     pub(super) elements: Vec<Element>,
     /// Its length in bytes.
@@ -111,7 +110,6 @@ impl Block {
         let counts = std::array::from_fn(|i| number(28 + 8 * i));
         Some(Self {
             first: number(12),
-            durable: number(20),
             counts: counts_of(counts),
             elements: content[HEAD..].chunks_exact(ELEMENT).map(element).collect(),
             length: bytes.len() as u64,
@@ -122,6 +120,7 @@ impl Block {
 /// What the head of a block says, whether or not the rest is sound.
 pub(super) struct Outline {
     pub(super) first: u64,
+    pub(super) durable: u64,
     pub(super) number: u64,
     /// Its length in bytes.
     pub(super) length: u64,
@@ -141,6 +140,7 @@ impl Outline {
         let sensible = head[..8] == MARKER && (1..=LARGEST_BLOCK).contains(&number);
         sensible.then(|| Self {
             first: u64::from_le_bytes(array(&head[12..20])),
+            durable: u64::from_le_bytes(array(&head[20..28])),
             number: number as u64,
             length: (HEAD + number * ELEMENT + CHECKSUM) as u64,
         })

@@ -164,7 +164,9 @@ pub fn count_elements(path: &Path) -> Result<u64, LogError> {
 fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
     let mut from = at;
     while let Some(found) = next_marker(file, from)? {
-        if Block::read(file, found)?.is_some_and(|block| block.durable > at) {
+        // By its head alone first: a block is long to read, and what looks like a marker may be often there.
+        let head = Outline::read(file, found)?;
+        if head.is_some_and(|head| head.durable > at) && Block::read(file, found)?.is_some() {
             return Ok(true);
         }
         from = found + 1;

@@ -76,7 +76,13 @@ impl Camera {
         (Vec3A::from_array(point) - self.eye).dot(self.forward)
     }
 
+    pub(super) fn is_finite(&self) -> bool {
+        let axes = [self.eye, self.forward, self.right, self.above];
+        axes.iter().all(|v| v.is_finite()) && self.half_height.is_finite()
+    }
+
     /// The same, brought nearer: what is at this depth in the middle is `factor` times as large.
+    #[must_use]
     pub fn zoomed(&self, depth: f32, factor: f32) -> Self {
         Self {
             eye: self.eye + self.forward * (depth * (1.0 - 1.0 / factor)),
@@ -86,6 +92,7 @@ impl Camera {
 
     /// The same, moved sideways until a point is within this share of the way from the picture's middle
     /// to its edges, for pictures of this width over height.
+    #[must_use]
     pub fn centred(&self, point: [f32; 3], aspect: f32, share: f32) -> Self {
         let v = Vec3A::from_array(point) - self.eye;
         let most = share * self.half_height * v.dot(self.forward).max(0.0);
@@ -125,11 +132,42 @@ impl Camera {
 
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use super::super::{Scene, Settings, Stone, World, render};
     use super::Camera;
 
     #[test]
     #[should_panic(expected = "a camera at")]
     fn a_camera_that_is_nowhere_is_refused() {
         Camera::look_at([f32::NAN, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0], 0.3);
+    }
+
+    fn triangle() -> Stone {
+        Stone::new(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], &[[0, 1, 2]])
+    }
+
+    #[test]
+    fn pictures_without_a_width_or_a_height_have_no_view() {
+        let stone = triangle();
+        let world = World::new(&Scene::bare(&stone, [0.0, 1.0, 0.0]));
+        for aspect in [0.0, -1.0, f32::INFINITY, f32::NAN] {
+            let best = || Camera::best_view(&world, aspect);
+            assert!(catch_unwind(AssertUnwindSafe(best)).is_err(), "{aspect}");
+            let side = || Camera::from_side(&world, aspect, 0.0, 0.0);
+            assert!(catch_unwind(AssertUnwindSafe(side)).is_err(), "{aspect}");
+        }
+        let nowhere = || Camera::from_side(&world, 1.0, f32::NAN, 0.0);
+        assert!(catch_unwind(AssertUnwindSafe(nowhere)).is_err());
+    }
+
+    /// It took no picture for ever.
+    #[test]
+    #[should_panic(expected = "Camera {")]
+    fn a_camera_that_was_moved_to_nowhere_takes_no_picture() {
+        let stone = triangle();
+        let world = World::new(&Scene::bare(&stone, [0.0, 1.0, 0.0]));
+        let camera = Camera::best_view(&world, 1.0).zoomed(1.0, 0.0);
+        render(&world, &camera, &Settings::default());
     }
 }

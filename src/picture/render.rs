@@ -77,11 +77,17 @@ const LEAST_EVEN: u32 = 2;
 const LEAST_ON_SHEET: u32 = 12;
 
 /// Takes the picture; the same bytes for any number of threads. Zeros in the settings count as 1.
+///
+/// # Panics
+/// When the camera was moved to where numbers are not finite.
 pub fn render(world: &World, camera: &Camera, settings: &Settings) -> Image {
     render_unless(world, camera, settings, &|| false).unwrap_or_default()
 }
 
 /// The same, unless it is told to stop before all of the picture is taken: then there is none.
+///
+/// # Panics
+/// As [`render`].
 pub fn render_unless(
     world: &World,
     camera: &Camera,
@@ -134,6 +140,7 @@ pub(super) struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     pub(super) fn new(camera: &'a Camera, studio: &'a Studio<'a>, settings: &Settings) -> Self {
+        assert!(camera.is_finite(), "{camera:?}");
         let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
         let samples = settings.samples.max(1);
         Self {

@@ -35,7 +35,11 @@ impl Camera {
     /// A camera that sees the lichen well, for pictures of this width over height: from the
     /// direction, upper ones preferred, in which most of it shows; of the whole substrate where
     /// lichen covers a good share of that view, otherwise nearer, with some of what is around it.
+    ///
+    /// # Panics
+    /// When the width over height is not above 0 and finite.
     pub fn best_view(world: &World, aspect: f32) -> Self {
+        check_aspect(aspect);
         let patches = patches(world);
         let score = |i: u32| {
             let d = direction(i, world.up);
@@ -54,7 +58,15 @@ impl Camera {
     /// where y is up and from −y where z is up, so that 90° is from +x. The elevation is the angle
     /// above the horizon. Both are in degrees. From straight above and below, the front is at the
     /// picture's bottom and at its top.
+    ///
+    /// # Panics
+    /// When the width over height is not above 0 and finite, or an angle not finite.
     pub fn from_side(world: &World, aspect: f32, azimuth: f32, elevation: f32) -> Self {
+        check_aspect(aspect);
+        assert!(
+            azimuth.is_finite() && elevation.is_finite(),
+            "a camera at {azimuth}°, {elevation}°"
+        );
         let front = front(world.up);
         let right = world.up.cross(front);
         let (sin, cos) = libm::sincosf(azimuth.to_radians());
@@ -64,6 +76,13 @@ impl Camera {
         let above = world.up * run - level * rise;
         frame_with(world, &patches(world), towards, above, aspect)
     }
+}
+
+fn check_aspect(aspect: f32) {
+    assert!(
+        aspect.is_finite() && aspect > 0.0,
+        "pictures {aspect} times as wide as high"
+    );
 }
 
 /// What a camera shows of granules.

@@ -109,6 +109,17 @@ pub enum GrowError {
         /// Its age.
         age: usize,
     },
+    /// What they took cannot be so.
+    #[error(
+        "{elements} elements to go on from cannot have taken {walkers} walkers, and what else is counted: they are \
+         another run's, or damaged; begin anew"
+    )]
+    ForeignCounts {
+        /// How many elements there are.
+        elements: usize,
+        /// Walkers that are said to have been there.
+        walkers: u64,
+    },
     /// The run to go on with is larger than what is asked for.
     #[error(
         "there are {total} elements already, and the size asked for was reached at {end}: ask for \
@@ -220,6 +231,12 @@ impl<'a> Run<'a> {
 
     fn replay(&mut self, begun: Begun) -> Result<(), GrowError> {
         let total = begun.elements.len();
+        if !begun.counts.can_be_of(total) {
+            return Err(GrowError::ForeignCounts {
+                elements: total,
+                walkers: begun.counts.walkers,
+            });
+        }
         let bounds = self.substrate.bounds();
         for (age, element) in begun.elements.into_iter().enumerate() {
             if !self.may_follow(&element, bounds) {

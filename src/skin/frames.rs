@@ -78,6 +78,19 @@ impl std::fmt::Debug for SkinFrames<'_> {
     }
 }
 
+/// Refuses moments that are none.
+fn check(moments: &[Presence]) -> Result<(), SkinError> {
+    let is_one = |m: &Presence| m.time.is_finite() && (0.0..f64::INFINITY).contains(&m.window);
+    match moments.iter().enumerate().find(|(_, m)| !is_one(m)) {
+        None => Ok(()),
+        Some((index, &Presence { time, window, .. })) => Err(SkinError::Moment {
+            index,
+            time,
+            window,
+        }),
+    }
+}
+
 impl<'a> SkinFrames<'a> {
     /// Of a lichen on its substrate, at these moments.
     ///
@@ -93,6 +106,7 @@ impl<'a> SkinFrames<'a> {
         shape.check()?;
         paint.check()?;
         shape.check_size(cluster.len())?;
+        check(&moments)?;
         let since = |nearness: &Nearness, p, distance| {
             let first = nearness.first_within(p, distance);
             first.map_or(NEVER, |birth| birth + 1)

@@ -124,6 +124,18 @@ pub enum SkinError {
     /// There is nothing to cover.
     #[error("there are no elements to put a skin on")]
     Empty,
+    /// A [`Presence`](crate::cluster::Presence) that is none.
+    #[error(
+        "moment {index} is at {time} with a window of {window} elements: times are finite, and windows 0 or more"
+    )]
+    Moment {
+        /// Its place in the list, from 0.
+        index: usize,
+        /// When it is, in elements.
+        time: f64,
+        /// How long an element comes in.
+        window: f64,
+    },
 }
 
 /// Triangles of the largest skin: they are numbered by their corners in 32 bits while being made.

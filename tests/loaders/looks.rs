@@ -169,6 +169,15 @@ fn materials_of_obj_come_from_its_libraries() {
     assert_eq!([plain.base_color, plain.bare_color], [[0.25; 3]; 2]);
     assert_eq!((plain.roughness, plain.metallic), (0.5, 1.0));
 
+    let beyond = library.replace("-bm 0.5", "-bm 1e39");
+    let (texturing, _) = textured(&[
+        ("a.obj", obj.as_bytes()),
+        ("my scan.mtl", beyond.as_bytes()),
+        ("n.png", PNG),
+    ]);
+    let normal = texturing.materials[0].normal_texture;
+    assert_eq!(normal.map(|n| n.strength), Some(1.0));
+
     // Two libraries in a line, an image that is none, one that is not there, and a library that is not.
     let obj = format!("mtllib one.mtl two.mtl\nmtllib three.mtl\n{QUAD}{FACES}");
     let (texturing, _) = textured(&[

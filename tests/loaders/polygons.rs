@@ -198,6 +198,24 @@ fn a_polygon_that_would_take_minutes_is_refused() {
     assert_says(&message, &["line 20001", "20000 corners", "triangulate it"]);
 }
 
+/// Where its corners are rounded to what it bends from one to the next, to cut it takes a quarter of a minute, and
+/// one of twice as many corners a minute.
+#[test]
+fn a_round_polygon_that_would_take_long_is_refused_and_a_smaller_one_cut() {
+    let circle = |corners: u32| {
+        let at = |i: u32| TAU * f64::from(i) / f64::from(corners);
+        let rounded = |x: f64| (x * 1e9).round() / 1e9;
+        let points = (0..corners).map(|i| (rounded(at(i).cos()), rounded(at(i).sin())));
+        polygon(&flat(&points.collect::<Vec<_>>()))
+    };
+    assert_eq!(parsed(circle(40_000), Format::Obj).triangles.len(), 39_998);
+    let message = refused(circle(160_000), Format::Obj);
+    assert_says(
+        &message,
+        &["line 160001", "160000 corners", "triangulate it"],
+    );
+}
+
 /// To cut it ear by ear would take hours.
 #[test]
 fn a_polygon_that_comes_to_four_places_again_and_again_is_cut_as_a_fan() {

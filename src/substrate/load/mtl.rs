@@ -258,7 +258,9 @@ impl<'a> Said<'a> {
         match (option, &numbers[..]) {
             (b"-s", [u, others @ ..]) => self.scale = [*u, others.first().copied().unwrap_or(1.0)],
             (b"-o", [u, others @ ..]) => self.offset = [*u, others.first().copied().unwrap_or(0.0)],
-            (b"-bm", [strength]) => self.strength = *strength as f32,
+            (b"-bm", [strength]) if (*strength as f32).is_finite() => {
+                self.strength = *strength as f32
+            }
             _ => {}
         }
         rest
