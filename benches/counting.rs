@@ -15,7 +15,7 @@ struct Counting(SparseIndex);
 /// The lookups of the walkers that made a lichen: it is grown once more.
 pub(crate) fn lookups(substrate: &Substrate, parameters: Parameters, grown: &Cluster) -> u64 {
     LOOKUPS.store(0, Ordering::Relaxed);
-    let mut model = WalkerModel::<Counting>::new(substrate, parameters);
+    let mut model = WalkerModel::<Counting>::with_index(substrate, parameters);
     let mut cluster = Cluster::new(grown.radius());
     cluster.push(grown.elements()[0]);
     model.born(&cluster);

@@ -7,8 +7,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use thallus::cluster::Element;
-use thallus::run::{Execution, Progress, Settings, StopSetting, grow};
+use thallus::run::{Execution, Settings, StopSetting, grow, watch};
 use thallus::substrate::Substrate;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -22,13 +21,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let recipe = settings.resolve(&substrate, &file)?;
     // Local units count from the middle of the bounding box, so half the height is 0.
-    let mut half_way_down = |element: &Element, _: &Progress| {
+    let mut half_way_down = watch(|element, _| {
         if element.position.dot(substrate.up()) < 0.0 {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
-    };
+    });
     let growth = grow(
         &substrate,
         &recipe,

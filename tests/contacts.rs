@@ -553,7 +553,7 @@ fn a_model_told_of_the_same_births_goes_on_the_same() {
     let substrate = common::rock(24);
     let parameters = parameters(0.002);
     let grown = |stop: usize| {
-        let mut model: WalkerModel<'_> = WalkerModel::new(&substrate, parameters.clone());
+        let mut model = WalkerModel::new(&substrate, parameters.clone());
         let mut cluster = Cluster::new(parameters.radius);
         let at = SurfacePoint::centroid(0);
         cluster.push(Element::seed(&substrate, at));

@@ -16,7 +16,7 @@ mod reference;
 use rayon::prelude::*;
 use reference::shapes::{self, Shape};
 use reference::{Params, Run, Search, Stop, grow, stats};
-use thallus::cluster::{Cluster, Element, NO_PARENT, SparseIndex};
+use thallus::cluster::{Cluster, Element, NO_PARENT};
 use thallus::growth::{Boundary, Counts, GrowthModel, Join, Law, SeedPlace, Steps, WalkerModel};
 use thallus::run::{Execution, MeshId, Recipe, StopRule};
 use thallus::substrate::{Soup, Substrate};
@@ -288,7 +288,7 @@ fn late_run(substrate: &Substrate, params: &Params, elements: usize) -> (Run, f6
     let parameters = recipe(params, elements).parameters(substrate);
     let at = SeedPlace::Point(params.at).locate(substrate, params.seed, 0);
     let mut cluster = Cluster::new(parameters.radius);
-    let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
+    let mut model = WalkerModel::new(substrate, parameters);
     cluster.push(Element::seed(substrate, at.expect("a place")));
     model.born(&cluster);
     model.resume(Counts {

@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use chi_square::{apart, homogeneity};
 use glam::DVec3;
 use rayon::prelude::*;
-use thallus::cluster::{Cluster, SparseIndex};
+use thallus::cluster::Cluster;
 use thallus::growth::{Counts, GrowthModel, Parameters, SeedPlace, Steps, WalkerModel};
 use thallus::run::{Execution, Recipe, StopRule, grow};
 use thallus::substrate::Substrate;
@@ -57,7 +57,7 @@ fn hits(
         seed: 7 + steps as u64 + 1000 * number,
         ..recipe.parameters(substrate)
     };
-    let mut model = WalkerModel::<SparseIndex>::new(substrate, parameters);
+    let mut model = WalkerModel::new(substrate, parameters);
     let mut so_far = Cluster::new(cluster.radius());
     for element in cluster.elements() {
         so_far.push(*element);
@@ -283,7 +283,7 @@ fn interrupt(mesh: &Substrate, crossings: u64, radius: f64, [before, after, all]
         let part = run(elements, 1);
         let made_after = crossings * mesh.triangles().len() as u64;
         assert_eq!(part.counts.crossings > made_after, is_after);
-        let mut model = WalkerModel::<SparseIndex>::new(mesh, recipe.parameters(mesh));
+        let mut model = WalkerModel::new(mesh, recipe.parameters(mesh));
         let mut cluster = Cluster::new(part.cluster.radius());
         for element in part.cluster.elements() {
             cluster.push(*element);

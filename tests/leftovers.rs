@@ -10,9 +10,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, assert_refused_in_a_line, names, said};
-use thallus::cluster::Element;
 use thallus::log::LogWriter;
-use thallus::run::{Execution, Progress, Run};
+use thallus::run::{Execution, Run, watch};
 
 /// Commands that read a lichen on the mesh that its recipe names.
 const ON_MESH: [&str; 4] = [
@@ -54,10 +53,10 @@ fn another_mesh_of_the_name_is_not_taken_for_the_one_of_the_run() {
 fn young_log(desk: &Desk, run: &str) -> Vec<u8> {
     let (substrate, recipe, log) = desk.begin_log("rock.obj", run, "young.log");
     let (log, begun) = LogWriter::open(log).unwrap();
-    let stop = |_: &Element, progress: &Progress| match progress.elements {
+    let stop = watch(|_, progress| match progress.elements {
         3 => ControlFlow::Break(()),
         _ => ControlFlow::Continue(()),
-    };
+    });
     let run = Run::new(&substrate, &recipe, begun).unwrap();
     let mut watchers = (log, stop);
     run.grow(&Execution::default(), &mut watchers);

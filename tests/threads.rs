@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thallus::cluster::{Cluster, Element};
 use thallus::growth::{Boundary, Counts, GrowthModel, Halt, Join, Law, SeedPlace, WalkerModel};
-use thallus::run::{Execution, Progress, Recipe, Run, StopRule, Stopped, grow};
+use thallus::run::{Execution, Recipe, Run, StopRule, Stopped, grow, watch};
 use thallus::substrate::Substrate;
 
 /// By as many threads of the operating system: where these are more than the machine has cores, it is as loaded
@@ -174,7 +174,7 @@ fn lichen_that_open_edges_leave_no_walker_ends_at_the_same_one_on_any_number_of_
 
 /// A loop of one's own, in which every search for an element is cancelled after a few looks and then begun again.
 fn cancelled_now_and_then(substrate: &Substrate, recipe: &Recipe, threads: usize) -> Vec<Element> {
-    let model: WalkerModel = WalkerModel::new(substrate, recipe.parameters(substrate));
+    let model = WalkerModel::new(substrate, recipe.parameters(substrate));
     let mut model = model.on_threads(threads);
     let mut cluster = Cluster::new(recipe.parameters(substrate).radius);
     let seed = recipe
@@ -240,13 +240,13 @@ fn who_is_cancelled_goes_on_as_if_nothing_had_been() {
         ..Execution::default()
     };
     let mut looks = 0;
-    let mut observer = |_: &Element, progress: &Progress| {
+    let mut observer = watch(|_, progress| {
         looks += 1;
         if progress.elements == 700 {
             execution.cancel.store(true, Ordering::Relaxed);
         }
         ControlFlow::Continue(())
-    };
+    });
     let part = grow(&rock, &recipe, &execution, &mut observer).expect("grows");
     assert_eq!((part.stopped, looks), (Stopped::Cancelled, 700));
     let run = Run::new(&rock, &recipe, part.begun()).expect("goes on");

@@ -16,6 +16,7 @@ enum Amount {
 
 /// A text that is no curve.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CurveError {
     /// A point that is not a time and a number.
     #[error(

@@ -44,6 +44,7 @@ pub struct Timing {
 
 /// Why there is no such animation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TimingError {
     /// There is nothing to animate.
     #[error("there are no elements to animate")]

@@ -35,7 +35,7 @@ pub struct Map {
 }
 
 /// Every map.
-pub const MAPS: &[Map; 8] = &[
+pub const MAPS: &[Map] = &[
     Map {
         name: "mask",
         what: "share of the texel that lichen covers",

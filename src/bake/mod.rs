@@ -61,6 +61,7 @@ const QUANTISED: f64 = 200.0;
 
 /// Why maps cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// The mesh has no texture coordinates.
     #[error(

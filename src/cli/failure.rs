@@ -151,7 +151,7 @@ impl From<RecipeFileError> for Failure {
     fn from(error: RecipeFileError) -> Self {
         match error {
             RecipeFileError::Read { .. } => Self::Failed(error.into()),
-            RecipeFileError::Text { .. } => Self::Usage(error.into()),
+            _ => Self::Usage(error.into()),
         }
     }
 }
@@ -166,7 +166,7 @@ impl From<GridFileError> for Failure {
     fn from(error: GridFileError) -> Self {
         match error {
             GridFileError::Read { .. } => Self::Failed(error.into()),
-            GridFileError::Text { .. } => Self::Usage(error.into()),
+            _ => Self::Usage(error.into()),
         }
     }
 }

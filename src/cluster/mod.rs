@@ -100,6 +100,13 @@ impl Cluster {
     }
 }
 
+/// Adds elements as the youngest, one after the other.
+impl Extend<Element> for Cluster {
+    fn extend<T: IntoIterator<Item = Element>>(&mut self, elements: T) {
+        elements.into_iter().for_each(|element| self.push(element));
+    }
+}
+
 /// Makes room for so many in all. Room that is not used takes no memory; where it is not to be had,
 /// the vector grows as others do.
 fn make_room<T>(all: &mut Vec<T>, most: usize) {

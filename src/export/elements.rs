@@ -77,6 +77,7 @@ impl Values {
 
 /// What makes a table unfit to be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// A column is longer or shorter than `positions`.
     #[error("column '{column}' has {found} rows where there are {expected} elements")]

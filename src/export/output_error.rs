@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Why an output could not be written. Each message says what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutputError {
     /// The name is empty, as from an unset variable.
     #[error("the output has no name: say where it goes")]

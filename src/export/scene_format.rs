@@ -153,6 +153,7 @@ impl Extension for SceneFormat {
 
 /// Why a file cannot hold what was asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneFormatError {
     /// The name says no known format.
     #[error(transparent)]

@@ -31,6 +31,7 @@ pub enum SeedPlace {
 
 /// Why a seed element has no place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlaceError {
     /// The triangle is not there.
     #[error(

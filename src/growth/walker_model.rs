@@ -93,12 +93,22 @@ enum MadeCopies {
 
 type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 
-impl<'a, I: ElementIndex> WalkerModel<'a, I> {
-    /// A model of its own index, for a cluster that is still empty, on one thread.
+impl<'a> WalkerModel<'a> {
+    /// For a cluster that is still empty, on one thread.
     ///
     /// # Panics
     /// When the parameters are not [sound](Parameters::are_sound).
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
+        Self::with_index(substrate, parameters)
+    }
+}
+
+impl<'a, I: ElementIndex> WalkerModel<'a, I> {
+    /// As [`new`](WalkerModel::new), with an index of one's own.
+    ///
+    /// # Panics
+    /// When the parameters are not [sound](Parameters::are_sound).
+    pub fn with_index(substrate: &'a Substrate, parameters: Parameters) -> Self {
         assert!(parameters.are_sound(), "unsound parameters: {parameters:?}");
         let law = Stickiness::new(&parameters);
         let wide = law.counts().then(|| widest_count(&parameters));

@@ -7,6 +7,7 @@ use crate::run::shell_path;
 
 /// Why a log cannot be gone on with. Each message says what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LogError {
     /// The system refused.
     #[error("{}: reading the log failed: {source}", .path.display())]

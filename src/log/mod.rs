@@ -10,9 +10,8 @@
 //! ```
 //! use std::ops::ControlFlow;
 //!
-//! use thallus::cluster::Element;
 //! use thallus::log::{LOG, Log, LogWriter};
-//! use thallus::run::{Execution, Progress, Run, Settings, StopSetting, grow};
+//! use thallus::run::{Execution, Run, Settings, StopSetting, grow, watch};
 //! use thallus::substrate::{Soup, Substrate};
 //!
 //! let soup = Soup {
@@ -27,13 +26,13 @@
 //! let path = folder.path().join(LOG);
 //!
 //! // Begin, and stop half-way.
-//! let half = |_: &Element, progress: &Progress| match progress.elements {
+//! let half = watch(|_, progress| match progress.elements {
 //!     100 => ControlFlow::Break(()),
 //!     _ => ControlFlow::Continue(()),
-//! };
-//! let mut watchers = (LogWriter::create(&path, &recipe)?, half);
-//! grow(&substrate, &recipe, &Execution::default(), &mut watchers)?;
-//! watchers.0.finish()?;
+//! });
+//! let mut writer = LogWriter::create(&path, &recipe)?;
+//! grow(&substrate, &recipe, &Execution::default(), &mut (&mut writer, half))?;
+//! writer.finish()?;
 //!
 //! // Go on, in this process or another.
 //! let log = Log::read(&path)?;

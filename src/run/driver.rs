@@ -54,6 +54,7 @@ pub enum Stopped {
 
 /// Why a run could not start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrowError {
     /// The seed element has no place.
     #[error(transparent)]
@@ -287,6 +288,11 @@ impl<'a> Run<'a> {
             covered: (self.cluster.covered_area() / component.area).min(1.0),
             counts: self.model.counts().clone(),
         }
+    }
+
+    /// What has grown so far: what a log holds, to be measured or drawn without going on.
+    pub fn cluster(&self) -> &Cluster {
+        &self.cluster
     }
 
     /// Grows until a rule says stop. The observer sees the births from here on: one that counts begins with

@@ -21,7 +21,7 @@ pub use crate::growth::SeedPlace;
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
 pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
-pub use observer::{Observer, Progress};
+pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
     BIAS, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
     ParameterInfo, RADIUS, REACH,

@@ -49,9 +49,44 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 }
 
-/// Any closure watches.
-impl<F: FnMut(&Element, &Progress) -> ControlFlow<()> + Send> Observer for F {
+/// One that is used again afterwards watches.
+impl<O: Observer + ?Sized> Observer for &mut O {
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
-        self(element, progress)
+        (**self).born(element, progress)
+    }
+}
+
+/// One of a kind that is known when the program runs watches.
+impl<O: Observer + ?Sized> Observer for Box<O> {
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
+        (**self).born(element, progress)
+    }
+}
+
+/// A closure that watches, made by [`watch`].
+#[derive(Clone, Copy, Debug)]
+pub struct Watch<F>(F);
+
+/// An observer of what is to be done at each birth.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use thallus::run::watch;
+///
+/// // No larger than 3 in the mesh's units.
+/// let mut observer = watch(|_, progress| match progress.effective_radius > 3.0 {
+///     true => ControlFlow::Break(()),
+///     false => ControlFlow::Continue(()),
+/// });
+/// # let also: Box<dyn thallus::run::Observer> = Box::new(());
+/// # let _: &mut dyn thallus::run::Observer = &mut (&mut observer, also);
+/// ```
+pub fn watch<F: FnMut(&Element, &Progress) -> ControlFlow<()> + Send>(born: F) -> Watch<F> {
+    Watch(born)
+}
+
+impl<F: FnMut(&Element, &Progress) -> ControlFlow<()> + Send> Observer for Watch<F> {
+    fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
+        (self.0)(element, progress)
     }
 }

@@ -44,6 +44,7 @@ pub(super) const KEYS: &[&str] = &[
 
 /// A text that is no recipe.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecipeTextError {
     /// Not TOML.
     #[error("{0}")]
@@ -75,6 +76,7 @@ pub enum RecipeTextError {
 
 /// A recipe file that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecipeFileError {
     /// It cannot be read.
     #[error("{}: reading the recipe failed: {source}", .path.display())]

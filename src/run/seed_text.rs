@@ -6,6 +6,7 @@ use crate::growth::SeedPlace;
 
 /// A text that is no seed place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SeedTextError {
     /// Neither a name nor a point.
     #[error(

@@ -6,6 +6,7 @@ use crate::substrate::UpAxis;
 
 /// What cannot be grown, with the flag, the value, its range and what it does.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SettingsError {
     /// A number outside its range.
     #[error("--{name} {value} is out of range ({range}). {looks}.")]

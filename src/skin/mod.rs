@@ -90,6 +90,7 @@ impl Default for Shape {
 
 /// Why a skin cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SkinError {
     /// A number that is out of its range.
     #[error(

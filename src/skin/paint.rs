@@ -15,6 +15,7 @@ pub struct Colormap {
 
 /// A text or a list that is no colour map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ColormapError {
     /// A stop that is not a place and a colour.
     #[error("'{0}' is no stop: write a density from 0 to 1, a colon and a colour, as 0.5:#aabbcc")]
@@ -42,7 +43,8 @@ pub enum ColormapError {
 pub struct UnknownColormap(pub String);
 
 fn names() -> String {
-    PALETTE.map(|map| map.name).join(", ")
+    let names: Vec<_> = PALETTE.iter().map(|map| map.name).collect();
+    names.join(", ")
 }
 
 impl Colormap {

@@ -30,7 +30,7 @@ const PLAIN: NamedColormap = NamedColormap {
 };
 
 /// Every colour map.
-pub const PALETTE: &[NamedColormap; 8] = &[
+pub const PALETTE: &[NamedColormap] = &[
     NamedColormap {
         name: "parmelia",
         look: "shield lichen: grey-green, paler at the tips of its lobes",

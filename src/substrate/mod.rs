@@ -57,6 +57,7 @@ use bvh::{Bvh, box_distance_sq, box_farthest_sq, line_meets, padded_box};
 
 /// Why a mesh could not become a substrate.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SubstrateError {
     /// The file could not be read.
     #[error(transparent)]

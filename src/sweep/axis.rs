@@ -110,10 +110,7 @@ impl Axis {
     }
 
     /// Reads an axis as a grid file has it: text as for [`Axis::parse`], or an array of values.
-    ///
-    /// # Errors
-    /// As [`Axis::parse`].
-    pub fn from_toml(name: &str, value: &toml::Value) -> Result<Self, AxisError> {
+    pub(super) fn from_toml(name: &str, value: &toml::Value) -> Result<Self, AxisError> {
         match value {
             toml::Value::String(text) => Self::parse(name, text),
             toml::Value::Array(values) => {

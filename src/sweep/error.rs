@@ -7,6 +7,7 @@ use crate::run::{RecipeTextError, SettingsError, UnknownSetting};
 
 /// Why a parameter cannot vary so. Each message names the axis and the cure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AxisError {
     /// No such setting.
     #[error(transparent)]
@@ -65,6 +66,7 @@ pub enum AxisError {
 
 /// Why a grid cannot be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
     /// An axis is wrong.
     #[error(transparent)]
@@ -119,6 +121,7 @@ pub enum GridError {
 
 /// A grid file that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridFileError {
     /// It cannot be read.
     #[error("{}: reading the grid failed: {problem}", .path.display())]
@@ -140,6 +143,7 @@ pub enum GridFileError {
 
 /// A text that is no grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridTextError {
     /// The part that a recipe may have.
     #[error(transparent)]

@@ -3,9 +3,8 @@
 use std::fs;
 use std::ops::ControlFlow;
 
-use thallus::cluster::Element;
 use thallus::log::{Log, LogWriter};
-use thallus::run::{Execution, Observer, Progress, Run};
+use thallus::run::{Execution, Observer, Run, watch};
 
 use super::desk::{Desk, said};
 use super::{GRID, LONG, assert_same, desk, done, refused};
@@ -116,7 +115,7 @@ pub(crate) fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
     let (substrate, recipe, log) = desk.begin_log("plane.obj", run, "killed.log");
     let (mut log, begun) = LogWriter::open(log).unwrap();
     let mut lengths = Vec::new();
-    let mut watch = |element: &Element, progress: &Progress| {
+    let mut watching = watch(|element, progress| {
         let _ = log.born(element, progress);
         if progress.elements.is_multiple_of(500) {
             log.finish().unwrap();
@@ -126,9 +125,9 @@ pub(crate) fn damaged_log(desk: &Desk, run: &str) -> Vec<u8> {
             4 => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
         }
-    };
+    });
     let begun = Run::new(&substrate, &recipe, begun).unwrap();
-    begun.grow(&Execution::default(), &mut watch);
+    begun.grow(&Execution::default(), &mut watching);
     let mut bytes = fs::read(&file).unwrap();
     bytes[lengths[0] + 50] ^= 1;
     bytes

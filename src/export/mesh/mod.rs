@@ -43,6 +43,7 @@ pub struct TriMesh {
 
 /// What makes a mesh unfit to be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshError {
     /// A column is longer or shorter than `positions`.
     #[error("column '{column}' has {found} rows where there are {expected} vertices")]

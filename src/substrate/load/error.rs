@@ -18,6 +18,7 @@ pub struct LoadError {
 
 /// The kinds of [`LoadError`].
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LoadFault {
     /// The file, or a buffer file that it refers to, could not be read.
     #[error("{what} cannot be read ({source}): {cure}")]
