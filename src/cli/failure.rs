@@ -1,9 +1,12 @@
 //! How a command ends when it does not end well.
 
 use std::io;
+use std::path::Path;
 use std::process::ExitCode;
 
-use thallus::run::{GrowError, RecipeFileError, SettingsError};
+use thallus::export::OutputError;
+use thallus::log::{LOG, LogError};
+use thallus::run::{GrowError, RecipeFileError, SettingsError, shell_path};
 use thallus::sweep::{GridError, GridFileError};
 
 use super::refusal::{in_words, of_given};
@@ -23,6 +26,11 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// Work that could not be done.
+    fn failed(message: String) -> Self {
+        Self::Failed(anyhow::Error::msg(message))
+    }
+
     /// Something asked for wrongly.
     pub(crate) fn usage(message: impl Into<String>) -> Self {
         Self::Usage(anyhow::Error::msg(message.into()))
@@ -119,21 +127,55 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-impl From<thallus::export::OutputError> for Failure {
-    fn from(error: thallus::export::OutputError) -> Self {
-        Self::Failed(error.into())
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::FileExists(file) => Self::failed(format!(
+                "{} exists already: add --force to overwrite it, or choose another name",
+                file.display()
+            )),
+            OutputError::FolderExists(folder) => Self::failed(format!(
+                "{} exists already and is not empty: add --force to replace what an earlier run wrote there \
+                 (other files are left alone), go on with that run by --resume, or choose another folder",
+                folder.display()
+            )),
+            _ => Self::Failed(error.into()),
+        }
     }
 }
 
-impl From<thallus::log::LogError> for Failure {
-    fn from(error: thallus::log::LogError) -> Self {
-        Self::Failed(error.into())
+impl From<LogError> for Failure {
+    fn from(error: LogError) -> Self {
+        let cure = match &error {
+            LogError::NoLog(_) => {
+                ": --resume goes on with the folder of a run; to begin anew name the mesh"
+                    .to_owned()
+            }
+            LogError::Head(_) | LogError::Version { .. } => " (--recipe and -o)".to_owned(),
+            LogError::Mesh { .. } => " as MESH".to_owned(),
+            LogError::Damaged { path, .. } => format!(
+                ": thallus grow --resume {} --keep-sound goes on from them, and keeps the damaged log as {LOG}.damaged",
+                shell_path(folder_of(path))
+            ),
+            _ => return Self::Failed(error.into()),
+        };
+        Self::failed(format!("{error}{cure}"))
     }
+}
+
+/// The folder that a log is in.
+fn folder_of(log: &Path) -> &Path {
+    let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 impl From<GrowError> for Failure {
     fn from(error: GrowError) -> Self {
-        Self::Usage(error.into())
+        match error {
+            GrowError::Recipe(error) => error.into(),
+            GrowError::Place(error) => SettingsError::from(error).into(),
+            _ => Self::Usage(error.into()),
+        }
     }
 }
 
@@ -142,7 +184,11 @@ impl From<SettingsError> for Failure {
         match error {
             // It is the mesh that is wrong, not what was asked for.
             SettingsError::AutoLargerThanSurface { .. } => Self::Failed(error.into()),
-            _ => Self::Usage(error.into()),
+            SettingsError::Preset(_)
+            | SettingsError::OtherUp { .. }
+            | SettingsError::OtherMesh { .. } => Self::Usage(error.into()),
+            // The others begin with the name of a setting, which is that of its flag.
+            _ => Self::usage(format!("--{error}")),
         }
     }
 }

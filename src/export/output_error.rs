@@ -11,13 +11,12 @@ pub enum OutputError {
     #[error("the output has no name: say where it goes")]
     NoName,
     /// The file is there already.
-    #[error("{} exists already: add --force to overwrite it, or choose another name", .0.display())]
+    #[error("{} exists already: it is overwritten only if forced to be; choose another name", .0.display())]
     FileExists(PathBuf),
     /// The folder is there already and is not empty.
     #[error(
-        "{} exists already and is not empty: add --force to replace what an earlier run wrote \
-         there (other files are left alone), go on with that run by --resume, or choose another \
-         folder", .0.display()
+        "{} exists already and is not empty: what an earlier run wrote there is replaced only if forced to be; \
+         choose another folder", .0.display()
     )]
     FolderExists(PathBuf),
     /// A file, or a link that leads to no folder, stands where a folder is needed.

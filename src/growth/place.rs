@@ -35,7 +35,7 @@ pub enum SeedPlace {
 pub enum PlaceError {
     /// The triangle is not there.
     #[error(
-        "--at-triangle {triangle}: the mesh has no such triangle to grow on \
+        "at-triangle {triangle}: the mesh has no such triangle to grow on \
          (they are numbered from 0 to {last} in the file's order; dropped ones cannot be used)"
     )]
     NoTriangle {
@@ -46,7 +46,7 @@ pub enum PlaceError {
     },
     /// The weights are not of a point in a triangle.
     #[error(
-        "--at-triangle {triangle},{u},{v}: U,V is outside the triangle; U and V are the weights of its \
+        "at-triangle {triangle},{u},{v}: U,V is outside the triangle; U and V are the weights of its \
          second and third corner: neither below 0, together at most 1"
     )]
     OutsideTriangle {
@@ -58,14 +58,14 @@ pub enum PlaceError {
         v: f64,
     },
     /// The point has a coordinate that is NaN or infinite.
-    #[error("--at {point:?}: coordinates must be finite")]
+    #[error("at {point:?}: coordinates must be finite")]
     NotFinite {
         /// What was asked for, file units.
         point: [f64; 3],
     },
     /// The point is farther from the surface than the mesh is large.
     #[error(
-        "--at {point:?}: the nearest surface is {distance} away, more than the whole mesh's \
+        "at {point:?}: the nearest surface is {distance} away, more than the whole mesh's \
          diagonal ({diagonal}); its bounding box runs from {low:?} to {high:?}"
     )]
     OnNothing {

@@ -3,8 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::run::shell_path;
-
 /// Why a log cannot be gone on with. Each message says what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -18,18 +16,18 @@ pub enum LogError {
         source: io::Error,
     },
     /// The file is something else.
-    #[error("{} is not a log of thallus: --resume goes on with the folder of a run; to begin anew name the mesh", .0.display())]
+    #[error("{} is not a log of thallus", .0.display())]
     NoLog(PathBuf),
     /// The part that says what run it is of is damaged.
     #[error(
-        "{}: the head of the log is damaged, so that nothing in it can be trusted: grow again with \
-         --recipe and another -o", .0.display()
+        "{}: the head of the log is damaged, so that nothing in it can be trusted: grow again by the same \
+         recipe, into another folder", .0.display()
     )]
     Head(PathBuf),
     /// Another version of the program wrote it.
     #[error(
         "{} was written by thallus {found}, and this is {}: only the version that began a run goes \
-         on with it; to grow it again with this one give --recipe and another -o",
+         on with it; to grow it again with this one, take the same recipe and another folder",
         .path.display(), env!("CARGO_PKG_VERSION")
     )]
     Version {
@@ -40,8 +38,8 @@ pub enum LogError {
     },
     /// It is of a run on another mesh.
     #[error(
-        "{} is of a run on another mesh: the mesh's hash is {found}, the log's {expected}; name the \
-         right file as MESH", .path.display()
+        "{} is of a run on another mesh: the mesh's hash is {found}, the log's {expected}; give the \
+         right file", .path.display()
     )]
     Mesh {
         /// The log.
@@ -64,10 +62,8 @@ pub enum LogError {
     },
     /// A block with others after it is damaged.
     #[error(
-        "{} is damaged at byte {at}: the {elements} elements before that are sound; thallus grow \
-         --resume {} --keep-sound goes on from them (the rest grows again as it was) and keeps the \
-         damaged log as {}.damaged",
-        .path.display(), shell_path(folder(.path)), super::LOG
+        "{} is damaged at byte {at}: the {elements} elements before that are sound, and the rest grows again as it \
+         was", .path.display()
     )]
     Damaged {
         /// The log.
@@ -87,9 +83,4 @@ impl LogError {
             source,
         }
     }
-}
-
-fn folder(log: &Path) -> &Path {
-    let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
-    folder.unwrap_or(Path::new("."))
 }

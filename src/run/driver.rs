@@ -78,7 +78,7 @@ pub enum GrowError {
     /// The element is larger than the mesh.
     #[error(
         "the element radius {radius} is larger than the mesh (bounding-box diagonal {diagonal}); \
-         choose a smaller --radius, such as {suggested} (auto)"
+         choose a smaller radius, such as {suggested} (auto)"
     )]
     RadiusTooLarge {
         /// Element radius, file units.
@@ -91,7 +91,7 @@ pub enum GrowError {
     /// The element is too small beside the mesh for positions to resolve it.
     #[error(
         "the element radius {radius} is less than a 10-millionth of the mesh (bounding-box \
-         diagonal {diagonal}); choose a larger --radius, such as {suggested} (auto)"
+         diagonal {diagonal}); choose a larger radius, such as {suggested} (auto)"
     )]
     RadiusTooSmall {
         /// Element radius, file units.

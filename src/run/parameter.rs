@@ -106,7 +106,7 @@ pub const KILL: ParameterInfo = ParameterInfo {
     name: "kill",
     looks: "Where walkers are given up, in effective radii. Larger is more exact; below 3 favours \
             the longest tips",
-    range: "above --launch, up to 10000",
+    range: "above launch, up to 10000",
     default: "10",
     low: 1.1,
     high: 10_000.0,

@@ -166,7 +166,7 @@ mod tests {
                 Some(GrowError::Recipe(error)) => error.to_string(),
                 other => panic!("{name}: {other:?}"),
             };
-            assert!(message.contains(&format!("--{name} ")), "{message}");
+            assert!(message.starts_with(&format!("{name} ")), "{message}");
         }
     }
 

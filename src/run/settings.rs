@@ -447,20 +447,20 @@ mod tests {
         };
         let refused = settings(500.0).resolve(&short, "").unwrap_err().to_string();
         assert!(
-            refused.contains(" 78.54 times") && refused.contains("--radius 1.784"),
+            refused.contains(" 78.54 times") && refused.contains("radius 1.784"),
             "{refused}"
         );
         // There the radius of which a thousand have room is below the smallest.
         let refused = settings(5e5).resolve(&ribbon, "").unwrap_err().to_string();
         assert!(
-            refused.contains(" 785.4 times") && refused.ends_with("(--at)"),
+            refused.contains(" 785.4 times") && refused.ends_with("(at)"),
             "{refused}"
         );
         assert!(settings(1.5e4).resolve(&ribbon, "").is_ok());
         let refused = Settings::default().resolve(&ribbon, "ribbon.obj");
         let refused = refused.unwrap_err().to_string();
         assert!(
-            refused.starts_with("ribbon.obj: ") && refused.ends_with("(--at)"),
+            refused.starts_with("ribbon.obj: ") && refused.ends_with("(at)"),
             "{refused}"
         );
     }
@@ -513,7 +513,7 @@ mod tests {
             ..Settings::default()
         };
         let message = message(bias(7.0));
-        for part in ["--bias 7", "-1 to 2", "Openness"] {
+        for part in ["bias 7", "-1 to 2", "Openness"] {
             assert!(message.contains(part), "{part} in {message}");
         }
         assert!(resolve(bias(f64::NAN)).is_err());
@@ -548,8 +548,8 @@ mod tests {
             stop: Some(StopSetting::Elements(n)),
             ..Settings::default()
         };
-        assert!(message(elements(0)).contains("--elements 0"));
-        assert!(message(elements(1_000_000_001)).contains("--elements"));
+        assert!(message(elements(0)).contains("elements 0"));
+        assert!(message(elements(1_000_000_001)).contains("elements"));
     }
 
     #[test]
@@ -559,7 +559,7 @@ mod tests {
             kill: Some(5.0),
             ..Settings::default()
         };
-        assert!(message(settings).contains("--kill 5.0 must be larger than --launch 5.0"));
+        assert!(message(settings).contains("kill 5.0 must be larger than launch 5.0"));
     }
 
     #[test]
@@ -574,8 +574,8 @@ mod tests {
             "{large}"
         );
         assert!(message(radius(Length::Units(1e-5))).contains("a millionth"));
-        assert!(message(radius(Length::Units(-1.0))).contains("--radius -1"));
-        assert!(message(radius(Length::Percent(0.0))).contains("--radius 0"));
+        assert!(message(radius(Length::Units(-1.0))).contains("radius -1"));
+        assert!(message(radius(Length::Percent(0.0))).contains("radius 0"));
         assert!(message(radius(Length::Radii(3.0))).contains("by itself"));
         assert!(resolve(radius(Length::Percent(50.0))).is_ok());
     }
@@ -587,14 +587,14 @@ mod tests {
             ..Settings::default()
         };
         assert!(message(curvature(Length::Radii(1.9))).contains("2r to 1000r"));
-        assert!(message(curvature(Length::Units(0.0))).contains("--curvature-radius"));
+        assert!(message(curvature(Length::Units(0.0))).contains("curvature-radius"));
         assert!(message(curvature(Length::Auto)).contains("only the radius"));
         assert!(resolve(curvature(Length::Radii(2.0))).is_ok());
         let reach = |length| Settings {
             stop: Some(StopSetting::Reach(length)),
             ..Settings::default()
         };
-        assert!(message(reach(Length::Auto)).contains("--reach auto"));
+        assert!(message(reach(Length::Auto)).contains("reach auto"));
         assert!(message(reach(Length::Units(-2.0))).contains("above 0"));
         assert_eq!(
             resolve(reach(Length::Radii(30.0))).unwrap().stop,

@@ -4,14 +4,14 @@ use super::preset::UnknownPreset;
 use crate::growth::PlaceError;
 use crate::substrate::UpAxis;
 
-/// What cannot be grown, with the flag, the value, its range and what it does.
+/// What cannot be grown, with the setting, the value, its range and what it does.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsError {
     /// A number outside its range.
-    #[error("--{name} {value} is out of range ({range}). {looks}.")]
+    #[error("{name} {value} is out of range ({range}). {looks}.")]
     OutOfRange {
-        /// The flag without dashes.
+        /// The setting.
         name: &'static str,
         /// What was given.
         value: String,
@@ -21,9 +21,9 @@ pub enum SettingsError {
         looks: &'static str,
     },
     /// A notation that this length cannot have.
-    #[error("--{name} {value}: {problem}")]
+    #[error("{name} {value}: {problem}")]
     Notation {
-        /// The flag without dashes.
+        /// The setting.
         name: &'static str,
         /// What was given.
         value: String,
@@ -32,8 +32,8 @@ pub enum SettingsError {
     },
     /// Elements that do not fit on the mesh.
     #[error(
-        "--radius {radius:?} (in mesh units) is larger than the mesh: an element would be {times:.1} \
-         times the bounding box's diagonal of {:?}; try --radius auto, which is {:?} here",
+        "radius {radius:?} (in mesh units) is larger than the mesh: an element would be {times:.1} \
+         times the bounding box's diagonal of {:?}; try radius auto, which is {:?} here",
         four_digits(*.diagonal), four_digits(*.auto)
     )]
     RadiusLargerThanMesh {
@@ -49,8 +49,8 @@ pub enum SettingsError {
     /// Elements larger than the surface: no second one has room, and a walker's step may cross it millions
     /// of times.
     #[error(
-        "--radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {} \
-         times; put it elsewhere (--at){}",
+        "radius {:?} (in mesh units): one element would cover the piece of the mesh it is put on {} \
+         times; put it elsewhere (at){}",
         four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
     )]
     RadiusLargerThanSurface {
@@ -64,7 +64,7 @@ pub enum SettingsError {
     /// The same where nobody asked for that radius.
     #[error(
         "{file}: one element of radius {:?}, 1/2000 of the bounding box's diagonal, would cover the piece of \
-         the mesh it is put on {} times; remove what lies far from the rest, or put it elsewhere (--at){}",
+         the mesh it is put on {} times; remove what lies far from the rest, or put it elsewhere (at){}",
         four_digits(*.radius), four_digits(*.times), or_radius(*.thousand)
     )]
     AutoLargerThanSurface {
@@ -79,7 +79,7 @@ pub enum SettingsError {
     },
     /// Walkers would be dropped where they start.
     #[error(
-        "--kill {kill:?} must be larger than --launch {launch:?}: walkers start at the launch radius \
+        "kill {kill:?} must be larger than launch {launch:?}: walkers start at the launch radius \
          and are given up at the kill radius"
     )]
     KillInsideLaunch {
@@ -126,6 +126,6 @@ pub(super) fn four_digits(x: f64) -> f64 {
 fn or_radius(thousand: Option<f64>) -> String {
     thousand.map_or_else(String::new, |radius| {
         let radius = four_digits(radius);
-        format!(", or try --radius {radius:?}, with room for about 1000")
+        format!(", or try radius {radius:?}, with room for about 1000")
     })
 }
