@@ -51,6 +51,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Nothing needs a file: [`substrate::parse_soup`] and [`substrate::Soup::from_buffers`] take meshes from memory,
+//! [`log::Log::parse`] logs, and skins, textures and pictures are values (`examples/in_memory.rs`). What is not growth
+//! works on all threads of the present rayon pool: `rayon::ThreadPool::install` says on which.
+//!
 //! # What is promised
 //!
 //! The same mesh and recipe give the same elements, to the bit, on any number of threads and any

@@ -48,6 +48,7 @@ impl Image {
 
     /// The picture at this width, in proportion, on nothing: each pixel is the mean light of those
     /// that it covers. A width that is not smaller changes nothing; 0 counts as 1.
+    #[must_use]
     pub fn shrunk(&self, width: u32) -> Self {
         let width = width.max(1);
         if width >= self.width {

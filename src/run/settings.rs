@@ -65,6 +65,7 @@ pub enum StopSetting {
 
 impl Settings {
     /// These settings where they say something, `base` where they don't.
+    #[must_use]
     pub fn over(self, base: Self) -> Self {
         Self {
             version: self.version.or(base.version),
@@ -90,6 +91,7 @@ impl Settings {
     }
 
     /// These settings but for those that `others` say too.
+    #[must_use]
     pub fn without(self, others: &Self) -> Self {
         fn left<T, U>(ours: Option<T>, theirs: Option<&U>) -> Option<T> {
             ours.filter(|_| theirs.is_none())

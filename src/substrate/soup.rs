@@ -22,6 +22,31 @@ pub struct Soup {
 }
 
 impl Soup {
+    /// Of vertex and index buffers as engines keep them: three indices a triangle. One or two more at the end are
+    /// passed over, with a note.
+    ///
+    /// ```
+    /// use thallus::substrate::{Soup, Substrate};
+    ///
+    /// let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let substrate = Substrate::from_soup(Soup::from_buffers(&vertices, &[0, 2, 1]))?;
+    /// assert_eq!(substrate.triangles().len(), 1);
+    /// # Ok::<(), thallus::substrate::SubstrateError>(())
+    /// ```
+    pub fn from_buffers(vertices: &[[f32; 3]], indices: &[u32]) -> Self {
+        let (triangles, rest) = indices.as_chunks();
+        let note = match rest.len() {
+            0 => None,
+            1 => Some("1 index beyond the last triangle ignored".to_owned()),
+            n => Some(format!("{n} indices beyond the last triangle ignored")),
+        };
+        Self {
+            positions: vertices.iter().map(|p| p.map(f64::from)).collect(),
+            triangles: triangles.to_vec(),
+            notes: note.into_iter().collect(),
+        }
+    }
+
     /// Refuses corners that are not there, or nowhere. Loaders have asked before and named the place in the
     /// file.
     pub(super) fn check(&self) -> Result<(), SubstrateError> {
@@ -82,6 +107,20 @@ mod tests {
 
     fn refused(soup: Soup) -> SubstrateError {
         Substrate::from_soup(soup).unwrap_err()
+    }
+
+    #[test]
+    fn buffers_are_the_same_triangles() {
+        let vertices = square()
+            .positions
+            .iter()
+            .map(|p| p.map(|x| x as f32))
+            .collect::<Vec<_>>();
+        let whole = Soup::from_buffers(&vertices, &[0, 1, 2, 0, 2, 3]);
+        assert_eq!(whole, square());
+        let cut = Soup::from_buffers(&vertices, &[0, 1, 2, 0, 2]);
+        assert_eq!(cut.triangles, [[0, 1, 2]]);
+        assert_eq!(cut.notes, ["2 indices beyond the last triangle ignored"]);
     }
 
     #[test]

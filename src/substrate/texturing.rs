@@ -79,7 +79,37 @@ impl Material {
     pub(crate) const ROUGH: f32 = 0.85;
 }
 
+/// White stone without textures.
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            base_color: [1.0; 3],
+            bare_color: [1.0; 3],
+            metallic: 0.0,
+            roughness: Self::ROUGH,
+            base_color_texture: None,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            occlusion_texture: None,
+        }
+    }
+}
+
 impl Texturing {
+    /// Of coordinates by vertex, as engines keep them, for the triangles of a [`Soup`](super::Soup). Triangles with a
+    /// vertex that has none, or none that is finite, have none.
+    pub fn from_vertices(triangles: &[[u32; 3]], uvs: &[[f32; 2]]) -> Self {
+        let mut texturing = Self::default();
+        for corners in triangles {
+            let corner = |vertex: u32| Corner {
+                uv: uvs.get(vertex as usize).map(|uv| uv.map(f64::from)),
+                ..Corner::default()
+            };
+            texturing.push(corners.map(corner), None);
+        }
+        texturing
+    }
+
     /// Coordinates of the corners of a substrate's triangle, as far as the file has any.
     pub fn uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
         let source = substrate.source_triangle(triangle) as usize;
@@ -164,5 +194,20 @@ where
     match substrate.is_part(triangle) {
         false => corners,
         true => substrate.source_weights(triangle).map(at),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Texturing;
+
+    #[test]
+    fn coordinates_by_vertex_are_those_of_the_corners() {
+        let uvs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [f32::NAN, 1.0]];
+        let triangles = [[0, 1, 3], [0, 1, 2], [0, 2, 4]];
+        let texturing = Texturing::from_vertices(&triangles, &uvs);
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        assert_eq!(texturing.uvs, [None, Some(corners)]);
+        assert_eq!(texturing.material_of, [None; 3]);
     }
 }

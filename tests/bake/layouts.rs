@@ -124,14 +124,8 @@ fn colours_of_vertices_are_baked() {
 
 fn plain() -> Material {
     Material {
-        base_color: [1.0; 3],
-        bare_color: [1.0; 3],
-        metallic: 0.0,
         roughness: 1.0,
-        base_color_texture: None,
-        metallic_roughness_texture: None,
-        normal_texture: None,
-        occlusion_texture: None,
+        ..Material::default()
     }
 }
 

@@ -126,16 +126,7 @@ impl Library<'_> {
         }
         let number = self.out.materials.len();
         self.numbers.insert(name.to_owned(), number as u32);
-        self.out.materials.push(Material {
-            base_color: [1.0; 3],
-            bare_color: [1.0; 3],
-            metallic: 0.0,
-            roughness: Material::ROUGH,
-            base_color_texture: None,
-            metallic_roughness_texture: None,
-            normal_texture: None,
-            occlusion_texture: None,
-        });
+        self.out.materials.push(Material::default());
         Some(number)
     }
 
