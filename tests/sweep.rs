@@ -114,7 +114,7 @@ fn what_cannot_be_compared_is_refused() {
         ),
         (
             grid(&[("B", "7,8")], 1),
-            "no cell of the grid can be grown; cell B=7: --bias 7 is out of range",
+            "no cell of the grid can be grown; cell B=7: bias 7 is out of range",
         ),
         (
             grid(&[("at-triangle", "99998,99999")], 1),
@@ -122,7 +122,7 @@ fn what_cannot_be_compared_is_refused() {
         ),
         (
             grid(&[("L", "1r,1.5r")], 2),
-            "cell L=1r: --curvature-radius",
+            "cell L=1r: curvature-radius",
         ),
         (grid(&[("L", "5r,0.25%")], 1), "the same lichen"),
     ];
