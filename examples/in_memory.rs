@@ -33,12 +33,18 @@ fn tile() -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>) {
     (vertices, uvs, indices)
 }
 
-/// Its textures with the lichen on them, encoded.
+/// A texture as it goes into a pack.
+struct Encoded {
+    name: &'static str,
+    png: Vec<u8>,
+}
+
+/// Textures of the tile with the lichen on it.
 fn textures(
     substrate: &Substrate,
     texturing: &Texturing,
     look: Look<'_>,
-) -> Result<Vec<(&'static str, Vec<u8>)>, Box<dyn Error>> {
+) -> Result<Vec<Encoded>, Box<dyn Error>> {
     let size = bake::Settings {
         size: 256,
         ..bake::Settings::default()
@@ -52,7 +58,7 @@ fn textures(
         baked
             .texture(map, &value)
             .write_png(map.png_bits, &mut png)?;
-        textures.push((name, png));
+        textures.push(Encoded { name, png });
     }
     Ok(textures)
 }
@@ -105,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         shape: &shape,
         paint: &paint,
     };
-    for (name, png) in textures(&substrate, &texturing, look)? {
+    for Encoded { name, png } in textures(&substrate, &texturing, look)? {
         println!("{name}: a PNG of {} bytes", png.len());
     }
     let image = picture(&stone, &mesh, recipe.radius);

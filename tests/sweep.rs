@@ -120,10 +120,7 @@ fn what_cannot_be_compared_is_refused() {
             grid(&[("at-triangle", "99998,99999")], 1),
             "cell at-triangle=99998",
         ),
-        (
-            grid(&[("L", "1r,1.5r")], 2),
-            "cell L=1r: curvature-radius",
-        ),
+        (grid(&[("L", "1r,1.5r")], 2), "cell L=1r: curvature-radius"),
         (grid(&[("L", "5r,0.25%")], 1), "the same lichen"),
     ];
     for (grid, part) in cases {
