@@ -346,9 +346,9 @@ fn one_of<T, const N: usize>(
     Ok(given.pop().and_then(|(_, value)| value))
 }
 
-/// Shortest decimal that reads back to the same bits.
+/// Shortest decimal that reads back to the same bits, and TOML's word for what has none.
 fn float(value: f64) -> String {
-    format!("{value:?}")
+    format!("{value:?}").to_ascii_lowercase()
 }
 
 fn quoted(text: &str) -> String {
@@ -550,6 +550,15 @@ mod tests {
     fn keys_that_exclude_one_another_are_refused() {
         assert!(message("elements = 5\ncover = 0.5").contains("elements and cover"));
         assert!(message("at = \"top\"\nat-triangle = 5").contains("at and at-triangle"));
+    }
+
+    #[test]
+    fn what_is_read_can_be_read_again_be_it_no_number() {
+        for said in ["nan", "inf", "-inf", "1e300"] {
+            let text = read(&format!("bias = {said}")).to_toml();
+            assert!(text.starts_with(&format!("bias = {said} ")), "{text}");
+            read(&text);
+        }
     }
 
     #[test]
