@@ -22,8 +22,7 @@ fn grown(substrate: &Substrate, radius: f64, elements: u64) -> Cluster {
 
 fn first(cluster: &Cluster, count: usize) -> Cluster {
     let mut first = Cluster::new(cluster.radius());
-    let elements = cluster.elements()[..count].iter();
-    elements.for_each(|e| first.push(*e));
+    first.extend(cluster.elements()[..count].iter().copied());
     first
 }
 

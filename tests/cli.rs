@@ -103,7 +103,7 @@ fn values_out_of_range_are_2_and_explained() {
     desk.fails(
         "grow plane.obj --kill 1.2",
         2,
-        &["--kill 1.2", " launch 1.5"],
+        &["--kill 1.2", "--launch 1.5"],
     );
     desk.fails(
         "grow plane.obj --preset folios",

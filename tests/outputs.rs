@@ -70,7 +70,7 @@ fn file_is_replaced_by_force_only() {
     let error = write_file_atomically(&path, false, |_| panic!("must not be called"));
     let error = error.unwrap_err();
     assert!(matches!(error, OutputError::FileExists(_)));
-    assert!(error.to_string().contains("only if forced"));
+    assert!(error.to_string().contains("only by force"));
     write_file_atomically(&path, true, fails).unwrap_err();
     assert_eq!(read(&path), "old");
     write_file_atomically(&path, true, says("new")).unwrap();
@@ -185,7 +185,7 @@ fn used_folder_is_replaced_by_force_only() {
     fs::write(path.join("ours.txt"), "old").unwrap();
     let error = OutputDir::create(path, false).unwrap_err();
     assert!(matches!(error, OutputError::FolderExists(_)));
-    assert!(error.to_string().contains("only if forced"));
+    assert!(error.to_string().contains("only by force"));
 
     let mut dir = OutputDir::create(path, true).unwrap();
     dir.write("ours.txt", says("new")).unwrap();

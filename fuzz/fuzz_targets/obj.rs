@@ -5,7 +5,8 @@ use libfuzzer_sys::fuzz_target;
 use thallus::substrate::{Format, parse_soup};
 
 fuzz_target!(|bytes: &[u8]| {
-    if let Ok(soup) = parse_soup(bytes, Format::Obj, None) {
+    if let Ok(loaded) = parse_soup(bytes, Format::Obj, None) {
+        let soup = loaded.soup;
         let count = soup.positions.len() as u32;
         assert!(!soup.triangles.is_empty());
         assert!(soup.triangles.iter().flatten().all(|&corner| corner < count));

@@ -125,7 +125,7 @@ impl Map {
         MAPS.iter().find(|map| map.name == name)
     }
 
-    /// What the numbers mean; heights in metres, for a mesh file whose unit is so many of them.
+    /// What the numbers mean; heights in metres, where a unit of the mesh file becomes so many of them.
     pub fn range(&self, baked: &Baked, meters_per_unit: f64) -> Range {
         match self.name {
             "height" => Range {

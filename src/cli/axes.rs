@@ -92,7 +92,8 @@ impl UnitArgs {
         self.unit.map_or(1.0, Unit::meters)
     }
 
-    /// The same, with the up axis that was asked for.
+    /// To the axes and units of the format, or the up axis that was asked for, for a mesh whose own is this, if that
+    /// is known.
     pub(crate) fn placement(
         &self,
         format: &Convention,

@@ -146,20 +146,20 @@ impl From<OutputError> for Failure {
 
 impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
-        let cure = match &error {
-            LogError::NoLog(_) => {
-                ": --resume goes on with the folder of a run; to begin anew name the mesh"
-                    .to_owned()
-            }
-            LogError::Head(_) | LogError::Version { .. } => " (--recipe and -o)".to_owned(),
-            LogError::Mesh { .. } => " as MESH".to_owned(),
-            LogError::Damaged { path, .. } => format!(
-                ": thallus grow --resume {} --keep-sound goes on from them, and keeps the damaged log as {LOG}.damaged",
+        Self::failed(match &error {
+            LogError::NoLog(_) => format!(
+                "{error}: --resume goes on with the folder of a run; to begin anew name the mesh"
+            ),
+            LogError::Head(_) | LogError::Version { .. } => format!("{error} (--recipe and -o)"),
+            LogError::Mesh { .. } => format!("{error} as MESH"),
+            LogError::Damaged { path, at, elements } => format!(
+                "{} is damaged at byte {at}: the {elements} elements before that are sound; thallus grow --resume {} \
+                 --keep-sound goes on from them (the rest grows again as it was) and keeps the damaged log as {LOG}.damaged",
+                path.display(),
                 shell_path(folder_of(path))
             ),
             _ => return Self::Failed(error.into()),
-        };
-        Self::failed(format!("{error}{cure}"))
+        })
     }
 }
 
@@ -183,14 +183,31 @@ impl From<SettingsError> for Failure {
     fn from(error: SettingsError) -> Self {
         match error {
             // It is the mesh that is wrong, not what was asked for.
-            SettingsError::AutoLargerThanSurface { .. } => Self::Failed(error.into()),
-            SettingsError::Preset(_)
-            | SettingsError::OtherUp { .. }
-            | SettingsError::OtherMesh { .. } => Self::Usage(error.into()),
-            // The others begin with the name of a setting, which is that of its flag.
-            _ => Self::usage(format!("--{error}")),
+            SettingsError::AutoLargerThanSurface { .. } => Self::failed(with_flags(&error)),
+            _ => Self::usage(with_flags(&error)),
         }
     }
+}
+
+/// The library names settings; their flags have the same names.
+fn with_flags(error: &SettingsError) -> String {
+    let text = error.to_string();
+    let text = match error {
+        SettingsError::OutOfRange { .. }
+        | SettingsError::Notation { .. }
+        | SettingsError::RadiusLargerThanMesh { .. }
+        | SettingsError::RadiusLargerThanSurface { .. }
+        | SettingsError::KillInsideLaunch { .. }
+        | SettingsError::Place(_) => format!("--{text}"),
+        _ => text,
+    };
+    let said = [
+        ("(at)", "(--at)"),
+        ("try radius", "try --radius"),
+        ("than launch", "than --launch"),
+    ];
+    said.iter()
+        .fold(text, |text, (setting, flag)| text.replace(setting, flag))
 }
 
 impl From<RecipeFileError> for Failure {
@@ -204,7 +221,13 @@ impl From<RecipeFileError> for Failure {
 
 impl From<GridError> for Failure {
     fn from(error: GridError) -> Self {
-        Self::Usage(error.into())
+        Self::usage(match &error {
+            GridError::NoCell { cell, problem } => format!(
+                "no cell of the grid can be grown; cell {cell}: {}",
+                with_flags(problem)
+            ),
+            _ => return Self::Usage(error.into()),
+        })
     }
 }
 
@@ -219,7 +242,11 @@ impl From<GridFileError> for Failure {
 
 #[cfg(test)]
 mod tests {
-    use super::{one_line, with_causes};
+    use std::path::PathBuf;
+
+    use thallus::growth::PlaceError;
+
+    use super::{Failure, GrowError, LogError, OutputError, SettingsError, one_line, with_causes};
 
     #[test]
     fn many_lines_become_one() {
@@ -237,6 +264,77 @@ mod tests {
             one_line(choices),
             "invalid value 'x' for '--to <a|b>'; possible values: a, b"
         );
+    }
+
+    fn told(failure: impl Into<Failure>) -> String {
+        failure.into().reason()
+    }
+
+    #[test]
+    fn what_the_library_refuses_is_told_with_the_flags_that_cure_it() {
+        let log = || PathBuf::from("my out/run.log");
+        let damaged = LogError::Damaged {
+            path: log(),
+            at: 99,
+            elements: 7,
+        };
+        assert_eq!(
+            told(damaged),
+            "my out/run.log is damaged at byte 99: the 7 elements before that are sound; thallus grow --resume 'my out' \
+             --keep-sound goes on from them (the rest grows again as it was) and keeps the damaged log as run.log.damaged"
+        );
+        let no_log = "my out/run.log is not a log of thallus: --resume goes on with the folder of a run; to begin anew \
+                      name the mesh";
+        assert_eq!(told(LogError::NoLog(log())), no_log);
+        let head = told(LogError::Head(log()));
+        assert!(
+            head.ends_with("grow again by the same recipe, into another folder (--recipe and -o)"),
+            "{head}"
+        );
+        let [found, expected] = ["a1", "b2"].map(str::to_owned);
+        let mesh = told(LogError::Mesh {
+            path: log(),
+            found,
+            expected,
+        });
+        assert!(
+            mesh.ends_with("the log's b2; give the right file as MESH"),
+            "{mesh}"
+        );
+        let there = |error: OutputError| assert!(told(error).contains(": add --force to "));
+        there(OutputError::FileExists(log()));
+        there(OutputError::FolderExists(log()));
+    }
+
+    #[test]
+    fn settings_are_told_as_flags() {
+        let kill = SettingsError::KillInsideLaunch {
+            launch: 1.5,
+            kill: 1.2,
+        };
+        assert!(told(kill).starts_with("--kill 1.2 must be larger than --launch 1.5: "));
+        let wide = SettingsError::RadiusLargerThanSurface {
+            radius: 3.0,
+            times: 2.0,
+            thousand: Some(0.1),
+        };
+        let wide = told(wide);
+        assert!(wide.starts_with("--radius 3.0 (in mesh units): "), "{wide}");
+        assert!(
+            wide.contains("put it elsewhere (--at), or try --radius 0.1, with"),
+            "{wide}"
+        );
+        let mesh = SettingsError::RadiusLargerThanMesh {
+            radius: 3.0,
+            times: 2.0,
+            diagonal: 3.0,
+            auto: 0.1,
+        };
+        assert!(told(mesh).ends_with("; try --radius auto, which is 0.1 here"));
+        let place = PlaceError::NotFinite {
+            point: [f64::NAN; 3],
+        };
+        assert!(told(GrowError::Place(place)).starts_with("--at [NaN"));
     }
 
     #[test]

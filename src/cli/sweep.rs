@@ -200,7 +200,8 @@ fn cell(name: &str, plan: &Plan) -> Result<usize, Failure> {
     match plan.problem(cell) {
         None => Ok(cell),
         Some(problem) => Err(Failure::usage(format!(
-            "--only {name}: this cell cannot be grown: {problem}"
+            "--only {name}: this cell cannot be grown: {}",
+            Failure::from(problem.clone()).reason()
         ))),
     }
 }

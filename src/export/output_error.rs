@@ -11,11 +11,11 @@ pub enum OutputError {
     #[error("the output has no name: say where it goes")]
     NoName,
     /// The file is there already.
-    #[error("{} exists already: it is overwritten only if forced to be; choose another name", .0.display())]
+    #[error("{} exists already, and is overwritten only by force: choose another name", .0.display())]
     FileExists(PathBuf),
     /// The folder is there already and is not empty.
     #[error(
-        "{} exists already and is not empty: what an earlier run wrote there is replaced only if forced to be; \
+        "{} exists already and is not empty, and what an earlier run wrote there is replaced only by force: \
          choose another folder", .0.display()
     )]
     FolderExists(PathBuf),

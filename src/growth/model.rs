@@ -66,8 +66,8 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Whether so many elements can have taken this: a walker each but for the seed, and no number that
-    /// counting may have come to.
+    /// Whether so many elements can have taken this: a walker each but for the seed, and no number larger than
+    /// counting comes to.
     pub(crate) fn can_be_of(&self, elements: usize) -> bool {
         const MOST: u64 = 1 << 60;
         let Self {

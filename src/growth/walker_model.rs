@@ -94,7 +94,7 @@ enum MadeCopies {
 type Cancelled<'b> = &'b (dyn Fn() -> bool + Sync);
 
 impl<'a> WalkerModel<'a> {
-    /// For a cluster that is still empty, on one thread.
+    /// A model for a cluster that is still empty, on one thread.
     ///
     /// # Panics
     /// When the parameters are not [sound](Parameters::are_sound).

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a log cannot be gone on with. Each message says what to do.
+/// Why a log cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -62,8 +62,8 @@ pub enum LogError {
     },
     /// A block with others after it is damaged.
     #[error(
-        "{} is damaged at byte {at}: the {elements} elements before that are sound, and the rest grows again as it \
-         was", .path.display()
+        "{} is damaged at byte {at}: the {elements} elements before that are sound, and Log::read_sound reads them",
+        .path.display()
     )]
     Damaged {
         /// The log.

@@ -16,8 +16,8 @@ use crate::run::{Begun, Recipe, Settings};
 pub struct Log {
     /// The file.
     pub path: PathBuf,
-    /// The recipe of the run that began it, with its stop rule: one that went on for longer has passed that, and goes
-    /// on with another.
+    /// The recipe of the run that began it, with its stop rule. A run that went on for longer has passed that:
+    /// [`Run::new`](crate::run::Run::new) wants a larger one then.
     pub recipe: Settings,
     /// The elements, and what they took.
     pub begun: Begun,

@@ -140,7 +140,7 @@ pub(super) struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     pub(super) fn new(camera: &'a Camera, studio: &'a Studio<'a>, settings: &Settings) -> Self {
-        assert!(camera.is_finite(), "{camera:?}");
+        camera.assert_finite();
         let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
         let samples = settings.samples.max(1);
         Self {

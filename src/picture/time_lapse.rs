@@ -45,7 +45,11 @@ impl std::fmt::Debug for TimeLapse<'_> {
 
 impl<'a> TimeLapse<'a> {
     /// Of a scene without lichen, whose stage is that of all pictures.
+    ///
+    /// # Panics
+    /// When the camera was moved to where numbers are not finite.
     pub fn new(bare: Scene<'a>, camera: Camera, settings: Settings) -> Self {
+        camera.assert_finite();
         Self {
             bare,
             camera,

@@ -112,8 +112,8 @@ pub enum GrowError {
     },
     /// What they took cannot be so.
     #[error(
-        "{elements} elements to go on from cannot have taken {walkers} walkers, and what else is counted: they are \
-         another run's, or damaged; begin anew"
+        "what {elements} elements to go on from are said to have taken ({walkers} walkers among it) cannot be: they \
+         are another run's, or damaged; begin anew"
     )]
     ForeignCounts {
         /// How many elements there are.
@@ -162,7 +162,8 @@ pub fn grow(
 pub struct Begun {
     /// Its elements, oldest first; none for a run from the start.
     pub elements: Vec<Element>,
-    /// What they took: the counts after the last birth.
+    /// What they took: the counts after the last birth. The next walker is chosen by them, so that elements do not go
+    /// on without theirs.
     pub counts: Counts,
 }
 
@@ -190,7 +191,7 @@ impl<'a> Run<'a> {
     /// and the extent are rebuilt by telling the model of the births again.
     ///
     /// # Errors
-    /// As [`grow`]; when the elements are not those of this mesh and recipe, as far as that shows;
+    /// As [`grow`]; when the elements or their counts are not those of this mesh and recipe, as far as that shows;
     /// [`GrowError::PastTheEnd`] when the stop rule would have ended the run before the last one.
     pub fn new(substrate: &'a Substrate, recipe: &Recipe, begun: Begun) -> Result<Self, GrowError> {
         check_lengths(substrate, recipe)?;

@@ -49,14 +49,14 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 }
 
-/// One that is used again afterwards watches.
+/// An observer that is lent, and used again afterwards.
 impl<O: Observer + ?Sized> Observer for &mut O {
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
         (**self).born(element, progress)
     }
 }
 
-/// One of a kind that is known when the program runs watches.
+/// An observer of a kind that is known only when the program runs.
 impl<O: Observer + ?Sized> Observer for Box<O> {
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()> {
         (**self).born(element, progress)
@@ -67,7 +67,8 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
 #[derive(Clone, Copy, Debug)]
 pub struct Watch<F>(F);
 
-/// An observer of what is to be done at each birth.
+/// An observer of what is to be done at each birth. (Were closures observers by themselves, references and boxes could
+/// not be.)
 ///
 /// ```
 /// use std::ops::ControlFlow;

@@ -177,7 +177,7 @@ impl Stopped {
             }
             (Self::Full, _) => "no free surface is left on its piece of the mesh".to_owned(),
             (Self::Starved, _) => {
-                "open edges took ten million walkers in a row; boundary reflect loses none"
+                "open edges took ten million walkers in a row; a boundary that reflects loses none"
                     .to_owned()
             }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),

@@ -550,8 +550,10 @@ mod tests {
             stop: Some(StopSetting::Elements(n)),
             ..Settings::default()
         };
-        assert!(message(elements(0)).contains("elements 0"));
-        assert!(message(elements(1_000_000_001)).contains("elements"));
+        assert!(message(elements(0)).starts_with("elements 0 is out of range"));
+        assert!(
+            message(elements(1_000_000_001)).starts_with("elements 1000000001 is out of range")
+        );
     }
 
     #[test]
@@ -576,8 +578,8 @@ mod tests {
             "{large}"
         );
         assert!(message(radius(Length::Units(1e-5))).contains("a millionth"));
-        assert!(message(radius(Length::Units(-1.0))).contains("radius -1"));
-        assert!(message(radius(Length::Percent(0.0))).contains("radius 0"));
+        assert!(message(radius(Length::Units(-1.0))).starts_with("radius -1"));
+        assert!(message(radius(Length::Percent(0.0))).starts_with("radius 0"));
         assert!(message(radius(Length::Radii(3.0))).contains("by itself"));
         assert!(resolve(radius(Length::Percent(50.0))).is_ok());
     }
@@ -589,7 +591,7 @@ mod tests {
             ..Settings::default()
         };
         assert!(message(curvature(Length::Radii(1.9))).contains("2r to 1000r"));
-        assert!(message(curvature(Length::Units(0.0))).contains("curvature-radius"));
+        assert!(message(curvature(Length::Units(0.0))).starts_with("curvature-radius 0"));
         assert!(message(curvature(Length::Auto)).contains("only the radius"));
         assert!(resolve(curvature(Length::Radii(2.0))).is_ok());
         let reach = |length| Settings {

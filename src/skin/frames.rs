@@ -95,7 +95,7 @@ impl<'a> SkinFrames<'a> {
     /// Of a lichen on its substrate, at these moments.
     ///
     /// # Errors
-    /// Those of [`skin`](super::skin()), but for resolutions that are too coarse.
+    /// Those of [`skin`](super::skin()), but for resolutions that are too coarse; [`SkinError::Moment`].
     pub fn new(
         substrate: &'a Substrate,
         cluster: &'a Cluster,

@@ -127,7 +127,7 @@ pub enum SkinError {
     Empty,
     /// A [`Presence`](crate::cluster::Presence) that is none.
     #[error(
-        "moment {index} is at {time} with a window of {window} elements: times are finite, and windows 0 or more"
+        "moment {index} is at {time} with a window of {window} elements: both are finite, and windows 0 or more"
     )]
     Moment {
         /// Its place in the list, from 0.

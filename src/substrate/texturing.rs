@@ -96,8 +96,9 @@ impl Default for Material {
 }
 
 impl Texturing {
-    /// Of coordinates by vertex, as engines keep them, for the triangles of a [`Soup`](super::Soup). Triangles with a
-    /// vertex that has none, or none that is finite, have none.
+    /// Of coordinates by vertex, as engines keep them, for the triangles of a [`Soup`](super::Soup); v counts from above,
+    /// as everywhere here (1 − v where an engine counts from below). Triangles with a vertex that has none, or none that
+    /// is finite, have none.
     pub fn from_vertices(triangles: &[[u32; 3]], uvs: &[[f32; 2]]) -> Self {
         let mut texturing = Self::default();
         for corners in triangles {

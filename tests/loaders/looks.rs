@@ -229,3 +229,15 @@ fn corners_of_ply_have_their_own_texture_coordinates_or_none() {
         assert_eq!(found, [Some(expected)], "{list}");
     }
 }
+
+#[test]
+fn libraries_of_a_mesh_in_memory_need_a_folder() {
+    let notes = |text: &str| {
+        let (_, texturing) = parse_textured(text.as_bytes(), Format::Obj, None).unwrap();
+        assert_eq!(texturing.materials, []);
+        texturing.notes
+    };
+    let note = "material libraries not read: there is no folder to look for them in";
+    assert_eq!(notes(&format!("mtllib a.mtl\n{QUAD}{FACES}")), [note]);
+    assert_eq!(notes(&format!("{QUAD}f 1 2 3\n")), [""; 0]);
+}

@@ -212,7 +212,15 @@ fn a_round_polygon_that_would_take_long_is_refused_and_a_smaller_one_cut() {
     let message = refused(circle(160_000), Format::Obj);
     assert_says(
         &message,
-        &["line 160001", "160000 corners", "triangulate it"],
+        &["line 160001", "160000 corners may", "triangulate it"],
+    );
+
+    let large = circle(65_000);
+    let face = large.lines().last().expect("a face").to_owned() + "\n";
+    let message = refused(large.clone() + &face.repeat(4), Format::Obj);
+    assert_says(
+        &message,
+        &["line 65005", "too many as large", "triangulate it"],
     );
 }
 

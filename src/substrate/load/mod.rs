@@ -74,7 +74,7 @@ pub struct Loaded {
     /// that its triangles are read from, in the order of glTF's `buffers`. Equal hashes mean equal
     /// meshes, wherever they lie.
     pub hash: String,
-    /// What its content turned out to be.
+    /// What its content turned out to be, or, of bytes, what it was said to be.
     pub format: Format,
 }
 
@@ -101,7 +101,7 @@ pub fn load_textured(path: &Path) -> Result<(Loaded, Texturing), LoadError> {
 }
 
 /// Reads a mesh from memory, as [`load_soup`] reads one from a file: with the same hash, so that a lichen on
-/// the one is a lichen on the other.
+/// the one is a lichen on the other. The format is taken on trust.
 ///
 /// `base` is the folder in which glTF looks for its buffer files; without it they are refused.
 ///

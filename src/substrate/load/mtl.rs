@@ -19,7 +19,7 @@ use super::text::{BYTE_ORDER_MARK, number, uncommented};
 const MOST_NOTES: usize = 12;
 
 /// Reads libraries of these names: materials and their images are added, and their numbers are told by name. Of two
-/// of one name the first counts. `base` is the folder in which they lie; without it none is read.
+/// of one name the first counts. `base` is the folder in which they lie; without it none is read, which is a note.
 pub(super) fn read<'a>(
     names: impl Iterator<Item = &'a [u8]>,
     base: Option<&Path>,
@@ -31,9 +31,16 @@ pub(super) fn read<'a>(
         images: HashMap::new(),
         faults: 0,
     };
-    let files = |name| base.map_or_else(Vec::new, |base| files(base, name));
+    let mut names = names.peekable();
+    let Some(base) = base else {
+        if names.peek().is_some() {
+            let note = "material libraries not read: there is no folder to look for them in";
+            library.out.notes.push(note.to_owned());
+        }
+        return library.numbers;
+    };
     let mut read = HashSet::new();
-    for file in names.flat_map(files) {
+    for file in names.flat_map(|name| files(base, name)) {
         if read.insert(file.clone()) {
             library.add(&file);
         }

@@ -23,7 +23,7 @@ const MOST_CORNERS: usize = 1 << 14;
 /// Polygons of more corners are asked whether they are hard to cut.
 const FEW: usize = 256;
 
-/// What all of a file that may cross themselves may cost, in corners squared: a minute.
+/// What all of a file that may cross themselves or are large may cost, in corners squared: a minute.
 const MOST_COST: u64 = 1 << 31;
 
 /// How much less large ones cost that do not cross themselves, at the worst: where their corners' rounding is
@@ -63,7 +63,7 @@ impl<'a> Corners<'a> {
 pub(super) struct Triangulator {
     format: Format,
     earcut: Earcut<f64>,
-    /// What those that may cross themselves have cost: see [`MOST_COST`].
+    /// What those that may cross themselves or are large have cost: see [`MOST_COST`].
     cost: u64,
     flat: Vec<[f64; 2]>,
     cut: Vec<u32>,
@@ -142,7 +142,10 @@ impl Triangulator {
             return Ok(());
         }
         let problem = match (is_round, is_large) {
-            (true, _) => format!("a face with {count} corners may take too long to cut"),
+            (true, _) if cost > MOST_COST => {
+                format!("a face with {count} corners may take too long to cut")
+            }
+            (true, _) => format!("a face with {count} corners, after too many as large"),
             (_, true) => format!(
                 "a face with {count} corners, more than {MOST_CORNERS}, that may cross itself"
             ),
