@@ -109,12 +109,9 @@ pub(super) fn is_touched(face: &Face, levels: &[f32]) -> bool {
 fn crossed_sides(samples: &Samples, leaves: &[&Face]) -> Vec<u64> {
     let crossed = |face: &&Face| {
         let face = **face;
-        let mixed = |(a, b): (u32, u32)| samples.is_inside(a) != samples.is_inside(b);
-        // The triangle on the other side has it the other way round.
-        let first = move |k: usize, (a, b): (u32, u32)| a < b || face.open >> k & 1 == 1;
-        let sides = sides(&face).into_iter().enumerate();
-        let sides = sides.filter(move |&(k, side)| first(k, side) && mixed(side));
-        sides.map(|(_, (a, b))| side_key(a.min(b), a.max(b)))
+        let mixed = |&(a, b): &(u32, u32)| samples.is_inside(a) != samples.is_inside(b);
+        let sides = sides(&face).into_iter().filter(mixed);
+        sides.map(|(a, b)| side_key(a.min(b), a.max(b)))
     };
     let mut sides: Vec<u64> = leaves.par_iter().flat_map_iter(crossed).collect();
     sides.par_sort_unstable();

@@ -153,7 +153,24 @@ pub(crate) fn nearest_weights(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
         return [0.0, 1.0 - t, t];
     }
     let sum = va + vb + vc;
+    if sum < THIN * ab.length_squared() * ac.length_squared() {
+        return weights_on_thin(p - a, ab, ac);
+    }
     [va / sum, vb / sum, vc / sum]
+}
+
+/// The square of an angle below which differences of products are rounded to less than lengths are.
+const THIN: f64 = 1e-6;
+
+/// The weights of what a place is above, given from the corner between two sides with a small angle: rounded by
+/// the length over the width, where [`nearest_weights`] is by the square of that.
+#[cold]
+fn weights_on_thin(p: DVec3, ab: DVec3, ac: DVec3) -> [f64; 3] {
+    let normal = ab.cross(ac);
+    let share = |area: DVec3| ratio(area.dot(normal), normal.length_squared()).clamp(0.0, 1.0);
+    let (b, c) = (share(p.cross(ac)), share(ab.cross(p)));
+    let c = c.min(1.0 - b);
+    [1.0 - b - c, b, c]
 }
 
 /// a/b, or 0 for 0/0.
@@ -172,4 +189,41 @@ pub(crate) fn way_from_segment(p: DVec3, a: DVec3, b: DVec3) -> DVec3 {
     let e = b - a;
     let t = ratio((p - a).dot(e), e.length_squared()).clamp(0.0, 1.0);
     p - a - e * t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    /// A triangle of length 1 and this width, with its third corner so far along it, turned somehow, and begun at any
+    /// corner.
+    fn sliver(width: f64, along: f64, begin: usize, stream: &mut Stream) -> [DVec3; 3] {
+        let axis = DVec3::from([0; 3].map(|_| stream.uniform() - 0.5));
+        let x = axis.normalize();
+        let y = x.any_orthonormal_vector();
+        let corners = [DVec3::ZERO, x, x * along + y * width];
+        let aside = DVec3::new(3.0, -1.0, 2.0) * stream.uniform();
+        [0, 1, 2].map(|k| corners[(begin + k) % 3] + aside)
+    }
+
+    #[test]
+    fn what_is_on_a_sliver_is_nearest_to_itself() {
+        let mut stream = Stream::new(3, Purpose::Walker, 0);
+        for i in 0..6_000 {
+            let width = [1e-2, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8][i % 6];
+            let along = [0.0, 0.4, 1.0, 0.97][i / 6 % 4];
+            let corners = sliver(width, along, i / 24 % 3, &mut stream);
+            let [u, v] = [0; 2].map(|_| 0.5 * stream.uniform());
+            let at = |[a, b, c]: [f64; 3]| corners[0] * a + corners[1] * b + corners[2] * c;
+            let place = at([1.0 - u - v, u, v]);
+            let weights = nearest_weights(place, corners);
+            assert!(
+                weights.iter().all(|w| (0.0..=1.0).contains(w)),
+                "{weights:?}"
+            );
+            let aside = at(weights).distance(place);
+            assert!(aside < 1e-14 / width + 1e-10, "{aside} at {width}, {along}");
+        }
+    }
 }

@@ -200,19 +200,25 @@ struct Images<'a> {
     out: &'a mut Texturing,
 }
 
+/// A factor, which by the schema is from 0 to 1.
+fn share(factor: f32) -> f32 {
+    factor.clamp(0.0, 1.0)
+}
+
 impl Images<'_> {
     fn material(&mut self, material: &JsonMaterial, used: bool) -> Material {
         let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, _] = pbr.base_color_factor;
+        let color = [r, g, b].map(share);
         let mut texture = |info: &Option<TextureInfo>, what| {
             let info = info.as_ref().filter(|_| used)?;
             self.texture(info, what)
         };
         Material {
-            base_color: [r, g, b],
-            bare_color: [r, g, b],
-            metallic: pbr.metallic_factor,
-            roughness: pbr.roughness_factor,
+            base_color: color,
+            bare_color: color,
+            metallic: share(pbr.metallic_factor),
+            roughness: share(pbr.roughness_factor),
             base_color_texture: texture(&pbr.base_color_texture, "base colour"),
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),
             normal_texture: texture(&material.normal_texture, "normal"),
@@ -239,7 +245,7 @@ impl Images<'_> {
         };
         Some(Texture {
             image,
-            strength: info.scale.or(info.strength).unwrap_or(1.0),
+            strength: info.scale.or(info.strength.map(share)).unwrap_or(1.0),
             transform: transform.rows(),
             wrap,
         })
