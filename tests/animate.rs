@@ -147,6 +147,24 @@ fn without_a_window_frames_are_the_skins_of_the_first_elements() {
     }
 }
 
+/// On a mesh of a few radii nothing is far from the outline, and yet there may be none.
+#[test]
+fn the_dark_margin_of_a_frame_is_that_of_its_skin_on_a_tiny_mesh_too() {
+    let surface = plane(1.0);
+    let cluster = grown(&surface, 0.19, 4);
+    let dark = PALETTE.iter().filter(|map| map.prothallus.is_some());
+    for paint in dark.map(Paint::of) {
+        let moments = (1..=cluster.len()).map(Presence::first).collect();
+        for (count, mesh) in (1..).zip(frames(&surface, &cluster, &paint, moments)) {
+            let alone = skin(&surface, &first(&cluster, count), &Shape::default(), &paint);
+            assert!(
+                told(&mesh) == told(&alone.expect("a skin")),
+                "{count} elements"
+            );
+        }
+    }
+}
+
 /// A frame says the same whatever came before it: steps of all lengths, none, and back.
 #[test]
 fn frames_do_not_depend_on_the_frames_before() {

@@ -122,7 +122,7 @@ impl Lichen {
                 |i| self.closed(i, borders),
             );
             let outermost = rim_distance(&outermost, &neighbours);
-            let beside = |way| in_radii(way) < BESIDE;
+            let beside = |way: Option<f64>| way.is_some_and(|way| ((way / radius) as f32) < BESIDE);
             let both = std::iter::zip(&is_rim_at, outermost);
             let outline: Vec<bool> = both.map(|(rim, way)| *rim && beside(way)).collect();
             rim_distance(&outline, &neighbours)
