@@ -175,9 +175,12 @@ impl Base {
         let first = *between.entry(side).or_insert(next);
         if first == next {
             let [p, q] = [low, high].map(|v| self.positions[v as usize]);
-            let share = |k: u32| f64::from(k) / f64::from(pieces);
-            self.positions
-                .extend((1..pieces).map(|k| p.lerp(q, share(k))));
+            // Vertices are numbered by where there is lichen, and places must not be rounded by that.
+            let place = |k: u32| match p.to_array() <= q.to_array() {
+                true => p.lerp(q, f64::from(k) / f64::from(pieces)),
+                false => q.lerp(p, f64::from(pieces - k) / f64::from(pieces)),
+            };
+            self.positions.extend((1..pieces).map(place));
             self.homes.extend((1..pieces).map(|_| home));
         }
         let inner = first..first + pieces - 1;
