@@ -184,3 +184,55 @@ fn awkward_surfaces_have_sound_skins() {
         assert!(mesh.triangles.len() > 1000, "{name}");
     }
 }
+
+/// Six sheets that meet in an edge whose lower half only they have in common: two edges of the surface have the same ends.
+#[test]
+fn where_two_edges_share_their_ends_the_outline_crosses_both() {
+    let positions = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 1.5, 0.0],
+        [0.8855, 0.5, -0.4647],
+        [0.0, 0.5, 0.0],
+        [-0.9709, 1.0, 0.2393],
+        [0.0, 0.25, 0.0],
+        [0.25, 0.375, 0.0],
+        [0.25, 0.125, 0.0],
+        [0.75, 1.625, 0.0],
+        [0.75, 1.375, 0.0],
+        [0.1507, 0.875, 1.2409],
+        [-0.1871, 0.375, 0.1658],
+        [-0.1871, 0.125, 0.1658],
+        [-0.2427, 0.375, 0.0598],
+        [-0.7282, 1.125, 0.1795],
+        [-0.7282, 0.875, 0.1795],
+        [-0.2427, 0.375, -0.0598],
+        [-0.2427, 0.125, -0.0598],
+        [0.6641, 0.625, -0.3485],
+        [0.6641, 0.375, -0.3485],
+    ];
+    let triangles = vec![
+        [0, 5, 7],
+        [5, 3, 6],
+        [5, 6, 7],
+        [9, 8, 1],
+        [0, 5, 12],
+        [5, 3, 11],
+        [5, 11, 12],
+        [0, 5, 10],
+        [5, 3, 13],
+        [14, 4, 15],
+        [0, 5, 17],
+        [5, 3, 16],
+        [19, 18, 2],
+    ];
+    let surface = substrate(positions, triangles);
+    let cluster = placed(&surface, 0.1094, &[DVec3::new(-0.12, 0.2269, 0.1063)]);
+    for resolution in [0.6, 0.7, 0.8, 0.9, 1.0] {
+        let shape = Shape {
+            resolution,
+            ..Shape::default()
+        };
+        let mesh = skin(&surface, &cluster, &shape, &Paint::default()).expect("a skin");
+        mesh.check().expect("sound");
+    }
+}
