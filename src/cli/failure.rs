@@ -199,7 +199,8 @@ fn with_flags(error: &SettingsError) -> String {
         | SettingsError::RadiusLargerThanSurface { .. }
         | SettingsError::KillInsideLaunch { .. }
         | SettingsError::Place(_) => format!("--{text}"),
-        _ => text,
+        SettingsError::AutoLargerThanSurface { .. } => text,
+        _ => return text,
     };
     let said = [
         ("(at)", "(--at)"),
