@@ -333,10 +333,41 @@ fn pieces(face: &Face, middles: Middles, positions: &[DVec3]) -> (usize, [Piece;
                 ([m[0], v[1], m[1]], [o0, o1, false]),
                 ([m[2], m[1], v[2]], [false, o1, o2]),
             ];
-            let inner = ([m[0], m[1], m[2]], [false; 3]);
-            (4, [corners[0], corners[1], corners[2], inner])
+            match obtuse(v, m, positions) {
+                None => {
+                    let inner = ([m[0], m[1], m[2]], [false; 3]);
+                    (4, [corners[0], corners[1], corners[2], inner])
+                }
+                Some(k) => {
+                    let [base, right, apex, left] =
+                        [m[k], m[(k + 1) % 3], v[(k + 2) % 3], m[(k + 2) % 3]];
+                    let [right_open, left_open] = [open[(k + 1) % 3], open[(k + 2) % 3]];
+                    let halves = [
+                        ([base, right, apex], [false, right_open, false]),
+                        ([base, apex, left], [false, left_open, false]),
+                    ];
+                    (4, [corners[k], corners[(k + 1) % 3], halves[0], halves[1]])
+                }
+            }
         }
     }
+}
+
+/// A corner that is so many times nearer to the middle of the side across than that side's ends are.
+const OBTUSE: f64 = 4.0;
+
+/// The side, from its corner k to the next, across from a corner that is very obtuse. Middles of the other two are far from
+/// each other, and triangles between them as long as the whole: cut so time and again, a sliver ends in as many as the
+/// square of its length over theirs.
+fn obtuse(v: [u32; 3], m: Middles, positions: &[DVec3]) -> Option<usize> {
+    let distance_sq = |a: u32, b: u32| {
+        let (a, b) = (positions[a as usize], positions[b as usize]);
+        (a - b).length_squared()
+    };
+    (0..3).find(|&k| {
+        let half = distance_sq(v[k], m[k]);
+        OBTUSE * OBTUSE * distance_sq(v[(k + 2) % 3], m[k]) < half
+    })
 }
 
 /// The trapezium that is left when the tip at corner 1 is cut off, by its shorter diagonal.

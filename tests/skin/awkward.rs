@@ -236,3 +236,38 @@ fn where_two_edges_share_their_ends_the_outline_crosses_both() {
         mesh.check().expect("sound");
     }
 }
+
+/// A sliver whose third corner lies by the middle of its longest side: cut as any other it takes 150,000 triangles.
+#[test]
+fn an_obtuse_sliver_takes_few_triangles() {
+    let positions = vec![
+        [-0.5, 0.0, -0.5],
+        [0.5, 0.0, -0.5],
+        [0.5, 0.0, 0.5],
+        [-0.5, 0.0, 0.5],
+        [-0.5, 0.0, 0.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.0, 1e-5],
+    ];
+    let triangles = vec![
+        [0, 5, 1],
+        [0, 4, 5],
+        [4, 6, 5],
+        [4, 3, 6],
+        [6, 2, 5],
+        [6, 3, 2],
+    ];
+    let radius = 0.001;
+    let places: Vec<DVec3> = (-225..225)
+        .map(|i| DVec3::new(2.0 * radius * f64::from(i), 0.0, 0.0))
+        .collect();
+    let cut = substrate(positions, triangles);
+    let whole = plane(1.0);
+    let [cut, whole] = [&cut, &whole].map(|surface| {
+        let cluster = placed(surface, radius, &places);
+        skinned(surface, &cluster, &Shape::default())
+            .triangles
+            .len()
+    });
+    assert!(cut < 4 * whole, "{cut}, and {whole} without it");
+}
