@@ -615,8 +615,12 @@ fn elements_that_cannot_be_of_the_run_are_refused() {
     let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
     let recipe = Settings::default().resolve(&substrate, "rock.obj").unwrap();
     let counted = |elements: &[Element], counts: Counts| {
-        let elements = elements.to_vec();
-        Run::new(&substrate, &recipe, Begun { elements, counts }).map(|_| ())
+        let begun = Begun {
+            elements: elements.to_vec(),
+            counts,
+        };
+        let run = Run::new(&substrate, &recipe, begun);
+        run.map(|run| assert_eq!(run.cluster().elements(), elements))
     };
     let run = |elements: &[Element]| {
         let walkers = elements.len() as u64 - 1;

@@ -70,6 +70,12 @@ impl Counts {
     /// counting comes to.
     pub(crate) fn can_be_of(&self, elements: usize) -> bool {
         const MOST: u64 = 1 << 60;
+        let is_small = self.numbers().iter().all(|&n| n <= MOST);
+        is_small && self.walkers >= elements.saturating_sub(1) as u64
+    }
+
+    /// All of them, in the order of logs. Taken apart by name: a new count does not compile until it is here.
+    pub(crate) fn numbers(&self) -> [u64; 8] {
         let Self {
             walkers,
             killed,
@@ -80,10 +86,9 @@ impl Counts {
             refusals,
             packed,
         } = *self;
-        let all = [
+        [
             walkers, killed, absorbed, steps, crossings, contacts, refusals, packed,
-        ];
-        all.iter().all(|&n| n <= MOST) && walkers >= elements.saturating_sub(1) as u64
+        ]
     }
 
     /// Adds what one walker took.

@@ -68,7 +68,7 @@ impl Draft {
         count.copy_from_slice(&number.to_le_bytes());
         let (places, rest) = rest.split_at_mut(16);
         put(places, [self.first, durable].map(u64::to_le_bytes));
-        put(rest, numbers_of(counts).map(u64::to_le_bytes));
+        put(rest, counts.numbers().map(u64::to_le_bytes));
         let checksum = crc32fast::hash(&self.bytes);
         self.bytes.extend_from_slice(&checksum.to_le_bytes());
         self.bytes
@@ -179,23 +179,6 @@ fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
 /// Numbers one after the other into a slice that has just room for them.
 fn put<const SIZE: usize, const N: usize>(to: &mut [u8], numbers: [[u8; SIZE]; N]) {
     to.copy_from_slice(numbers.as_flattened());
-}
-
-/// Taken apart by name: a new count does not compile until the format knows it.
-fn numbers_of(counts: &Counts) -> [u64; COUNTS] {
-    let Counts {
-        walkers,
-        killed,
-        absorbed,
-        steps,
-        crossings,
-        contacts,
-        refusals,
-        packed,
-    } = *counts;
-    [
-        walkers, killed, absorbed, steps, crossings, contacts, refusals, packed,
-    ]
 }
 
 fn counts_of(numbers: [u64; COUNTS]) -> Counts {

@@ -138,6 +138,25 @@ fn colours_of_vertices_are_read_from_gltf_as_linear_light() {
     }
 }
 
+#[test]
+fn factors_of_gltf_materials_stay_in_their_range() {
+    let mut doc = Doc::new();
+    let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let factors = json!({
+        "baseColorFactor": [3.0, -1.0, 0.5, 1.0], "metallicFactor": 5.0, "roughnessFactor": -2.0
+    });
+    doc.json["materials"] = json!([{ "pbrMetallicRoughness": factors }]);
+    let primitive = json!({"attributes": {"POSITION": positions}, "material": 0});
+    doc.show(primitive, json!({}));
+    let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+    let [material] = &texturing.materials[..] else {
+        panic!("{:?}", texturing.materials)
+    };
+    let color = [1.0, 0.0, 0.5];
+    assert_eq!([material.base_color, material.bare_color], [color; 2]);
+    assert_eq!((material.metallic, material.roughness), (1.0, 0.0));
+}
+
 const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
 const FACES: &str =
     "usemtl Rock 1\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\nusemtl unknown\nf 1 2 4\n";
