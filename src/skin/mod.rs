@@ -149,6 +149,9 @@ const TRIANGLES_PER_ELEMENT: f64 = 25.0;
 /// sides until none is longer.
 const LEAF_AREA: f64 = 0.17;
 
+/// The mean of 3^u for u between 0 and 1.
+const HALVED_AGAIN: f64 = 1.82;
+
 /// The resolution at which the area of a skin is estimated, in element radii.
 const ROUGH: f64 = 4.0;
 
@@ -393,14 +396,25 @@ pub fn expected_triangles(substrate: &Substrate, cluster: &Cluster, shape: &Shap
     let nearness = Nearness::new(cluster.elements().iter().map(|e| e.position));
     let radius = cluster.radius();
     let reach = overhang(shape) * radius;
-    let finest = LEAF_AREA * (shape.resolution * radius).powi(2);
+    let longest = shape.resolution * radius;
     let pieces = |face: &base::Face| match face.corners.map(|v| tree.positions[v as usize]) {
-        [a, b, c] if nearness.within((a + b + c) / 3.0, reach) => {
-            (0.5 * (b - a).cross(c - a).length() / finest).max(1.0)
+        corners if nearness.within(corners.into_iter().sum::<DVec3>() / 3.0, reach) => {
+            expected_pieces(corners, longest)
         }
         _ => 0.0,
     };
     tree.leaves(|_| true).iter().map(pieces).sum()
+}
+
+/// About how many triangles one is cut into, in sides of at most this length: by its area or, of a sliver, by its
+/// length. Two sides of a sliver are halved, which makes three alike; sides end anywhere between half of this length
+/// and all of it, so on average there are [`HALVED_AGAIN`] times as many.
+fn expected_pieces([a, b, c]: [DVec3; 3], longest: f64) -> f64 {
+    let by_area = 0.5 * (b - a).cross(c - a).length() / (LEAF_AREA * longest.powi(2));
+    let mut sides = [b - a, c - b, a - c].map(|side| side.length() / longest);
+    sides.sort_unstable_by(f64::total_cmp);
+    let by_length = HALVED_AGAIN * sides[1].powf(3f64.log2());
+    by_area.max(by_length).max(1.0)
 }
 
 /// Whether anything of the lichen is within `felt` of a triangle; true also for some that it is not.

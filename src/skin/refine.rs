@@ -353,20 +353,20 @@ fn pieces(face: &Face, middles: Middles, positions: &[DVec3]) -> (usize, [Piece;
     }
 }
 
-/// A corner that is so many times nearer to the middle of the side across than that side's ends are.
-const OBTUSE: f64 = 4.0;
+/// A triangle is a sliver when so many of its heights are no more than the side they stand on.
+const SLIVER: f64 = 8.0;
 
-/// The side, from its corner k to the next, across from a corner that is very obtuse. Middles of the other two are far from
-/// each other, and triangles between them as long as the whole: cut so time and again, a sliver ends in as many as the
-/// square of its length over theirs.
+/// The side, from its corner k to the next, across from the obtuse corner of a sliver. Middles of the other two are
+/// farther from each other than that corner is from the middle of this one, and triangles between them as long as half
+/// of the whole: cut so time and again, a sliver ends in as many as the square of its length over theirs.
 fn obtuse(v: [u32; 3], m: Middles, positions: &[DVec3]) -> Option<usize> {
-    let distance_sq = |a: u32, b: u32| {
-        let (a, b) = (positions[a as usize], positions[b as usize]);
-        (a - b).length_squared()
-    };
+    let at = |vertex: u32| positions[vertex as usize];
     (0..3).find(|&k| {
-        let half = distance_sq(v[k], m[k]);
-        OBTUSE * OBTUSE * distance_sq(v[(k + 2) % 3], m[k]) < half
+        let [from, to, apex] = [v[k], v[(k + 1) % 3], v[(k + 2) % 3]].map(at);
+        let side = to - from;
+        let twice_area = side.cross(apex - from).length();
+        SLIVER * twice_area < side.length_squared()
+            && 4.0 * (apex - at(m[k])).length_squared() < side.length_squared()
     })
 }
 

@@ -237,9 +237,9 @@ fn where_two_edges_share_their_ends_the_outline_crosses_both() {
     }
 }
 
-/// A sliver whose third corner lies by the middle of its longest side: cut as any other it takes 150,000 triangles.
-#[test]
-fn an_obtuse_sliver_takes_few_triangles() {
+/// A plane of side 1 with a sliver along its middle, as wide as this, its third corner so far along, and elements of
+/// 0.001 all along it.
+fn with_sliver(width: f64, along: f64) -> (Substrate, Cluster) {
     let positions = vec![
         [-0.5, 0.0, -0.5],
         [0.5, 0.0, -0.5],
@@ -247,7 +247,7 @@ fn an_obtuse_sliver_takes_few_triangles() {
         [-0.5, 0.0, 0.5],
         [-0.5, 0.0, 0.0],
         [0.5, 0.0, 0.0],
-        [0.0, 0.0, 1e-5],
+        [along, 0.0, width],
     ];
     let triangles = vec![
         [0, 5, 1],
@@ -257,17 +257,41 @@ fn an_obtuse_sliver_takes_few_triangles() {
         [6, 2, 5],
         [6, 3, 2],
     ];
-    let radius = 0.001;
+    with_row(substrate(positions, triangles))
+}
+
+/// Elements along the x axis.
+fn with_row(surface: Substrate) -> (Substrate, Cluster) {
     let places: Vec<DVec3> = (-225..225)
-        .map(|i| DVec3::new(2.0 * radius * f64::from(i), 0.0, 0.0))
+        .map(|i| DVec3::new(0.002 * f64::from(i), 0.0, 0.0))
         .collect();
-    let cut = substrate(positions, triangles);
-    let whole = plane(1.0);
-    let [cut, whole] = [&cut, &whole].map(|surface| {
-        let cluster = placed(surface, radius, &places);
-        skinned(surface, &cluster, &Shape::default())
+    let cluster = placed(&surface, 0.001, &places);
+    (surface, cluster)
+}
+
+/// Cut into triangles alike, the sliver takes 150,000 of them with its third corner by the middle of its longest side,
+/// and 2.4 million farther along.
+#[test]
+fn an_obtuse_sliver_takes_few_triangles() {
+    let made = |(surface, cluster): (Substrate, Cluster)| {
+        skinned(&surface, &cluster, &Shape::default())
             .triangles
             .len()
-    });
-    assert!(cut < 4 * whole, "{cut}, and {whole} without it");
+    };
+    let whole = made(with_row(plane(1.0)));
+    for along in [0.0, 0.2] {
+        let cut = made(with_sliver(1e-5, along));
+        assert!(cut < 5 * whole, "{along}: {cut}, and {whole} without it");
+    }
+}
+
+#[test]
+fn the_number_of_triangles_along_a_sliver_is_foreseen() {
+    for (width, along) in [(1e-2, 0.0), (1e-4, 0.1), (1e-4, 0.5), (1e-6, 0.3)] {
+        let (surface, cluster) = with_sliver(width, along);
+        let shape = Shape::default();
+        let made = skinned(&surface, &cluster, &shape).triangles.len();
+        let ratio = expected_triangles(&surface, &cluster, &shape) / made as f64;
+        assert!((0.5..2.0).contains(&ratio), "{width}, {along}: {ratio}");
+    }
 }
