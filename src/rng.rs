@@ -1,4 +1,4 @@
-//! The only source of randomness.
+//! The only source of randomness in growth. Pictures and a skin's areoles take theirs from hashes of where they look.
 //!
 //! Random numbers are addressed, not drawn from a shared source: a [`Stream`] is named by
 //! (seed, purpose, index), so walker 17 sees the same numbers whoever runs it and when. The
@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand::rand_core::Rng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-/// Everything that random numbers are used for.
+/// What growth uses random numbers for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// A walker's launch, steps and sticking; the index is the walker's number.

@@ -53,9 +53,9 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 /// The modules that a file names by `crate::`, tests and comments aside.
 fn used(path: &Path) -> BTreeSet<String> {
     let text = std::fs::read_to_string(path).expect("a source file");
-    let code = text.split("#[cfg(test)]").next().unwrap_or("");
-    let lines = code.lines().filter(|l| !l.trim_start().starts_with("//"));
-    let names = lines.flat_map(|l| {
+    let lines = without_tests(&text).into_iter();
+    let code = lines.filter(|l| !l.trim_start().starts_with("//"));
+    let names = code.flat_map(|l| {
         l.split("crate::")
             .skip(1)
             .map(str::to_owned)
@@ -67,6 +67,29 @@ fn used(path: &Path) -> BTreeSet<String> {
             .collect::<String>()
     };
     names.map(word).filter(|w| !w.is_empty()).collect()
+}
+
+/// The lines of a source file but for items that are there for tests alone.
+fn without_tests(text: &str) -> Vec<&str> {
+    let mut lines = text.lines();
+    let mut code = Vec::new();
+    while let Some(line) = lines.next() {
+        let Some(indent) = line.strip_suffix("#[cfg(test)]") else {
+            code.push(line);
+            continue;
+        };
+        let begins = lines.find(|l| !l.trim_start().starts_with("#["));
+        if begins.is_some_and(|l| !l.ends_with([';', '}'])) {
+            lines.find(|l| l.strip_prefix(indent).is_some_and(|l| l.starts_with('}')));
+        }
+    }
+    code
+}
+
+#[test]
+fn only_items_for_tests_are_left_out() {
+    let text = "use a;\n#[cfg(test)]\nmod b;\nuse c;\n#[cfg(test)]\nmod d {\n    use e;\n    fn f() {\n    }\n}\nuse g;";
+    assert_eq!(without_tests(text), ["use a;", "use c;", "use g;"]);
 }
 
 #[test]

@@ -70,6 +70,7 @@ fn a_mesh_that_has_changed_since_is_told_of() {
     for words in commands {
         assert!(tells(words), "{words}");
         assert!(!tells(&format!("{words} --mesh rock.obj")), "{words}");
+        assert!(!tells(&format!("{words} --quiet")), "{words}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::{TempDir, tempdir};
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
@@ -271,6 +271,19 @@ fn a_run_whose_folder_was_moved_leaves_the_next_one_there_alone() {
     assert_eq!(read(&path.join("a.txt")), "2");
 }
 
+/// The one folder in another.
+fn folder_in(folder: &Path, is_it: impl Fn(&Path) -> bool) -> PathBuf {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    let mut folders = entries.filter(|path| path.is_dir() && is_it(path));
+    folders.next().expect("a folder")
+}
+
+/// Where files of a folder wait for their names.
+fn waiting_in(folder: &Path) -> PathBuf {
+    let is_hidden = |path: &Path| path.file_name().unwrap().as_encoded_bytes()[0] == b'.';
+    folder_in(&folder_in(folder, is_hidden), |_| true)
+}
+
 #[test]
 fn files_are_replaced_together_or_not_at_all() {
     let folder = scratch();
@@ -286,13 +299,15 @@ fn files_are_replaced_together_or_not_at_all() {
         matches!(error, OutputError::NotAFile(ref at) if at.ends_with("c.txt")),
         "{error}"
     );
-    // A folder that is not empty cannot make way for a file.
-    fs::create_dir_all(path.join("e.txt/full")).unwrap();
-    assert!(dir.replace(&["a.txt", "b.txt"], &by).is_err());
-    for name in ["a.txt", "b.txt", "d.txt"] {
+    // The last of them cannot be set aside, when the others have been.
+    fs::write(path.join("e.txt"), "old").unwrap();
+    let in_the_way = waiting_in(path).join("e.txt.earlier");
+    fs::create_dir_all(in_the_way.join("full")).unwrap();
+    assert!(dir.replace(&["a.txt"], &by).is_err());
+    for name in ["a.txt", "b.txt", "d.txt", "e.txt"] {
         assert_eq!(read(&path.join(name)), "old", "{name}");
     }
-    fs::remove_dir_all(path.join("e.txt")).unwrap();
+    fs::remove_dir_all(in_the_way).unwrap();
     dir.replace(&["a.txt", "b.txt", "f.txt"], &by).unwrap();
     dir.commit().unwrap();
     assert_eq!(names(path), ["b.txt", "c.txt", "d.txt", "e.txt"]);

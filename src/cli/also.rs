@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::failure::Failure;
 use super::grown::Grown;
 use super::skin_args::ColorArgs;
+use super::terminal::Voice;
 
 /// Why one cannot be beside the first.
 pub(crate) const OTHER_MESH: &str = "it grew on another mesh than the first";
@@ -34,12 +35,12 @@ impl Also {
         }
     }
 
-    pub(crate) fn read(&self) -> Result<Grown, Failure> {
+    pub(crate) fn read(&self, voice: Voice) -> Result<Grown, Failure> {
         match self.from.as_os_str().is_empty() {
             true => Err(Failure::usage(
                 "no folder is named: write DIR or DIR,COLORMAP",
             )),
-            false => Grown::read(&self.from),
+            false => Grown::read(&self.from, voice),
         }
     }
 

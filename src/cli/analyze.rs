@@ -31,8 +31,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     leave_no_part();
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
-    let mut grown = Grown::read(&args.from)?;
-    grown.tell_of_more(voice);
+    let mut grown = Grown::read(&args.from, voice)?;
     check_lengths(&args.from, &grown.elements.positions)?;
     let ground = ground(args, &mut grown, voice)?;
     let doing = elements(grown.elements.len());

@@ -75,8 +75,7 @@ pub(super) struct Growth {
 impl Growth {
     fn read(args: &AnimateArgs, is_pictured: bool) -> Result<Self, Failure> {
         let voice = args.run.voice();
-        let grown = Grown::read(&args.from)?;
-        grown.tell_of_more(voice);
+        let grown = Grown::read(&args.from, voice)?;
         grown.spare(&args.output, &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
         // Where nothing is drawn, nothing is asked of its looks.
@@ -85,7 +84,7 @@ impl Growth {
             true => args.picture.shot.ground.as_ref(),
             false => Some(&bare),
         };
-        let (substrate, cluster, texturing) = grown.on_dressed(&mesh, &args.mesh, dress, voice)?;
+        let (substrate, cluster, texturing) = grown.on_dressed(&mesh, &args.mesh, dress)?;
         Ok(Self {
             grown,
             mesh,

@@ -126,8 +126,7 @@ impl Lichen {
 
 impl Lichens {
     fn read(args: &BakeArgs) -> Result<Self, Failure> {
-        let grown = Grown::read(&args.from)?;
-        grown.tell_of_more(args.run.voice());
+        let grown = Grown::read(&args.from, args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
         let (substrate, texturing) = load_textured(&mesh)?;
@@ -148,8 +147,7 @@ impl Lichens {
     }
 
     fn another(&self, args: &BakeArgs, also: &Also) -> Result<Lichen, Failure> {
-        let grown = also.read()?;
-        grown.tell_of_more(args.run.voice());
+        let grown = also.read(args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let found = grown.elements.to_cluster_on_turned(&self.substrate);
         let (cluster, _) = found.context(OTHER_MESH)?;

@@ -32,8 +32,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     leave_no_part();
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
-    let mut grown = Grown::read(&args.from)?;
-    grown.tell_of_more(voice);
+    let mut grown = Grown::read(&args.from, voice)?;
     grown.spare(&args.output, &args.mesh)?;
     let up = smooth(&mut grown, &args.mesh, voice)?;
     let placement = args.axes.placement(&convention, up)?;

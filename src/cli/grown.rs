@@ -19,7 +19,7 @@ use super::named_mesh::named_mesh;
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
-use super::terminal::{self, Voice};
+use super::terminal::Voice;
 use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
@@ -30,6 +30,7 @@ pub(crate) struct Grown {
     /// Where a recipe would be.
     recipe_file: PathBuf,
     recipe: Option<Settings>,
+    voice: Voice,
 }
 
 /// Why it is not known which mesh a lichen grew on.
@@ -80,8 +81,8 @@ fn check_is_finished(folder: &Path) -> Result<(), Failure> {
 }
 
 impl Grown {
-    /// Reads the folder of a run or its elements.ply.
-    pub(crate) fn read(from: &Path) -> Result<Self, Failure> {
+    /// Reads the folder of a run or its elements.ply, and says so where the run has come further since.
+    pub(crate) fn read(from: &Path, voice: Voice) -> Result<Self, Failure> {
         let table = match from.is_dir() {
             true => from.join(output::ELEMENTS),
             false => from.to_owned(),
@@ -105,24 +106,27 @@ impl Grown {
         let recipe_file = table.with_file_name(output::RECIPE);
         let belongs = table.ends_with(output::ELEMENTS) && recipe_file.is_file();
         let recipe = belongs.then(|| Settings::read(&recipe_file));
-        Ok(Self {
+        let grown = Self {
             elements,
             table,
             recipe: recipe.transpose()?,
             recipe_file,
-        })
+            voice,
+        };
+        grown.tell_of_more();
+        Ok(grown)
     }
 
     /// Says so where the run has come further than these elements: it was being extended when it was killed, or
     /// it still is.
-    pub(crate) fn tell_of_more(&self, voice: Voice) {
+    fn tell_of_more(&self) {
         let log = self.table.with_file_name(LOG);
         let more = count_elements(&log).unwrap_or(0);
         if self.recipe.is_none() || more <= self.elements.len() as u64 {
             return;
         }
         let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
-        voice.warn(&format!(
+        self.voice.warn(&format!(
             "{} has the {} elements of the run before it was extended; {LOG} has {}: unless it is still growing, thallus \
              grow --resume {} goes on with it",
             self.table.display(),
@@ -164,9 +168,8 @@ impl Grown {
         file: &Path,
         mesh: &MeshArgs,
         dress: Option<&Dress>,
-        voice: Voice,
     ) -> Result<(Substrate, Cluster, Texturing), Failure> {
-        let (substrate, texturing) = load_dressed(file, dress, voice)?;
+        let (substrate, texturing) = load_dressed(file, dress, self.voice)?;
         let (substrate, cluster) = self.on_turned(substrate, mesh, file)?;
         Ok((substrate, cluster, texturing))
     }
@@ -177,7 +180,7 @@ impl Grown {
         let grown_on = self.recipe.as_ref().and_then(|r| r.mesh_hash.as_deref());
         let found = substrate.mesh_hash();
         if let (None, Some(expected)) = (given, grown_on.filter(|expected| *expected != found)) {
-            terminal::warn(&format!(
+            self.voice.warn(&format!(
                 "{} is not as it was when this grew: its hash is {found}, and {} says {expected}; name another with \
                  --mesh, or this one if it is meant",
                 file.display(),
@@ -242,7 +245,7 @@ impl Grown {
         const USUAL_RADII: f64 = 10.0;
         let radius = self.elements.radius;
         self.said_curvature_radius().unwrap_or_else(|| {
-            terminal::warn(&format!(
+            self.voice.warn(&format!(
                 "{}: nothing says with which curvature radius this grew: density and the distance from the rim are \
                  those within {USUAL_RADII} r; keep the run's recipe.toml beside it",
                 self.table.display()

@@ -188,11 +188,10 @@ impl Lichen {
 
 impl Lichens {
     fn read(args: &RenderArgs) -> Result<Self, Failure> {
-        let first = Grown::read(&args.from)?;
-        first.tell_of_more(args.run.voice());
+        let first = Grown::read(&args.from, args.run.voice())?;
         let mesh = first.file_of(&args.mesh)?;
-        let (dress, voice) = (args.view.shot.ground.as_ref(), args.run.voice());
-        let (substrate, cluster, texturing) = first.on_dressed(&mesh, &args.mesh, dress, voice)?;
+        let dress = args.view.shot.ground.as_ref();
+        let (substrate, cluster, texturing) = first.on_dressed(&mesh, &args.mesh, dress)?;
         let first = Lichen::new(&substrate, first.elements, cluster, args, &args.color)?;
         let mut lichens = Self {
             mesh,
@@ -213,7 +212,7 @@ impl Lichens {
     }
 
     fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {
-        let elements = also.read()?.elements;
+        let elements = also.read(args.run.voice())?.elements;
         let found = elements.to_cluster_on_turned(&self.substrate);
         let (cluster, _) = found.context(OTHER_MESH)?;
         Lichen::new(&self.substrate, elements, cluster, args, &also.color)

@@ -32,8 +32,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     start_threads(args.run.threads)?;
     let voice = args.run.voice();
     let started = Instant::now();
-    let grown = Grown::read(&args.from)?;
-    grown.tell_of_more(voice);
+    let grown = Grown::read(&args.from, voice)?;
     files
         .iter()
         .try_for_each(|file| grown.spare(file, &args.mesh))?;

@@ -220,7 +220,7 @@ fn dense(report: &SubstrateReport, radius: f64) -> Option<String> {
     let edges = short(median);
     (median < 0.1).then(|| {
         format!(
-            "edges average {edges} r: consider simplifying; triangles so much smaller than an \
+            "the median edge is {edges} r: consider simplifying; triangles so much smaller than an \
              element (r = {}) cost time and change nothing",
             short(radius)
         )

@@ -138,8 +138,8 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Takes files away at once, as far as they are there, and puts others in their place, durably.
-    /// Nothing is changed where that fails.
+    /// Takes files away at once, as far as they are there, and puts others in their place, durably, and in that
+    /// of whatever has their name. Nothing is changed where that fails.
     ///
     /// # Errors
     /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder.
@@ -147,6 +147,9 @@ impl OutputDir {
     /// # Panics
     /// When a name is not a plain file name.
     pub fn replace(&mut self, away: &[&str], by: &[(&str, &[u8])]) -> Result<(), OutputError> {
+        let named = by.iter().map(|(name, _)| *name);
+        let named = named.filter(|name| !away.contains(name));
+        let away = &away.iter().copied().chain(named).collect::<Vec<_>>();
         self.check_files(away)?;
         for (name, bytes) in by {
             self.write(name, |out| out.write_all(bytes))?;

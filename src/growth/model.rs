@@ -38,7 +38,7 @@ pub trait GrowthModel {
 pub enum Halt {
     /// The lichen leaves no place free on its component.
     NoFreeSurface,
-    /// Open edges took ten million walkers in a row.
+    /// Open edges took ten million walkers since the last birth.
     Starved,
     /// It was told to stop.
     Cancelled,
@@ -93,14 +93,24 @@ impl Counts {
 
     /// Adds what one walker took.
     pub(super) fn add(&mut self, walker: &Self) {
-        self.walkers += walker.walkers;
-        self.killed += walker.killed;
-        self.absorbed += walker.absorbed;
-        self.steps += walker.steps;
-        self.crossings += walker.crossings;
-        self.contacts += walker.contacts;
-        self.refusals += walker.refusals;
-        self.packed += walker.packed;
+        let Self {
+            walkers,
+            killed,
+            absorbed,
+            steps,
+            crossings,
+            contacts,
+            refusals,
+            packed,
+        } = *walker;
+        self.walkers += walkers;
+        self.killed += killed;
+        self.absorbed += absorbed;
+        self.steps += steps;
+        self.crossings += crossings;
+        self.contacts += contacts;
+        self.refusals += refusals;
+        self.packed += packed;
     }
 }
 

@@ -97,7 +97,8 @@ impl<'a> WalkerModel<'a> {
     /// A model for a cluster that is still empty, on one thread.
     ///
     /// # Panics
-    /// When the parameters are not [sound](Parameters::are_sound).
+    /// When the parameters are not [sound](Parameters::are_sound), or the radius is below
+    /// [`LEAST_RADIUS`](crate::cluster::LEAST_RADIUS) of the diagonal of the substrate's bounding box.
     pub fn new(substrate: &'a Substrate, parameters: Parameters) -> Self {
         Self::with_index(substrate, parameters)
     }
@@ -107,7 +108,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     /// As [`new`](WalkerModel::new), with an index of one's own.
     ///
     /// # Panics
-    /// When the parameters are not [sound](Parameters::are_sound).
+    /// As [`new`](WalkerModel::new).
     pub fn with_index(substrate: &'a Substrate, parameters: Parameters) -> Self {
         assert!(parameters.are_sound(), "unsound parameters: {parameters:?}");
         let law = Stickiness::new(&parameters);

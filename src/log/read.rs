@@ -163,30 +163,29 @@ pub fn count_elements(path: &Path) -> Result<u64, LogError> {
 /// Whether the unsound bytes from `at` on had been durable once: a whole block among them was
 /// written when what is at `at` was durable. If none was, they are of a write that never ended.
 fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
-    let mut from = at;
-    while let Some(found) = next_marker(file, from)? {
-        // By its head alone first: a block is long to read, and what looks like a marker may be often there.
-        let head = Outline::read(file, found)?;
-        if head.is_some_and(|head| head.durable > at) && Block::read(file, found)?.is_some() {
-            return Ok(true);
-        }
-        from = found + 1;
-    }
-    Ok(false)
-}
-
-/// Where the next block may begin.
-fn next_marker(file: &mut (impl Read + Seek), mut from: u64) -> io::Result<Option<u64>> {
     const WINDOW: u64 = 1 << 20;
     let mut bytes = Vec::new();
+    let mut from = at;
     loop {
         file.seek(SeekFrom::Start(from))?;
         bytes.clear();
         file.take(WINDOW).read_to_end(&mut bytes)?;
-        let found = bytes.windows(MARKER.len()).position(|w| w == MARKER);
-        if found.is_some() || (bytes.len() as u64) < WINDOW {
-            return Ok(found.map(|i| from + i as u64));
+        let windows = bytes.windows(MARKER.len()).enumerate();
+        for (i, _) in windows.filter(|(_, w)| *w == MARKER) {
+            if is_block_after(file, from + i as u64, at)? {
+                return Ok(true);
+            }
+        }
+        if (bytes.len() as u64) < WINDOW {
+            return Ok(false);
         }
         from += WINDOW - (MARKER.len() as u64 - 1);
     }
+}
+
+/// Whether here is a whole block that was written when what is at `at` was durable. Its head is looked at first: what
+/// looks like a marker may be there often, and a block is long to read.
+fn is_block_after(file: &mut (impl Read + Seek), here: u64, at: u64) -> io::Result<bool> {
+    let head = Outline::read(file, here)?;
+    Ok(head.is_some_and(|head| head.durable > at) && Block::read(file, here)?.is_some())
 }

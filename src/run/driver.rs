@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
-use crate::cluster::{Cluster, Element, LEAST_RADIUS};
+use crate::cluster::{Cluster, Element};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, PlaceError, WalkerModel};
 use crate::substrate::Substrate;
 
@@ -44,7 +44,7 @@ pub enum Stopped {
     Cover,
     /// No place is left free on its component.
     Full,
-    /// Open edges that absorb took ten million walkers in a row.
+    /// Open edges that absorb took ten million walkers since the last birth.
     Starved,
     /// It was told to stop.
     Cancelled,
@@ -62,45 +62,11 @@ pub enum GrowError {
     /// The recipe has a value that settings could not have.
     #[error(transparent)]
     Recipe(#[from] SettingsError),
-    /// A length is not a positive finite number.
-    #[error("{name} must be a positive length, not {value}")]
-    Length {
-        /// Which length.
-        name: &'static str,
-        /// What it was.
-        value: f64,
-    },
     /// The recipe has another axis up than the substrate.
     #[error(
         "the recipe has another axis up than the substrate: give its mesh_up to Substrate::with_up"
     )]
     Up,
-    /// The element is larger than the mesh.
-    #[error(
-        "the element radius {radius} is larger than the mesh (bounding-box diagonal {diagonal}); \
-         choose a smaller radius, such as {suggested} (auto)"
-    )]
-    RadiusTooLarge {
-        /// Element radius, file units.
-        radius: f64,
-        /// Diagonal of the bounding box, file units.
-        diagonal: f64,
-        /// The radius that `auto` would choose.
-        suggested: f64,
-    },
-    /// The element is too small beside the mesh for positions to resolve it.
-    #[error(
-        "the element radius {radius} is less than a 10-millionth of the mesh (bounding-box \
-         diagonal {diagonal}); choose a larger radius, such as {suggested} (auto)"
-    )]
-    RadiusTooSmall {
-        /// Element radius, file units.
-        radius: f64,
-        /// Diagonal of the bounding box, file units.
-        diagonal: f64,
-        /// The radius that `auto` would choose.
-        suggested: f64,
-    },
     /// An element to go on from cannot be one of this run.
     #[error(
         "element {age} of those to go on from cannot have grown on this mesh by this recipe: they are another run's, or \
@@ -110,15 +76,15 @@ pub enum GrowError {
         /// Its age.
         age: usize,
     },
-    /// What they took cannot be so.
+    /// The counters to go on from are impossible for so many elements.
     #[error(
-        "what {elements} elements to go on from are said to have taken ({walkers} walkers among it) cannot be: they \
-         are another run's, or damaged; begin anew"
+        "the counters to go on from ({walkers} walkers among them) are impossible for {elements} elements: they are \
+         another run's, or damaged; begin anew"
     )]
     ForeignCounts {
         /// How many elements there are.
         elements: usize,
-        /// Walkers that are said to have been there.
+        /// Walkers by the counters.
         walkers: u64,
     },
     /// The run to go on with is larger than what is asked for.
@@ -194,7 +160,6 @@ impl<'a> Run<'a> {
     /// As [`grow`]; when the elements or their counts are not those of this mesh and recipe, as far as that shows;
     /// [`GrowError::PastTheEnd`] when the stop rule would have ended the run before the last one.
     pub fn new(substrate: &'a Substrate, recipe: &Recipe, begun: Begun) -> Result<Self, GrowError> {
-        check_lengths(substrate, recipe)?;
         if !substrate.has_up(recipe.mesh_up) {
             return Err(GrowError::Up);
         }
@@ -375,32 +340,4 @@ const OUTSIDE: f64 = 1e-6;
 fn seed(substrate: &Substrate, recipe: &Recipe) -> Result<Element, PlaceError> {
     let place = recipe.at.locate(substrate, recipe.seed, 0)?;
     Ok(Element::seed(substrate, place))
-}
-
-fn check_lengths(substrate: &Substrate, recipe: &Recipe) -> Result<(), GrowError> {
-    let (radius, diagonal) = (recipe.radius, substrate.units().diagonal());
-    for (name, value) in [
-        ("radius", radius),
-        ("curvature radius", recipe.curvature_radius),
-    ] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(GrowError::Length { name, value });
-        }
-    }
-    let suggested = substrate.auto_radius();
-    if radius > diagonal {
-        return Err(GrowError::RadiusTooLarge {
-            radius,
-            diagonal,
-            suggested,
-        });
-    }
-    if radius < LEAST_RADIUS * diagonal {
-        return Err(GrowError::RadiusTooSmall {
-            radius,
-            diagonal,
-            suggested,
-        });
-    }
-    Ok(())
 }

@@ -5,7 +5,11 @@ pub(super) fn nearest_name<'a>(
     wrong: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let close = |name: &str| wrong.len() >= 3 && (name.contains(wrong) || wrong.contains(name));
+    const SHORTEST_PART: usize = 3;
+    let close = |name: &str| {
+        wrong.len().min(name.len()) >= SHORTEST_PART
+            && (name.contains(wrong) || wrong.contains(name))
+    };
     let ranked = known.into_iter().map(|name| {
         let edits = edits(wrong, name);
         let distance = if close(name) { edits.min(1) } else { edits };
@@ -51,5 +55,6 @@ mod tests {
         assert_eq!(nearest_name("curvature", known), Some("curvature-radius"));
         assert_eq!(nearest_name("colour", known), None);
         assert_eq!(nearest_name("", known), None);
+        assert_eq!(nearest_name("format", ["at", "up"]), None);
     }
 }

@@ -119,7 +119,7 @@ impl RunReport {
             contacts_per_walker: per(counts.contacts, counts.walkers),
             walkers_per_element: per(counts.walkers, cluster.len().saturating_sub(1) as u64),
             seconds,
-            threads: execution.threads,
+            threads: execution.threads.max(1),
             parallel: growth.parallel,
             serial_share: serial_share(growth.parallel.seconds, seconds.grow),
         }
@@ -177,7 +177,7 @@ impl Stopped {
             }
             (Self::Full, _) => "no free surface is left on its piece of the mesh".to_owned(),
             (Self::Starved, _) => {
-                "open edges took ten million walkers in a row; a boundary that reflects loses none"
+                "open edges took ten million walkers since the last birth; a boundary that reflects loses none"
                     .to_owned()
             }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),

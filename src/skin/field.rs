@@ -98,7 +98,7 @@ pub(super) fn cutoff(shape: &Shape) -> f64 {
 /// How far from its nearest element the iso-surface can be, for elements of radius 1: all that is
 /// farther than y adds up to less than packed · 2^(−y²/C²).
 pub(super) fn overhang(shape: &Shape) -> f64 {
-    let most = (2.0 * packed(shape.falloff) / ISO).log2().max(1.0);
+    let most = libm::log2(2.0 * packed(shape.falloff) / ISO).max(1.0);
     cutoff(shape).min(shape.falloff * most.sqrt())
 }
 

@@ -286,16 +286,17 @@ fn cross(
 fn crossing([mut inner, mut outer]: [f32; 2], mut sampled: impl FnMut(f32) -> Told) -> Told {
     const STEPS: usize = 2;
     let (mut low, mut high) = (0.0, 1.0);
-    let mut share = inner / (inner - outer);
+    let within = |share: f32| share.clamp(APART, 1.0 - APART);
+    let mut share = within(inner / (inner - outer));
     for _ in 0..STEPS {
-        let level = sampled(share.clamp(APART, 1.0 - APART)).1.level;
+        let level = sampled(share).1.level;
         match level > 0.0 {
             true => (low, inner) = (share, level),
             false => (high, outer) = (share, level),
         }
-        share = low + (high - low) * inner / (inner - outer);
+        share = within(low + (high - low) * inner / (inner - outer));
     }
-    sampled(share.clamp(APART, 1.0 - APART))
+    sampled(share)
 }
 
 /// Puts the mesh together: vertices of the upper side, of the outline, of the underside.

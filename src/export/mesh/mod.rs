@@ -167,6 +167,15 @@ impl MeshFormat {
     }
 }
 
+/// Refuses what is no number.
+fn finite<const N: usize>(column: &'static str, values: &[[f32; N]]) -> Result<(), MeshError> {
+    let wrong = |value: &[f32; N]| value.iter().any(|x| !x.is_finite());
+    match values.iter().position(wrong) {
+        Some(vertex) => Err(MeshError::Value { column, vertex }),
+        None => Ok(()),
+    }
+}
+
 impl TriMesh {
     /// Checks what every file promises: columns of one length, finite numbers, places in the range of 32-bit
     /// ones, corners that are vertices, numbers that fit a signed 32-bit integer.
@@ -177,17 +186,9 @@ impl TriMesh {
         let columns = [("normal", self.normals.len()), ("color", self.colors.len())];
         let named = self.attributes.iter().map(|a| (a.name, a.values.len()));
         self.check_with(columns.into_iter().chain(named))?;
-        let finite = |n: &[f32; 3]| n.iter().all(|x| x.is_finite());
-        let normal = self.normals.iter().position(|n| !finite(n));
-        let normal = normal.map(|vertex| ("normal", vertex));
-        let wrong = |a: &VertexAttribute| {
-            let vertex = a.values.iter().position(|x| !x.is_finite())?;
-            Some((a.name, vertex))
-        };
-        match normal.or_else(|| self.attributes.iter().find_map(wrong)) {
-            Some((column, vertex)) => Err(MeshError::Value { column, vertex }),
-            None => Ok(()),
-        }
+        finite("normal", &self.normals)?;
+        let mut named = self.attributes.iter();
+        named.try_for_each(|a| finite(a.name, a.values.as_chunks::<1>().0))
     }
 
     /// Checks the same of places, triangles and columns of these names and lengths.
@@ -367,6 +368,16 @@ mod tests {
         let mut out = Vec::new();
         let written = mesh.write_glb(&IMAGES, &mut out);
         assert!(said(written, &out).is_some_and(|said| said.contains("'uv' has 2 rows")));
+        let changes: [(&str, fn(&mut TexturedMesh)); 3] = [
+            ("normal", |mesh| mesh.shape.normals[1][2] = f32::NAN),
+            ("uv", |mesh| mesh.uvs[1][0] = f32::INFINITY),
+            ("tangent", |mesh| mesh.tangents[1][3] = f32::NAN),
+        ];
+        for (column, change) in changes {
+            let mut mesh = textured(1.0);
+            change(&mut mesh);
+            assert_eq!(mesh.check(), Err(MeshError::Value { column, vertex: 1 }));
+        }
     }
 
     /// Empty meshes, and those of one place, are in range.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::{MeshError, TriMesh};
+use super::{MeshError, TriMesh, finite};
 use crate::export::Placement;
 use crate::export::glb::{document, node, write_head};
 
@@ -92,13 +92,16 @@ impl TexturedMesh {
         out.write_all(&body.bytes)
     }
 
-    /// As [`TriMesh::check`], of the columns that it has.
-    fn check(&self) -> Result<(), MeshError> {
+    /// As [`TriMesh::check`], of the columns that are written.
+    pub(super) fn check(&self) -> Result<(), MeshError> {
         self.shape.check_with([
             ("normal", self.shape.normals.len()),
             ("uv", self.uvs.len()),
             ("tangent", self.tangents.len()),
-        ])
+        ])?;
+        finite("normal", &self.shape.normals)?;
+        finite("uv", &self.uvs)?;
+        finite("tangent", &self.tangents)
     }
 
     fn vertices(&self, origin: [f64; 3], body: &mut Body) -> Value {
