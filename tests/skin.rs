@@ -399,6 +399,32 @@ fn decimating_keeps_to_the_count_and_the_surface() {
     }
 }
 
+/// The share of the corners of triangles whose normal looks to the other side of their triangle.
+fn turned_away(mesh: &TriMesh) -> f64 {
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]);
+    let normal = |v: u32| DVec3::from(mesh.normals[v as usize].map(f64::from));
+    let away = |&[a, b, c]: &[u32; 3]| {
+        let outward = (corner(b) - corner(a)).cross(corner(c) - corner(a));
+        let looks_away = |v: &&u32| normal(**v).dot(outward) < 0.0;
+        [a, b, c].iter().filter(looks_away).count()
+    };
+    let turned: usize = mesh.triangles.iter().map(away).sum();
+    turned as f64 / (3 * mesh.triangles.len()) as f64
+}
+
+/// Normals that look away from their triangles are dark in every renderer: about the holes of an open lichen 1 % to 6 %
+/// of them did.
+#[test]
+fn normals_of_a_decimated_skin_look_outwards() {
+    let surface = sphere(24);
+    let mesh = skinned(&surface, &grown(&surface, 0.01, 4000), &Shape::default());
+    for (parts, most) in [(2, 1e-4), (5, 1e-3), (20, 0.01)] {
+        let fewer = decimate(&mesh, mesh.triangles.len() / parts).unwrap();
+        let share = turned_away(&fewer);
+        assert!(share <= most, "1 of {parts}: {share}");
+    }
+}
+
 fn assert_whole(fewer: &TriMesh, mesh: &TriMesh, loss: f64) {
     let count = fewer.triangles.len();
     let faults = faults(fewer.positions.len(), &fewer.triangles);

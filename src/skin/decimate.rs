@@ -1,7 +1,10 @@
 //! Fewer triangles: meshoptimizer's simplifier, which weighs normals and colours with the shape.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
+use rayon::prelude::*;
 
 use super::manifold::faulty;
 use crate::export::{MeshError, TriMesh, VertexAttribute};
@@ -24,7 +27,7 @@ const STAGE: usize = 2;
 
 /// The mesh with about as many triangles as asked for, or the fewest above that with which it stays
 /// closed and manifold, and keeps its volume but for 15 %: vertices are kept where they are, with all
-/// that is known of them, or dropped.
+/// that is known of them, or dropped. Only normals that would look away from a triangle are turned.
 ///
 /// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
 /// fault are held fast and it is done again, several times and with wider surroundings each time. Where
@@ -38,9 +41,69 @@ pub fn decimate(mesh: &TriMesh, triangles: usize) -> Result<TriMesh, MeshError> 
         return Ok(mesh.clone());
     }
     let simplifier = Simplifier::new(mesh);
-    let at_once = simplifier.sound(mesh, &mesh.triangles, triangles);
+    let at_once = simplifier.unfolded(mesh, &mesh.triangles, triangles);
     let fewer = at_once.unwrap_or_else(|| simplifier.in_stages(mesh, triangles));
-    Ok(picked(mesh, fewer))
+    let mut fewer = picked(mesh, fewer);
+    face_outwards(&mut fewer);
+    Ok(fewer)
+}
+
+/// Gives vertices whose normal looks away from one of their triangles, which renderers show dark, one that looks
+/// the way that all of these do, or as nearly as can be.
+fn face_outwards(mesh: &mut TriMesh) {
+    for (v, faces) in turned_away(mesh, &mesh.triangles) {
+        let (normal, _) = facing(&faces);
+        mesh.normals[v as usize] = normal.as_vec3().to_array();
+    }
+}
+
+/// Vertices of these triangles at which the surface is folded over: no normal looks the way that all of their triangles
+/// do.
+fn folded(mesh: &TriMesh, triangles: &[[u32; 3]]) -> Vec<u32> {
+    let turned = turned_away(mesh, triangles).into_iter();
+    let folded = turned.filter(|(_, faces)| !facing(faces).1);
+    folded.map(|(v, _)| v).collect()
+}
+
+/// Vertices whose normal looks away from one of these triangles, with the normals of all of theirs.
+fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec3>> {
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]);
+    let outwards = triangles.par_iter().map(|&[a, b, c]| {
+        let across = (corner(b) - corner(a)).cross(corner(c) - corner(a));
+        across.normalize_or_zero()
+    });
+    let outwards: Vec<DVec3> = outwards.collect();
+    let normal = |v: u32| DVec3::from(mesh.normals[v as usize].map(f64::from));
+    let both = || triangles.iter().zip(&outwards);
+    let mut turned: BTreeMap<u32, Vec<DVec3>> = BTreeMap::new();
+    for (triangle, &outward) in both() {
+        for v in triangle.iter().filter(|v| normal(**v).dot(outward) < 0.0) {
+            turned.insert(*v, Vec::new());
+        }
+    }
+    for (triangle, &outward) in both() {
+        for v in triangle {
+            if let Some(faces) = turned.get_mut(v) {
+                faces.push(outward);
+            }
+        }
+    }
+    turned
+}
+
+/// A direction that looks the way that all of these do, and whether there is one: that which looks away most is added
+/// until none does (the perceptron, Rosenblatt 1958).
+fn facing(faces: &[DVec3]) -> (DVec3, bool) {
+    const TURNS: usize = 100;
+    let mut sum: DVec3 = faces.iter().sum();
+    for _ in 0..TURNS {
+        let away = faces.iter().map(|face| (sum.dot(*face), face));
+        match away.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((dot, face)) if dot <= 0.0 => sum += *face,
+            _ => return (sum.normalize_or(faces[0]), true),
+        }
+    }
+    (sum.normalize_or(faces[0]), false)
 }
 
 /// Volume inside of closed triangles.
@@ -97,15 +160,15 @@ impl Simplifier {
     fn in_stages(&self, mesh: &TriMesh, triangles: usize) -> Vec<[u32; 3]> {
         let mut best = mesh.triangles.clone();
         let (mut too_few, mut enough) = (triangles.max(1), best.len());
+        let mut before = (best.clone(), enough);
         while too_few < enough {
             let next = (enough / STAGE).max(too_few);
-            match self.sound(mesh, &best, next) {
-                Some(fewer) => (best, enough) = (fewer, next),
-                None => {
-                    too_few = next;
-                    break;
-                }
-            }
+            let Some(fewer) = self.sound(mesh, &best, next) else {
+                too_few = next;
+                break;
+            };
+            before = (std::mem::replace(&mut best, fewer), next);
+            enough = next;
         }
         for _ in 0..HALVINGS {
             if enough <= too_few {
@@ -114,28 +177,60 @@ impl Simplifier {
             let between = (too_few as f64 * enough as f64).sqrt() as usize;
             match self.sound(mesh, &best, between) {
                 None => too_few = between,
-                Some(fewer) => (best, enough) = (fewer, between),
+                Some(fewer) => {
+                    before = (std::mem::replace(&mut best, fewer), between);
+                    enough = between;
+                }
             }
         }
-        best
+        let (from, count) = before;
+        self.unfolded(mesh, &from, count).unwrap_or(best)
     }
 
     /// About so many triangles in place of these, if they make a closed manifold that has kept its volume.
     fn sound(&self, mesh: &TriMesh, from: &[[u32; 3]], triangles: usize) -> Option<Vec<[u32; 3]>> {
+        self.try_without(mesh, from, triangles, |_| Vec::new())
+    }
+
+    /// The same with as few folds as can be had.
+    fn unfolded(
+        &self,
+        mesh: &TriMesh,
+        from: &[[u32; 3]],
+        triangles: usize,
+    ) -> Option<Vec<[u32; 3]>> {
+        self.try_without(mesh, from, triangles, |kept| folded(mesh, kept))
+    }
+
+    /// About so many triangles in place of these, sound, with as few of the vertices that are `unwanted` as can be had.
+    fn try_without(
+        &self,
+        mesh: &TriMesh,
+        from: &[[u32; 3]],
+        triangles: usize,
+        unwanted: impl Fn(&[[u32; 3]]) -> Vec<u32>,
+    ) -> Option<Vec<[u32; 3]>> {
         let mut held = vec![false; mesh.positions.len()];
+        let mut best: Option<(usize, Vec<[u32; 3]>)> = None;
         for rings in 1..=ATTEMPTS {
             let kept = self.run(from, triangles, &held);
             let share = volume(mesh, &kept) / self.volume;
             if (share - 1.0).abs() > LOSS {
-                return None;
+                break;
             }
-            let faulty = faulty(held.len(), &kept);
-            if faulty.is_empty() {
-                return Some(kept);
+            let mut wrong = faulty(held.len(), &kept);
+            if wrong.is_empty() {
+                wrong = unwanted(&kept);
+                if best.as_ref().is_none_or(|(least, _)| wrong.len() < *least) {
+                    best = Some((wrong.len(), kept));
+                }
+                if wrong.is_empty() {
+                    break;
+                }
             }
-            hold(&mut held, from, &faulty, rings);
+            hold(&mut held, from, &wrong, rings);
         }
-        None
+        best.map(|(_, kept)| kept)
     }
 
     fn run(&self, from: &[[u32; 3]], triangles: usize, held: &[bool]) -> Vec<[u32; 3]> {
