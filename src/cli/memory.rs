@@ -1,4 +1,4 @@
-//! What a run will take in memory and time, told before it starts.
+//! What a run will take in memory, told before it starts, with the [time](super::foreseen).
 
 use std::f64::consts::PI;
 use std::fs;
@@ -11,8 +11,8 @@ use thallus::skin::{Shape, expected_near, expected_triangles};
 use thallus::substrate::{Component, Loaded, Substrate};
 
 use super::failure::Failure;
+use super::foreseen::{Growing, copies, seconds_from};
 use super::number::{count, duration, short};
-use super::progress::DIMENSION;
 use super::terminal::Voice;
 
 /// Bytes that an element takes at the peak of a run, which is when the picture is made. Measured at a
@@ -67,26 +67,6 @@ const FELT_BEYOND: f64 = 2.0;
 const LONG: f64 = 1e6;
 const LONG_SECONDS: f64 = 60.0;
 const LARGE: f64 = 1e9;
-
-/// Seconds an element on one thread, besides those for its contacts; docs/performance.md has the
-/// measurements, which this meets within a factor of two where runs are long.
-const WALK: f64 = 12e-6;
-
-/// Seconds a contact.
-const CONTACT: f64 = 0.8e-6;
-
-/// Seconds for an element of an earlier run, to be put in its place again.
-const REPLAY: f64 = 3e-6;
-
-/// Triangles from which on walkers take twice as long, and go over coarser copies.
-const FINE: usize = 20_000;
-
-/// Seconds a triangle for these, on one thread.
-const COPY: f64 = 1e-6;
-
-/// Edges that an element's walkers cross at least, and those a triangle after which the copies are made.
-const CROSSED: f64 = 300.0;
-const CROSSED_BEFORE: f64 = 4.0;
 
 /// How many times elements cover a surface at most: packed discs cover 0.91 of a plane, those that only touch
 /// stopped at 0.6.
@@ -304,51 +284,8 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
 }
 
-/// About how long a run takes on one thread.
-pub(super) fn seconds(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    seconds_from(substrate, recipe, 0.0)
-}
-
-/// The same for one that goes on with so many elements.
-fn seconds_from(substrate: &Substrate, recipe: &Recipe, grown: f64) -> f64 {
-    let copying = match copies(substrate, recipe) {
-        true => COPY * substrate.triangles().len() as f64,
-        false => 0.0,
-    };
-    let left = (expected_elements(substrate, recipe) - grown).max(0.0);
-    copying + REPLAY * grown + left * seconds_each(substrate, recipe)
-}
-
-/// About how long an element takes.
-fn seconds_each(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let walk = if is_fine(substrate) { 2.0 * WALK } else { WALK };
-    walk + CONTACT * contacts(recipe)
-}
-
-fn is_fine(substrate: &Substrate) -> bool {
-    substrate.triangles().len() >= FINE
-}
-
-/// Whether a run is so long that coarser copies of the mesh are made.
-fn copies(substrate: &Substrate, recipe: &Recipe) -> bool {
-    let crossed = CROSSED * expected_elements(substrate, recipe);
-    is_fine(substrate) && crossed > CROSSED_BEFORE * substrate.triangles().len() as f64
-}
-
-/// About how many contacts it takes until one sticks. With the curvature rule, 9 were measured at
-/// B = 0.5 and 73 at B = 0.1.
-fn contacts(recipe: &Recipe) -> f64 {
-    let measured = 9.0 * (5.2 * (0.5 - recipe.bias)).exp();
-    let refused = if recipe.gain == 0.0 {
-        1.0 / recipe.bias.max(recipe.min_stick)
-    } else {
-        measured.min(1.0 / recipe.min_stick)
-    };
-    refused.max(1.0)
-}
-
 /// About how many elements a run will have.
-fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let area = substrate
         .units()
         .area_to_file(piece(substrate, recipe).area);
@@ -356,7 +293,7 @@ fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let room = MOST_COVERED * cover;
     let asked = match recipe.stop {
         StopRule::Elements(n) => n as f64,
-        StopRule::Reach(length) => (length / recipe.radius).powf(dimension(recipe)),
+        StopRule::Reach(length) => Growing::by(recipe).elements(length / recipe.radius),
         StopRule::Cover(share) => share * cover,
     };
     asked.min(room)
@@ -370,18 +307,6 @@ fn piece<'a>(substrate: &'a Substrate, recipe: &Recipe) -> &'a Component {
     }
     let at = recipe.at.locate(substrate, recipe.seed, 0);
     at.map_or(largest, |at| substrate.component_of(at.triangle))
-}
-
-/// What (R_e/r)^D is the number of elements of: the curvature rule closes gaps, the more the smaller B is. D was
-/// 1.88 to 1.9 at B = 0.1 and 0.3, 1.82 at 0.5, 1.75 at 0.7 and 1.7 at 0.9, at 150 and 400 radii.
-fn dimension(recipe: &Recipe) -> f64 {
-    const CLOSED: f64 = 1.9;
-    const OPEN: f64 = 1.7;
-    if recipe.gain == 0.0 {
-        return DIMENSION;
-    }
-    let share = ((0.9 - recipe.bias) / 0.6).clamp(0.0, 1.0);
-    OPEN + (CLOSED - OPEN) * share
 }
 
 /// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what
@@ -428,26 +353,11 @@ pub(super) fn size(bytes: f64) -> String {
 mod tests {
     use std::path::Path;
 
+    use thallus::growth::Join;
     use thallus::run::{Length, Settings, StopSetting};
     use thallus::substrate::Soup;
 
     use super::*;
-
-    fn expected(bias: f64, gain: f64, min_stick: f64) -> f64 {
-        let soup = Soup {
-            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            triangles: vec![[0, 1, 2]],
-            notes: Vec::new(),
-        };
-        let substrate = Substrate::from_soup(soup).unwrap();
-        let settings = Settings {
-            bias: Some(bias),
-            gain: Some(gain),
-            min_stick: Some(min_stick),
-            ..Settings::default()
-        };
-        contacts(&settings.resolve(&substrate, "").unwrap())
-    }
 
     #[test]
     fn meshes_that_do_not_fit_are_refused_with_the_number() {
@@ -508,11 +418,6 @@ mod tests {
         }
         let wide = besides(&boulder, &short, After::Preview(12_000_000));
         assert_eq!(wide - PICTURED_BYTES * triangles, 90e6);
-        let each = seconds_each(&boulder, &long);
-        assert!(
-            seconds(&boulder, &long) > 100_000.0 * each
-                && seconds(&boulder, &short) == 100.0 * each
-        );
     }
 
     #[test]
@@ -552,16 +457,25 @@ mod tests {
     fn elements_to_a_reach_are_as_measured() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
         let plane = Substrate::load(&file).unwrap();
-        for (bias, grown) in [(0.5, 30_564.0), (0.3, 47_102.0), (0.2, 52_623.0)] {
+        let (pack, touch) = (Join::Pack, Join::Touch);
+        for (bias, min_stick, join, grown) in [
+            (0.5, 0.01, pack, 30_564.0),
+            (0.3, 0.01, pack, 47_102.0),
+            (0.2, 0.01, pack, 52_623.0),
+            (0.5, 1.0, pack, 10_904.0),
+            (0.5, 1.0, touch, 5290.0),
+        ] {
             let settings = Settings {
                 radius: Some(Length::Units(0.5)),
                 bias: Some(bias),
+                min_stick: Some(min_stick),
+                join: Some(join),
                 stop: Some(StopSetting::Reach(Length::Radii(300.0))),
                 ..Settings::default()
             };
             let recipe = settings.resolve(&plane, "").unwrap();
             let ratio = expected_elements(&plane, &recipe) / grown;
-            assert!((0.8..1.25).contains(&ratio), "{bias}: {ratio}");
+            assert!((0.8..1.25).contains(&ratio), "{bias} {min_stick}: {ratio}");
         }
     }
 
@@ -591,15 +505,5 @@ mod tests {
         let small = expected(Some(SeedPlace::Point([0.5, 0.5, 0.0])));
         assert!((small / least - 1.0).abs() < 1e-6, "{small}");
         assert!(expected(None) > 0.99e6 * least);
-    }
-
-    #[test]
-    fn contacts_are_as_measured_and_never_fewer_than_one() {
-        assert!((expected(0.5, 1.0, 0.01) - 9.0).abs() < 0.1);
-        assert!((expected(0.1, 1.0, 0.01) / 73.0 - 1.0).abs() < 0.05);
-        assert_eq!(expected(2.0, 1.0, 0.01), 1.0);
-        assert_eq!(expected(-1.0, 1.0, 0.05), 20.0);
-        assert_eq!(expected(0.25, 0.0, 0.01), 4.0);
-        assert_eq!(expected(0.5, 1.0, 1.0), 1.0);
     }
 }

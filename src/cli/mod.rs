@@ -20,6 +20,7 @@ mod ended;
 mod export;
 mod facing;
 mod failure;
+mod foreseen;
 mod grow;
 mod grown;
 mod interrupt;

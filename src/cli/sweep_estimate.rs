@@ -3,6 +3,7 @@
 use thallus::run::{Recipe, StopRule};
 use thallus::substrate::Substrate;
 
+use super::foreseen;
 use super::memory;
 use super::sweep_view::PictureStyle;
 
@@ -30,7 +31,7 @@ pub(super) struct Estimate {
 impl Estimate {
     pub(super) fn add_run(&mut self, substrate: &Substrate, recipe: &Recipe) {
         let measures = MEASURES * elements(substrate, recipe);
-        let seconds = memory::seconds(substrate, recipe) + measures;
+        let seconds = foreseen::seconds(substrate, recipe) + measures;
         self.runs += seconds;
         self.longest = self.longest.max(seconds);
     }

@@ -368,14 +368,11 @@ mod tests {
         let mut out = Vec::new();
         let written = mesh.write_glb(&IMAGES, &mut out);
         assert!(said(written, &out).is_some_and(|said| said.contains("'uv' has 2 rows")));
-        let changes: [(&str, fn(&mut TexturedMesh)); 3] = [
-            ("normal", |mesh| mesh.shape.normals[1][2] = f32::NAN),
-            ("uv", |mesh| mesh.uvs[1][0] = f32::INFINITY),
-            ("tangent", |mesh| mesh.tangents[1][3] = f32::NAN),
-        ];
-        for (column, change) in changes {
-            let mut mesh = textured(1.0);
-            change(&mut mesh);
+        let [mut normal, mut uv, mut tangent] = [1.0; 3].map(textured);
+        normal.shape.normals[1][2] = f32::NAN;
+        uv.uvs[1][0] = f32::INFINITY;
+        tangent.tangents[1][3] = f32::NAN;
+        for (column, mesh) in [("normal", normal), ("uv", uv), ("tangent", tangent)] {
             assert_eq!(mesh.check(), Err(MeshError::Value { column, vertex: 1 }));
         }
     }
