@@ -9,6 +9,7 @@ use thallus::log::{LOG, LogError};
 use thallus::run::{GrowError, RecipeFileError, SettingsError, shell_path};
 use thallus::sweep::{GridError, GridFileError};
 
+use super::number::elements as elements_of;
 use super::refusal::{in_words, of_given};
 use super::{INTERRUPTED, terminal};
 
@@ -153,9 +154,11 @@ impl From<LogError> for Failure {
             LogError::Head(_) | LogError::Version { .. } => format!("{error} (--recipe and -o)"),
             LogError::Mesh { .. } => format!("{error} as MESH"),
             LogError::Damaged { path, at, elements } => format!(
-                "{} is damaged at byte {at}: the {elements} elements before that are sound; thallus grow --resume {} \
+                "{} is damaged at byte {at}: the {} before that {} sound; thallus grow --resume {} \
                  --keep-sound goes on from them (the rest grows again as it was) and keeps the damaged log as {LOG}.damaged",
                 path.display(),
+                elements_of(*elements),
+                if *elements == 1 { "is" } else { "are" },
                 shell_path(folder_of(path))
             ),
             _ => return Self::Failed(error.into()),

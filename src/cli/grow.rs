@@ -19,7 +19,7 @@ use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
-use super::{check, ended, interrupt, memory, resume, warnings};
+use super::{buried, check, ended, interrupt, memory, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -43,8 +43,11 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
-    warnings::warnings(&substrate, recipe.radius)
+    let warnings = warnings::warnings(&substrate, recipe.radius);
+    let hidden = buried::warning(&substrate, &recipe);
+    warnings
         .iter()
+        .chain(&hidden)
         .for_each(|warning| voice.warn(warning));
     let after = match args.preview {
         0 => After::Nothing,

@@ -14,6 +14,7 @@ mod args;
 mod axes;
 mod bake;
 mod bake_args;
+mod buried;
 mod check;
 mod dress;
 mod ended;

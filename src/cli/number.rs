@@ -61,14 +61,15 @@ pub(crate) fn elements(n: usize) -> String {
     plural(n, "element", "elements")
 }
 
-/// A time to come or gone by: `42 s`, `3 min 20 s`, `2 h 5 min`.
+/// A time to come or gone by: `42 s`, `3 min 20 s`, `2 h 5 min`, `12 days`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.min(1e12) as u64;
     match whole {
         0..10 => format!("{seconds:.1} s"),
         10..60 => format!("{whole} s"),
         60..3600 => format!("{} min {} s", whole / 60, whole % 60),
-        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+        3600..172_800 => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+        _ => format!("{} days", count((whole + 43_200) / 86_400)),
     }
 }
 
@@ -108,6 +109,8 @@ mod tests {
         assert_eq!(duration(59.9), "59 s");
         assert_eq!(duration(200.0), "3 min 20 s");
         assert_eq!(duration(7500.0), "2 h 5 min");
-        assert_eq!(duration(f64::INFINITY), "277777777 h 46 min");
+        assert_eq!(duration(172_799.0), "47 h 59 min");
+        assert_eq!(duration(1e6), "12 days");
+        assert_eq!(duration(f64::INFINITY), "11,574,074 days");
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Structure, World,
+    Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Sight, Structure, World,
     draw_legend, number, round_below,
 };
 use thallus::run::Length;
@@ -425,6 +425,19 @@ struct Taken {
 }
 
 impl Shot<'_> {
+    /// The camera brought nearer to the middle of all lichens; where that is bare, as between two of them, to that of
+    /// the first.
+    fn zoomed(&self, camera: &Camera, world: &World, aspect: f32) -> Camera {
+        let shot = &self.args.view.shot;
+        let at = |discs: &[Disc]| shot.zoomed(camera, middle(discs), aspect);
+        let zoomed = at(&self.colored.discs);
+        if self.lichens.grown.len() == 1 || zoomed.sight(world, aspect) == Sight::Seen {
+            return zoomed;
+        }
+        let first = self.lichens.grown[0].cluster.len();
+        at(&self.colored.discs[..first])
+    }
+
     /// Tells when the lichens have their shapes.
     fn take(&self, dressed: impl FnOnce()) -> Result<Taken, Failure> {
         let (view, voice) = (&self.args.view, self.args.run.voice());
@@ -441,7 +454,7 @@ impl Shot<'_> {
         let granular = LazyCell::new(|| World::new(&Scene { discs, ..bare }));
         let aspect = view.size.aspect();
         let camera = view.shot.camera.camera(substrate, &granular, aspect)?;
-        let camera = view.shot.zoomed(&camera, middle(discs), aspect);
+        let camera = self.zoomed(&camera, &granular, aspect);
         warn_unseen(&camera, &granular, aspect, voice);
         let settings = self.settings();
         let picture = |world: &World| thallus::picture::render(world, &camera, &settings);

@@ -142,8 +142,7 @@ fn tell(log: &Log, lost: u64, voice: Voice) {
             ""
         };
         voice.warn(&format!(
-            "{path}: the last {torn} are not sound{usual}; they are dropped, \
-             and what was in them grows again as it was"
+            "{path}: the end of it is not sound{usual}: {torn} dropped, and what was in there grows again as it was"
         ));
     }
     if lost > 0 {

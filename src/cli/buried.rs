@@ -1,0 +1,107 @@
+//! Whether a lichen would start where nobody sees it: on a piece of the mesh, inside another one.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use thallus::run::Recipe;
+use thallus::substrate::{Component, Substrate};
+
+/// Says so, and what to do.
+pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> {
+    let at = recipe.at.locate(substrate, recipe.seed, 0).ok()?;
+    let place = substrate.position(&at);
+    let own = substrate.component_of(at.triangle);
+    let mut others = substrate.components().iter();
+    let holds = |piece: &&Component| *piece != own && is_inside(substrate, piece, place);
+    others.find(holds).map(|_| {
+        "the lichen starts inside another piece of the mesh, where it is hidden: give a place that is seen with --at \
+         ('highest', or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
+            .to_owned()
+    })
+}
+
+/// Whether a place is inside a piece that is closed, or nearly so, whichever way it is wound: by its winding number
+/// (Jacobson, Kavan, Sorkine-Hornung 2013), the sum of the solid angles of its triangles (Van Oosterom, Strackee 1983).
+fn is_inside(substrate: &Substrate, piece: &Component, place: DVec3) -> bool {
+    let [low, high] = piece.bounds;
+    if place.cmplt(low).any() || place.cmpgt(high).any() {
+        return false;
+    }
+    let angle = |t| {
+        let [a, b, c] = substrate.corners(t).map(|corner| corner - place);
+        let [la, lb, lc] = [a, b, c].map(DVec3::length);
+        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        2.0 * a.dot(b.cross(c)).atan2(below)
+    };
+    let winding: f64 = piece.triangles.clone().map(angle).sum::<f64>() / (4.0 * PI);
+    winding.abs() > 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use thallus::growth::SeedPlace;
+    use thallus::run::Settings;
+    use thallus::substrate::Soup;
+
+    use super::*;
+
+    /// Cubes by centre and half of their side, the last with or without its lid.
+    fn cubes(cubes: &[(f64, f64)], lid: bool) -> Substrate {
+        const QUADS: [[u32; 4]; 6] = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [1, 3, 7, 5],
+            [0, 4, 6, 2],
+        ];
+        let mut soup = Soup {
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            notes: Vec::new(),
+        };
+        for (i, &(x, half)) in cubes.iter().enumerate() {
+            let first = 8 * i as u32;
+            let corner = |k: u32| {
+                let [i, j, k] = [k & 1, k >> 1 & 1, k >> 2].map(|bit| 2.0 * f64::from(bit) - 1.0);
+                [x + half * i, half * j, half * k]
+            };
+            soup.positions.extend((0..8).map(corner));
+            let open = usize::from(!lid && i + 1 == cubes.len());
+            for [a, b, c, d] in QUADS.into_iter().skip(open) {
+                let [a, b, c, d] = [a, b, c, d].map(|k| first + k);
+                soup.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        Substrate::from_soup(soup).unwrap()
+    }
+
+    fn tells(substrate: &Substrate, at: [f64; 3]) -> bool {
+        let settings = Settings {
+            at: Some(SeedPlace::Point(at)),
+            ..Settings::default()
+        };
+        warning(substrate, &settings.resolve(substrate, "").unwrap()).is_some()
+    }
+
+    #[test]
+    fn a_place_inside_another_piece_is_told_of() {
+        let nested = cubes(&[(0.0, 1.0), (0.9, 0.5)], true);
+        assert!(tells(&nested, [0.4, 0.0, 0.0]));
+        assert!(tells(&nested, [1.0, 0.1, 0.1]));
+        assert!(!tells(&nested, [1.4, 0.0, 0.0]));
+        assert!(!tells(&nested, [-1.0, 0.0, 0.0]));
+        assert!(!tells(&cubes(&[(0.0, 1.0)], true), [1.0, 0.0, 0.0]));
+        assert!(!tells(
+            &cubes(&[(0.0, 1.0), (3.0, 0.5)], true),
+            [1.0, 0.0, 0.0]
+        ));
+    }
+
+    /// A piece with an opening holds what is deep in it.
+    #[test]
+    fn a_piece_may_be_open() {
+        let cup = cubes(&[(0.0, 0.2), (0.0, 1.0)], false);
+        assert!(tells(&cup, [0.2, 0.0, 0.0]));
+    }
+}
