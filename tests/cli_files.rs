@@ -54,8 +54,8 @@ fn a_run_replaces_runs_and_nothing_else() {
     put("log", "run.log", b"lumber\n");
     let rock = rock();
     for (mesh, folder, file, is) in [
-        (rock.as_str(), "mine", "preview.png", "is no run's"),
-        (rock.as_str(), "log", "run.log", "is no run's"),
+        (rock.as_str(), "mine", "preview.png", "is not a run's"),
+        (rock.as_str(), "log", "run.log", "is not a run's"),
         (
             "mesh/elements.ply",
             "mesh",

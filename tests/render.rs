@@ -189,6 +189,28 @@ fn legends_change_their_corner_only() {
     }
 }
 
+/// Between them it is bare: the picture shows the first.
+#[test]
+fn a_zoomed_picture_of_lichens_far_apart_shows_one() {
+    let desk = Desk::new();
+    let plane = "v 0 0 0\nv 10 0 0\nv 10 0 10\nv 0 0 10\nf 1 3 2\nf 1 4 3\n";
+    fs::write(desk.path("plane.obj"), plane).unwrap();
+    for (name, at) in [("one", "2,0,2"), ("two", "8,0,8")] {
+        desk.done(&format!(
+            "plane.obj --radius 0.2% --elements 60 --at {at} -o {name}"
+        ));
+    }
+    for words in ["one --also two", "two --also one"] {
+        let output = run(
+            &desk,
+            &format!("{words} -o {}.png {SMALL} --zoom 8 --force", &words[..3]),
+        );
+        assert!(output.status.success());
+        assert_eq!(said(&output), "", "{words}");
+    }
+    assert!(desk.read("one.png") != desk.read("two.png"));
+}
+
 #[test]
 fn several_lichens_share_a_picture() {
     let desk = desk();

@@ -20,7 +20,7 @@ enum Amount {
 pub enum CurveError {
     /// A point that is not a time and a number.
     #[error(
-        "{at}'{text}' is no point of a curve: write a time and a number of elements, or a share of \
+        "{at}'{text}' is not a point of a curve: write a time and a number of elements, or a share of \
          them, as 2.5:4000 or 2.5:40% (in a file 2.5,4000)"
     )]
     Point {

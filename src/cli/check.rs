@@ -97,7 +97,11 @@ fn text(mesh: &Path, rows: &[Row], warnings: &[String], fit: bool) -> String {
     );
     lines.extend(warnings.iter().map(|w| format!("  warning: {w}")));
     let verdict = if fit { "fit" } else { "unfit" };
-    lines.push(format!("  {verdict} to grow on"));
+    let but = match warnings.len() {
+        0 => String::new(),
+        n => format!(", with {}", plural(n, "warning", "warnings")),
+    };
+    lines.push(format!("  {verdict} to grow on{but}"));
     lines.join("\n") + "\n"
 }
 

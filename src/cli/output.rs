@@ -98,7 +98,7 @@ pub(crate) fn check_replaces_a_run(folder: &Path, mesh: &Path) -> Result<(), Fai
         (Some(mesh), _) => (mesh, "is the mesh itself"),
         (None, Some(file)) if !is_run => (
             file,
-            "is no run's: there is no recipe.toml or run.log of one beside it",
+            "is not a run's: there is no recipe.toml or run.log of one beside it",
         ),
         _ => return Ok(()),
     };

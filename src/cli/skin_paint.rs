@@ -115,7 +115,7 @@ enum StructureError {
     Length(#[from] thallus::run::LengthError),
     #[error(transparent)]
     Color(#[from] thallus::skin::ColormapError),
-    #[error("'{0}' is no width of a margin: write a positive length, as 6r, or 'none'")]
+    #[error("'{0}' is not a margin width: write a positive length, as 6r, or 'none'")]
     Width(String),
     #[error(transparent)]
     Range(#[from] SkinError),

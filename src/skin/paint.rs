@@ -18,10 +18,12 @@ pub struct Colormap {
 #[non_exhaustive]
 pub enum ColormapError {
     /// A stop that is not a place and a colour.
-    #[error("'{0}' is no stop: write a density from 0 to 1, a colon and a colour, as 0.5:#aabbcc")]
+    #[error(
+        "'{0}' is not a colour stop: write a density from 0 to 1, a colon and a colour, as 0.5:#aabbcc"
+    )]
     Stop(String),
     /// A colour that is none.
-    #[error("'{0}' is no colour: write # and six hexadecimal digits, as #aabbcc")]
+    #[error("'{0}' is not a colour: write # and six hexadecimal digits, as #aabbcc")]
     Color(String),
     /// Stops that go back.
     #[error("the stops' densities must ascend: {0} comes after a greater or equal one")]

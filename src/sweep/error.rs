@@ -33,7 +33,7 @@ pub enum AxisError {
         axis: &'static str,
     },
     /// Not a value of the setting.
-    #[error("axis {axis}: {value} is no value of it: {problem}{advice}")]
+    #[error("axis {axis}: {value} is not a valid value: {problem}{advice}")]
     Value {
         /// The setting.
         axis: &'static str,
@@ -53,7 +53,7 @@ pub enum AxisError {
         value: String,
     },
     /// A range that is none.
-    #[error("axis {axis}: '{text}' is no range: {problem}")]
+    #[error("axis {axis}: '{text}' is not a range: {problem}")]
     Range {
         /// The setting.
         axis: &'static str,

@@ -94,7 +94,11 @@ fn what_is_no_mesh_is_refused_with_a_cure() {
             "git lfs pull",
         ),
         ("a.obj", b"<!DOCTYPE html>", "XML or HTML"),
-        ("a.obj", b"d\x86\x02\0\x7fELF", "this is no text, as OBJ is"),
+        (
+            "a.obj",
+            b"d\x86\x02\0\x7fELF",
+            "this is not text, as OBJ is",
+        ),
         ("a.fbx", b"Kaydara FBX Binary  \0", "this is FBX"),
         ("a.bin", b"\x01\x02\x03", "neither its name nor its content"),
         ("a.gltf", b"{\"scene\": 0}", "missing field `asset`"),

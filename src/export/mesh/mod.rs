@@ -56,7 +56,7 @@ pub enum MeshError {
         expected: usize,
     },
     /// A triangle names a vertex that is not there.
-    #[error("triangle {0} has a corner that is no vertex")]
+    #[error("triangle {0} has a corner that is not a vertex")]
     Corner(usize),
     /// A coordinate that is not a finite number.
     #[error("vertex {0} is not at a finite place")]

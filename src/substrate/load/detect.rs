@@ -66,7 +66,7 @@ pub(super) fn decide(bytes: &[u8], named: Option<Format>) -> Parsed<Format> {
     }
     let is_binary = bytes[..bytes.len().min(HEAD)].contains(&0);
     match named {
-        Some(Format::Obj) if is_binary => unknown("this is no text, as OBJ is", cure),
+        Some(Format::Obj) if is_binary => unknown("this is not text, as OBJ is", cure),
         Some(Format::Obj) => Ok(Format::Obj),
         _ if !is_binary && obj::looks_like(bytes) => Ok(Format::Obj),
         Some(format) => Ok(format),
