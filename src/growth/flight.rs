@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Counts;
 use super::far::Level;
+use super::patience::Patience;
 use super::step::RandomStep;
 use super::walker::Fate;
 use crate::cluster::{Element, ElementIndex, Mark};
@@ -45,9 +46,7 @@ pub(super) struct Way {
     /// The bound on the next step, and what is random in it.
     pub(super) bound: f64,
     pub(super) random: RandomStep,
-    /// Narrow steps in a row, without a contact, 16 of which count as one; less than none after a look at its sheet
-    /// that was of no use.
-    pub(super) cramped: i32,
+    pub(super) patience: Patience,
     /// Whether it was refused just now. Only Brownian motion asks.
     pub(super) thrown_back: bool,
     pub(super) stream: Stream,

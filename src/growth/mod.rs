@@ -14,6 +14,7 @@ mod near;
 mod orbit;
 mod parameters;
 mod passage;
+mod patience;
 mod place;
 mod sharing;
 mod step;

@@ -7,6 +7,7 @@ use super::flight::{Asked, Track, Way};
 use super::launch::AreaSampler;
 use super::launcher::Launcher;
 use super::near::Met;
+use super::patience::Patience;
 use super::step::RandomStep;
 use super::stick::{Answer, Crowd};
 use super::surroundings::Ground;
@@ -24,19 +25,9 @@ const TOGETHER: usize = 8;
 
 /// Steps between two looks at whether to stop; also those between two places to which a walker can
 /// be taken back.
-const STEPS_PER_LOOK: u64 = 16;
+pub(super) const STEPS_PER_LOOK: u64 = 16;
 
-/// Narrow steps in a row after which a walker looks whether what is near is on its own sheet. It is looked at one
-/// step in [`STEPS_PER_LOOK`] whether they are, and that many count as one.
-const PATIENCE: i32 = 16;
-
-/// Radii of the longest step that counts as narrow.
-const NARROW: f64 = 16.0;
-
-/// Narrow steps for which one of the shortest counts.
-const SHORTEST: i32 = 4;
-
-/// Steps that take as long as to look for what is on the sheet, but for its triangles.
+/// Cost of a search for what is on a walker's sheet, in steps, besides what its triangles cost.
 const LOOKING: f64 = 8.0;
 
 /// Triangles looked at in the time of a step.
@@ -140,7 +131,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             level,
             bound,
             random,
-            cramped: 0,
+            patience: Patience::default(),
             thrown_back: false,
             stream,
         };
@@ -194,7 +185,10 @@ impl<I: ElementIndex> Walk<'_, I> {
                     *way = now;
                     return stopped;
                 }
-                now.cramped = self.cramped(&now);
+                now.patience = match parameters.steps {
+                    Steps::Small => Patience::default(),
+                    _ => now.patience.after(now.bound, parameters.radius),
+                };
             }
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
             // next one is drawn while the processor waits for what the index says of this one.
@@ -232,7 +226,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 match met {
                     Met::Nothing => {}
                     Met::Refused => {
-                        (now.cramped, now.thrown_back) = (now.cramped.min(0), true);
+                        (now.patience, now.thrown_back) = (now.patience.after_contact(), true);
                         continue;
                     }
                     Met::OffCopy => continue,
@@ -241,9 +235,9 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             now.thrown_back = false;
             now.bound = self.step_bound(&look);
-            match now.cramped < PATIENCE {
-                true => self.go(&mut now, moved.to),
-                false => self.find_sheet(&mut now, moved.to),
+            match now.patience.is_over() {
+                false => self.go(&mut now, moved.to),
+                true => self.find_sheet(&mut now, moved.to),
             }
         }
     }
@@ -426,27 +420,13 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
     }
 
-    /// Narrow steps in a row up to now. While a walker goes by its own sheet alone they are not counted, and once it
-    /// has done so few are enough.
-    fn cramped(&self, now: &Way) -> i32 {
-        let Parameters { radius, steps, .. } = *self.around.parameters;
-        match now.bound {
-            _ if steps == Steps::Small => 0,
-            _ if now.cramped >= PATIENCE => now.cramped,
-            wide if wide > NARROW * radius && now.cramped == PATIENCE - 1 => PATIENCE - 1,
-            wide if wide > NARROW * radius => now.cramped.min(0),
-            narrow if narrow > radius => now.cramped.saturating_add(1),
-            _ => now.cramped.saturating_add(SHORTEST),
-        }
-    }
-
     /// Goes to a place, by a bound on its own sheet alone where that is worth having, and it is not asked for again
     /// soon where not. On a copy nothing is asked of sheets, and what holds for the walker's own alone does not
     /// lift it.
     #[cold]
     fn find_sheet(&mut self, now: &mut Way, there: Stand) {
-        if now.bound > NARROW * self.around.parameters.radius {
-            now.cramped = PATIENCE - 1;
+        if Patience::is_wide(now.bound, self.around.parameters.radius) {
+            now.patience = Patience::OUT_OF_THE_NARROWS;
             return self.go(now, there);
         }
         let landed = match self.far.filter(|_| now.level > 0) {
@@ -458,8 +438,8 @@ impl<I: ElementIndex> Walk<'_, I> {
                 (now.here, now.level, now.bound) = (on_mesh, 0, bound);
                 return;
             }
-            Some((_, Err(pause))) => now.cramped = -pause,
-            None => now.cramped = 0,
+            Some((_, Err(pause))) => now.patience = Patience::paused(pause),
+            None => now.patience = Patience::default(),
         }
         self.go(now, there);
     }
