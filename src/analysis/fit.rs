@@ -24,9 +24,9 @@ pub struct Fit {
     /// two numbers. The first is how far the slopes over all runs of half of the points, rounded down, lie
     /// from it, root mean square. The second is what the curve still lacks at the end of its range, if the
     /// difference between the slopes over its two halves is the work of a correction to scaling that
-    /// falls as the root of the length, from either end. Two of three such ranges hold the truth at
-    /// least, whatever there is of such a correction, and of chance that neighbouring points share by
-    /// up to four fifths.
+    /// falls as the root of the length, from either end. The interval holds the true slope at least two
+    /// times in three, for any size of such a correction and correlations between neighbouring points
+    /// up to 0.8.
     pub error: f64,
     /// y at x = 1.
     pub prefactor: f64,

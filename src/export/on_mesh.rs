@@ -24,8 +24,8 @@ pub struct NotOnMesh {
 const TOLERANCE: f64 = 0.05;
 
 impl Elements {
-    /// Where on the substrate each element is: by its triangle and weights or, where these say another place for one
-    /// of them, as on a mesh whose triangles were put in another order or cut in another way, all by their positions.
+    /// Where on the substrate each element is: by the stored triangle and weights if these give all stored positions,
+    /// otherwise all by their positions, as on a mesh whose triangles were put in another order or cut in another way.
     ///
     /// # Errors
     /// When an element is farther than a twentieth of the radius from the surface that looks its way, beyond what

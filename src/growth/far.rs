@@ -232,8 +232,8 @@ fn walk_to(surface: &Substrate, there: Stand, to: DVec3) -> Stand {
 
 /// The same towards the place that is straight above or below one in a plane.
 ///
-/// Who comes to a copy comes straight down on its triangle: so who goes there and back is where he was. The nearest
-/// place would be another on a slope, each time farther towards where the two surfaces meet.
+/// A walker comes to a copy straight down on its triangle, so that a round trip returns to the starting point. The
+/// nearest place would be another one on a slope, each time farther towards where the two surfaces meet.
 fn walk_above(surface: &Substrate, there: Stand, from: DVec3, plane: &Frame) -> Stand {
     let up = plane.x.cross(plane.y);
     walk(surface, there, |there, frame| {

@@ -12,7 +12,7 @@ pub enum Join {
     Touch,
 }
 
-/// What a walker's way is.
+/// How a walker moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Law {
@@ -66,7 +66,7 @@ pub struct Parameters {
     pub kill: f64,
     /// How walkers are joined.
     pub join: Join,
-    /// What a walker's way is.
+    /// How a walker moves.
     pub law: Law,
     /// How long steps may be.
     pub steps: Steps,

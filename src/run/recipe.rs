@@ -61,7 +61,7 @@ pub struct Recipe {
     pub kill: f64,
     /// How walkers are joined.
     pub join: Join,
-    /// What a walker's way is.
+    /// How a walker moves.
     pub law: Law,
     /// How long steps may be.
     pub steps: Steps,

@@ -42,7 +42,7 @@ pub struct Settings {
     pub kill: Option<f64>,
     /// How walkers are joined.
     pub join: Option<Join>,
-    /// What a walker's way is.
+    /// How a walker moves.
     pub law: Option<Law>,
     /// How long steps may be.
     pub steps: Option<Steps>,

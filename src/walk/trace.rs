@@ -2,8 +2,8 @@
 //!
 //! Everything happens in one plane, with the walker at the origin and its path along the x axis.
 //! The triangle beyond an edge is laid flat beside it from two numbers, its apex in terms of that
-//! edge, so the loop has no division, no square root and no 3-D position. Lengths there are times
-//! that of the step: to turn the start triangle that way then takes no square root either.
+//! edge, so the loop has no division, no square root and no 3-D position. All lengths in this plane are
+//! scaled by the step's length, so that aligning the start triangle needs no square root either.
 //!
 //! A boundary edge is its own twin (see the substrate's adjacency): the triangle beyond it is the
 //! mirror image of this one, and going on straight into that is reflection.
@@ -84,8 +84,8 @@ impl Visitor for Absorbing {
 /// triangle (local units; see [`Chart::corners`](crate::substrate::Chart::corners)).
 ///
 /// With `absorb` it ends at the first open edge, as [`End::Boundary`]; without, open edges reflect it.
-/// The step must be finite, the point on the substrate: of NaN comes no place, but a [`Trace`] that means
-/// nothing, and with it perhaps a long way to [`MOST_CROSSINGS`].
+/// The step must be finite, the point on the substrate: a step that is not gives a meaningless [`Trace`], perhaps only
+/// after [`MOST_CROSSINGS`] crossings.
 ///
 /// # Panics
 /// When the substrate does not have the point's triangle; perhaps when the step is not finite.
