@@ -3,9 +3,13 @@
 //! A substrate may be wound inconsistently, may not be orientable, and may have vertices where
 //! several sheets touch. Here every triangle is wound as the substrate has [settled](crate::substrate::Winding); where
 //! no winding agrees (a Möbius band) the surface is cut along an edge; and a vertex is as many vertices
-//! as it has fans of triangles.
+//! as it has fans of triangles. Where three sheets or more meet along a line, and a fan goes from one to another along one
+//! edge and comes back along the next, the sheets are cut apart there.
+
+use std::iter::zip;
 
 use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::substrate::Substrate;
 
@@ -39,11 +43,27 @@ pub(super) struct Base {
 impl Base {
     /// Of these triangles of a substrate, ascending. Edges to others count as closed.
     pub(super) fn new(substrate: &Substrate, triangles: &[u32]) -> Self {
+        let whole = Sheets {
+            substrate,
+            cut: FxHashSet::default(),
+        };
+        let base = Self::of(&whole, triangles);
+        let crowded = base.crowded(substrate);
+        if crowded.is_empty() {
+            return base;
+        }
+        let apart = Sheets {
+            substrate,
+            cut: branching(substrate, triangles, &crowded),
+        };
+        Self::of(&apart, triangles)
+    }
+
+    fn of(sheets: &Sheets, triangles: &[u32]) -> Self {
         let mut base = Self::default();
-        let corners = base.split_fans(substrate, triangles);
-        let winding = substrate.winding();
+        let corners = base.split_fans(sheets, triangles);
         let face = |(&t, c): (&u32, &[u32; 3])| {
-            let open = [0, 1, 2].map(|k| winding.is_open(substrate, 3 * t + k));
+            let open = [0, 1, 2].map(|k| sheets.is_open(3 * t + k));
             let face = Face {
                 corners: *c,
                 home: t,
@@ -51,7 +71,7 @@ impl Base {
                 open: bits(open),
                 life: [0, NONE],
             };
-            if winding.side(t) > 0.0 {
+            if sheets.substrate.winding().side(t) > 0.0 {
                 face
             } else {
                 face.turned()
@@ -61,9 +81,42 @@ impl Base {
         base
     }
 
+    /// The substrate's vertices at the ends of sides that are open, and have the same ends as another side.
+    fn crowded(&self, substrate: &Substrate) -> FxHashSet<u32> {
+        let ends = |face: &Face, k: usize| {
+            let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];
+            [a.min(b), a.max(b)]
+        };
+        let mut sides: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        for face in &self.faces {
+            for k in (0..3).filter(|k| face.open >> k & 1 == 1) {
+                sides.insert(ends(face, k), 0);
+            }
+        }
+        let mut crowded = FxHashSet::default();
+        if sides.is_empty() {
+            return crowded;
+        }
+        for face in &self.faces {
+            for k in 0..3 {
+                let Some(number) = sides.get_mut(&ends(face, k)) else {
+                    continue;
+                };
+                *number += 1;
+                if *number > 1 {
+                    let [a, b] = ends(face, k).map(|v| self.positions[v as usize]);
+                    let corners = substrate.triangles()[face.home as usize];
+                    let at = zip(corners, substrate.corners(face.home));
+                    crowded.extend(at.filter(|(_, p)| *p == a || *p == b).map(|(v, _)| v));
+                }
+            }
+        }
+        crowded
+    }
+
     /// A vertex for each fan of triangles: for each triangle those of its corners, as the substrate
     /// orders them.
-    fn split_fans(&mut self, substrate: &Substrate, triangles: &[u32]) -> Vec<[u32; 3]> {
+    fn split_fans(&mut self, sheets: &Sheets, triangles: &[u32]) -> Vec<[u32; 3]> {
         let mut corners = vec![[NONE; 3]; triangles.len()];
         for (i, &t) in triangles.iter().enumerate() {
             for k in 0..3 {
@@ -71,7 +124,7 @@ impl Base {
                     continue;
                 }
                 let vertex = self.positions.len() as u32;
-                self.positions.push(substrate.corners(t)[k]);
+                self.positions.push(sheets.substrate.corners(t)[k]);
                 self.homes.push(t);
                 let mut stack = vec![3 * t + k as u32];
                 while let Some(corner) = stack.pop() {
@@ -81,7 +134,7 @@ impl Base {
                     let slot = &mut corners[place][corner as usize % 3];
                     if *slot == NONE {
                         *slot = vertex;
-                        stack.extend(beside(substrate, corner));
+                        stack.extend(sheets.beside(corner));
                     }
                 }
             }
@@ -90,25 +143,61 @@ impl Base {
     }
 }
 
-/// The corners at the same vertex in the triangles across the two edges that meet there.
-fn beside(substrate: &Substrate, corner: u32) -> impl Iterator<Item = u32> {
-    let (first, k) = (corner / 3 * 3, corner % 3);
-    // The edge that leaves the vertex, and the one that comes to it.
-    let edges = [(corner, true), (first + (k + 2) % 3, false)];
-    let across = |(edge, leaves): (u32, bool)| {
-        let twin = substrate.twin(edge);
-        let other = twin.half_edge();
-        let next = other / 3 * 3 + (other % 3 + 1) % 3;
-        // A twin that is not flipped runs the other way.
-        let corner = if leaves == twin.is_flipped() {
-            other
-        } else {
-            next
+/// A substrate's sheets, as they go on across edges.
+struct Sheets<'a> {
+    substrate: &'a Substrate,
+    /// Half-edges across which they do not, besides those where none does.
+    cut: FxHashSet<u32>,
+}
+
+impl Sheets<'_> {
+    fn is_open(&self, half_edge: u32) -> bool {
+        let winding = self.substrate.winding();
+        winding.is_open(self.substrate, half_edge) || self.cut.contains(&half_edge)
+    }
+
+    /// The corners at the same vertex in the triangles across the two edges that meet there.
+    fn beside(&self, corner: u32) -> impl Iterator<Item = u32> {
+        let (first, k) = (corner / 3 * 3, corner % 3);
+        // The edge that leaves the vertex, and the one that comes to it.
+        let edges = [(corner, true), (first + (k + 2) % 3, false)];
+        let across = |(edge, leaves): (u32, bool)| {
+            let twin = self.substrate.twin(edge);
+            let other = twin.half_edge();
+            let next = other / 3 * 3 + (other % 3 + 1) % 3;
+            // A twin that is not flipped runs the other way.
+            let corner = if leaves == twin.is_flipped() {
+                other
+            } else {
+                next
+            };
+            (!self.is_open(edge)).then_some(corner)
         };
-        let is_open = substrate.winding().is_open(substrate, edge);
-        (!is_open).then_some(corner)
-    };
-    edges.map(across).into_iter().flatten()
+        edges.map(across).into_iter().flatten()
+    }
+}
+
+/// The half-edges at these vertices along which three triangles or more meet.
+fn branching(
+    substrate: &Substrate,
+    triangles: &[u32],
+    vertices: &FxHashSet<u32>,
+) -> FxHashSet<u32> {
+    let mut along: FxHashMap<[u32; 2], Vec<u32>> = FxHashMap::default();
+    for &t in triangles {
+        let corners = substrate.triangles()[t as usize];
+        for k in 0..3 {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            if vertices.contains(&a) || vertices.contains(&b) {
+                let ends = [a.min(b), a.max(b)];
+                along.entry(ends).or_default().push(3 * t + k as u32);
+            }
+        }
+    }
+    let many = along
+        .into_values()
+        .filter(|half_edges| half_edges.len() > 2);
+    many.flatten().collect()
 }
 
 impl Face {

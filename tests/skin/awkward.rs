@@ -237,6 +237,42 @@ fn where_two_edges_share_their_ends_the_outline_crosses_both() {
     }
 }
 
+/// Three pages of a book, each bent a little or not beside each third of the spine: two of the pages go on into one
+/// another there, and not everywhere the same two.
+fn pages(bent: [[bool; 3]; 3]) -> Substrate {
+    let mut positions: Vec<[f64; 3]> = (0..4).map(|y| [0.0, f64::from(y), 0.0]).collect();
+    let mut triangles = Vec::new();
+    for (page, bent) in bent.into_iter().enumerate() {
+        let outer = positions.len() as u32;
+        positions.extend(std::iter::zip(0..3, bent).map(|(i, bent)| {
+            let degrees = 120.0 * page as f64 + if bent { 5.0 } else { 0.0 };
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            [cos, f64::from(i) + 0.5, sin]
+        }));
+        for i in 0..3 {
+            triangles.push([i, i + 1, outer + i]);
+        }
+        for i in 1..3 {
+            triangles.push([i, outer + i, outer + i - 1]);
+        }
+    }
+    substrate(positions, triangles)
+}
+
+#[test]
+fn skins_are_closed_where_three_sheets_meet() {
+    let spine = |i: u32| DVec3::new(0.0, 0.1 * f64::from(i), 0.0);
+    let places: Vec<DVec3> = (1..30).map(spine).collect();
+    for bits in 0..512u32 {
+        let is_bent = |page: usize, i: usize| bits >> (3 * page + i) & 1 == 1;
+        let surface = pages([0, 1, 2].map(|page| [0, 1, 2].map(|i| is_bent(page, i))));
+        let cluster = placed(&surface, 0.05, &places);
+        let mesh = skin(&surface, &cluster, &Shape::default(), &Paint::default()).expect("a skin");
+        let faults = faults(mesh.positions.len(), &mesh.triangles);
+        assert!(faults.is_empty(), "{bits}: {faults:?}");
+    }
+}
+
 /// A plane of side 1 with a sliver along its middle, as wide as this, its third corner so far along, and elements of
 /// 0.001 all along it.
 fn with_sliver(width: f64, along: f64) -> (Substrate, Cluster) {
