@@ -27,12 +27,12 @@ pub(crate) struct AnimateArgs {
     pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
-    /// What to show: a coloured mesh; a point an element; the branches; or pictures of the lichen on
-    /// the mesh [default: what the output is for]
+    /// What to show: a coloured mesh; one point per element; the branches; or pictures of the lichen on the mesh
+    /// [default: what the output is for]
     #[arg(long, value_parser = subject(), hide_possible_values = true, value_name = "skin|points|curves|picture")]
     pub(crate) what: Option<Subject>,
-    /// Format of numbered files: any that 'thallus skin' or 'thallus export' write, as ply, glb, obj or
-    /// usda; png for pictures [default: ply, or png]
+    /// Format of numbered files: any that 'thallus skin' or 'thallus export' writes, such as ply, glb, obj or usda; png
+    /// for pictures [default: ply, or png]
     #[arg(long, value_name = "EXTENSION")]
     pub(crate) format: Option<String>,
     #[command(flatten)]
@@ -122,16 +122,15 @@ pub(crate) struct TimeArgs {
     /// Frames a second, 0.1 to 1000
     #[arg(long, value_name = "FPS", default_value = "24", value_parser = fps, allow_negative_numbers = true)]
     pub(crate) fps: f64,
-    /// How many elements fade in at a time, or what share of all: wide for a rim that swells softly, 0
-    /// for elements that are there or not [default: four frames' worth, at most 10%]
+    /// How many elements fade in at a time, or what share of all: many for a rim that swells softly, 0 for elements
+    /// that are either there or not [default: four frames' worth, at most 10%]
     #[arg(long, value_name = "ELEMENTS|PERCENT%", allow_negative_numbers = true)]
     pub(crate) window: Option<Window>,
     /// How they fade in: evenly, or softer at the beginning and end
     #[arg(long, value_parser = ease(), hide_possible_values = true, value_name = "linear|smooth|smoother", default_value = "linear")]
     pub(crate) ease: Ease,
-    /// What grows evenly: 'birth', the number of elements; 'radius', the width, as real lichens do; or a
-    /// curve, times and numbers of elements (or shares) as 0:0,1:5%,4:100%, or a file of lines
-    /// 'time,elements'
+    /// What grows evenly: 'birth', the number of elements; 'radius', the width, as in real lichens; or a curve of times
+    /// and numbers of elements (or shares), such as 0:0,1:5%,4:100%, or a file of lines 'time,elements'
     #[arg(
         long,
         value_name = "birth|radius|CURVE|FILE.csv",

@@ -38,7 +38,7 @@ pub(crate) enum Command {
     Grow(Box<GrowArgs>),
     /// Say what a mesh file holds, what was repaired, and whether lichen can grow on it
     ///
-    /// Exits with 1 when it cannot; loose triangles, and room for a few elements alone, are warnings.
+    /// Exits with 1 when it cannot; loose triangles, and room for only a few elements, are warnings.
     Check(CheckArgs),
     /// Write a run's lichen for another program
     ///
@@ -109,7 +109,7 @@ pub(crate) struct ExportArgs {
     /// The file to write; its extension says the format
     #[arg(short, long, visible_alias = "to", value_name = "FILE", help = export_help())]
     pub(crate) output: PathBuf,
-    /// A point an element; a lobe an element, turned to the surface and to the growth; or the tree
+    /// One point per element; one lobe per element, turned to the surface and to the direction of growth; or the tree
     /// of parents as lines that taper from the seed
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "points|instances|curves", default_value = "points")]
     pub(crate) what: What,
@@ -162,30 +162,29 @@ pub(crate) struct GrowArgs {
     pub(crate) stand: StandArgs,
     #[command(flatten)]
     pub(crate) walk: WalkArgs,
-    /// A recipe file, such as the recipe.toml of an earlier run, which it repeats exactly; the run's folder
-    /// stands for that. Flags override it; it overrides the preset
+    /// A recipe file, such as the recipe.toml of an earlier run, to repeat that run exactly; its folder will do too.
+    /// Flags override it; it overrides the preset
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
-    /// Go on with the run of a folder, killed, interrupted or finished, as if it had never stopped:
-    /// the files come out the same. A larger size (--elements, --reach, --cover) extends it; MESH
-    /// says where its mesh lies now
+    /// Go on with the run in a folder, whether killed, interrupted or finished, as if it had never stopped: the files
+    /// come out the same. A larger size (--elements, --reach, --cover) extends it; MESH says where its mesh is now
     #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "StandArgs", "WalkArgs"])]
     pub(crate) resume: Option<PathBuf>,
-    /// With --resume: go on from what is sound before a place where run.log is damaged
+    /// With --resume: where run.log is damaged, go on from what is sound before that place
     #[arg(long, help_heading = RUN)]
     pub(crate) keep_sound: bool,
-    /// Threads to use at most; the result is the same for any number, and growth uses as many as make it faster
+    /// Threads to use at most; the result is the same for any number, and growth uses only as many as make it faster
     /// [default: as many as there are cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
-    /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer, one of 640 as long as
-    /// 20,000 elements; 0 takes none
+    /// Width of preview.png in pixels; it is three quarters as high. A wide one takes longer; one of 640 takes as long
+    /// as 20,000 elements. 0 makes none
     #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = preview_width, help_heading = RUN)]
     pub(crate) preview: u32,
-    /// Replace what an earlier run wrote to the folder, which is gone as soon as growth starts
+    /// Replace what an earlier run wrote to the folder; that is gone as soon as growth starts
     #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
 }
@@ -247,8 +246,8 @@ pub(crate) struct PlaceArgs {
         allow_hyphen_values = true
     )]
     at: Option<SeedPlace>,
-    /// The same by a triangle's number in the file, from 0, and the weights of its second and third
-    /// corner [default: its centroid]
+    /// The same, by a triangle's number in the file, from 0, and the weights of its second and third corners [default:
+    /// its centroid]
     #[arg(long, value_name = "T[,U,V]", value_parser = triangle, allow_hyphen_values = true)]
     at_triangle: Option<SeedPlace>,
 }
@@ -257,7 +256,7 @@ pub(crate) struct PlaceArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mesh")]
 pub(crate) struct StandArgs {
-    /// Up axis of the mesh, for a file that does not keep to its format's: 'top' and 'highest', pictures and
+    /// Up axis of the mesh, for a file that does not follow its format's convention: 'top' and 'highest', pictures and
     /// exports go by it [default: y for OBJ and glTF, z for STL and PLY]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     mesh_up: Option<UpAxis>,
@@ -270,13 +269,13 @@ pub(crate) struct WalkArgs {
     launch: Option<f64>,
     #[arg(long, value_name = "K", help = run::KILL.help(), allow_negative_numbers = true)]
     kill: Option<f64>,
-    /// How walkers move: 'thesis' in steps that are tested where they end; 'brownian' as a continuous
-    /// path, which comes less deep into hollows: thinner branches that reach farther [default: thesis]
+    /// How walkers move: 'thesis' in steps that are tested where they end; 'brownian' on a continuous path, which gets
+    /// less deep into hollows: thinner branches that reach farther [default: thesis]
     #[arg(long, value_parser = law(), hide_possible_values = true, value_name = "thesis|brownian")]
     law: Option<Law>,
-    /// 'large' lets walkers leap where nothing can be missed, far from the lichen over coarser
-    /// copies of a fine mesh; 'exact' does without them; 'small' never leaps: the same look, ever more
-    /// slowly, for checking [default: large]
+    /// 'large' lets walkers leap where nothing can be missed, and far from the lichen over coarser copies of a fine
+    /// mesh; 'exact' leaps without copies; 'small' never leaps: all the same look, each slower than the one before, for
+    /// checking [default: large]
     #[arg(
         long,
         value_parser = steps(),

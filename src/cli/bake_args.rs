@@ -20,8 +20,8 @@ pub(crate) struct BakeArgs {
     pub(crate) mesh: MeshArgs,
     #[arg(short, long, value_name = "OUT", help = output_help())]
     pub(crate) output: PathBuf,
-    /// Another lichen on the same mesh, in the same maps, with its own colour map: out/b or out/b,xanthoria.
-    /// It lies over those before. May be repeated
+    /// Another lichen on the same mesh, in the same maps, with its own colour map: out/b or out/b,xanthoria. It lies
+    /// over those given before it. May be repeated
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     #[command(flatten)]
@@ -32,7 +32,7 @@ pub(crate) struct BakeArgs {
     pub(crate) color: ColorArgs,
     #[command(flatten)]
     pub(crate) units: UnitArgs,
-    /// Say what was made as JSON
+    /// Say as JSON what was made
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,
     /// Overwrite files that are there
@@ -45,7 +45,7 @@ pub(crate) struct BakeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Maps")]
 pub(crate) struct MapArgs {
-    /// Texels in a row, and rows, 16 to 8192
+    /// Texels in a row, and number of rows, 16 to 8192
     #[arg(
         long,
         value_name = "TEXELS",
@@ -72,8 +72,7 @@ pub(crate) struct MapArgs {
         hide_possible_values = true
     )]
     pub(crate) normal: NormalFormat,
-    /// Texels around the parts of the layout that are filled too, so that filtering shows no seam, 2
-    /// to 64
+    /// Texels to fill all around the parts of the layout, so that filtering shows no seam, 2 to 64
     #[arg(
         long,
         value_name = "TEXELS",
@@ -89,8 +88,8 @@ pub(crate) struct MapArgs {
         allow_negative_numbers = true
     )]
     pub(crate) samples: u32,
-    /// Colour of the mesh under the lichen: mesh, as its file says, or stone where that says nothing; #8a8478; stone or
-    /// bark as pictures draw them; or a PNG or JPEG image in its layout [default: mesh]
+    /// Colour of the mesh under the lichen: mesh, as its file says, or stone where that says nothing; a colour such as
+    /// #8a8478; stone or bark as pictures draw them; or a PNG or JPEG image in the layout of its UVs [default: mesh]
     #[arg(long, value_parser = Dress::parse, value_name = "mesh|stone|bark|#RRGGBB|IMAGE")]
     pub(crate) base: Option<Dress>,
 }

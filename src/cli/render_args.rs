@@ -30,8 +30,8 @@ pub(crate) struct RenderArgs {
     /// The lichen as a closed skin, or each element as a granule
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) what: What,
-    /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. It lies over those
-    /// before. May be repeated; not with --by
+    /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. It lies over those given
+    /// before it. May be repeated; not with --by
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub(crate) struct RenderArgs {
     pub(crate) color: ColorArgs,
     #[command(flatten)]
     pub(crate) shape: ShapeArgs,
-    /// Say what was made as JSON, with the camera to use again
+    /// Say as JSON what was made, with the camera to use again
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,
     /// Overwrite the picture if it is there
@@ -68,7 +68,7 @@ pub(crate) struct ViewArgs {
     /// Draw a scale bar, and with --by what the colours mean
     #[arg(long)]
     pub(crate) legend: bool,
-    /// What a unit of the mesh is called, for the legend, as mm
+    /// What a unit of the mesh is called in the legend, such as mm
     #[arg(long, value_name = "NAME", requires = "legend", value_parser = unit)]
     pub(crate) unit: Option<String>,
 }
@@ -76,9 +76,9 @@ pub(crate) struct ViewArgs {
 /// How any picture of a lichen on its mesh is taken.
 #[derive(Debug, Args)]
 pub(crate) struct ShotArgs {
-    /// Where from: 'auto' finds the side that shows most of the lichen; degrees round the mesh from
-    /// its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up":
-    /// [x,y,z], "opening": degrees} in mesh units, itself or as a file
+    /// Where to look from: 'auto' finds the side that shows most of the lichen; degrees round the mesh from its front
+    /// and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up": [x,y,z], "opening": degrees} in
+    /// mesh units, given here or in a file
     #[arg(
         long,
         value_name = "auto|AZIMUTH,ELEVATION|JSON",
@@ -89,14 +89,15 @@ pub(crate) struct ShotArgs {
     /// Go nearer to what is in the middle: 2 shows half as much of it across
     #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) zoom: f32,
-    /// Rays through a pixel, at most: more take out grain, and time
+    /// Rays through a pixel, at most: more remove grain but take longer
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
     pub(crate) samples: u32,
-    /// Behind everything: a pale sheet with a shadow on it; nothing, in a PNG; or one colour
+    /// What is behind everything: a pale sheet with a shadow on it; nothing, in a PNG; or one colour
     #[arg(long, value_parser = background, value_name = "studio|transparent|#RRGGBB", default_value = "studio")]
     pub(crate) background: Background,
-    /// What the mesh is drawn as: by the colours and textures of its own file; granite; bark, with furrows along its
-    /// longest side; one colour; or an image in the layout of its UVs [default: mesh where that has several colours, or stone]
+    /// What the mesh is drawn as: the colours and textures of its own file; granite; bark, with furrows along its
+    /// longest side; one colour; or an image in the layout of its UVs [default: mesh where that has several colours, or
+    /// stone]
     #[arg(long, value_parser = Dress::parse, value_name = "mesh|stone|bark|#RRGGBB|IMAGE")]
     pub(crate) ground: Option<Dress>,
 }

@@ -28,7 +28,7 @@ pub(crate) struct SkinArgs {
     pub(crate) size: SizeArgs,
     #[command(flatten)]
     pub(crate) axes: AxesArgs,
-    /// Say what was made as JSON
+    /// Say as JSON what was made
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,
     /// Overwrite files that are there
@@ -43,8 +43,8 @@ pub(crate) struct SkinArgs {
 pub(crate) struct ShapeArgs {
     #[command(flatten)]
     pub(crate) relief: ReliefArgs,
-    /// Longest edge of a triangle: half of it gives four times the triangles, and 1r smoother
-    /// margins in close-ups [default: 2r; render takes finer ones from near]
+    /// Longest edge of a triangle: half the length gives four times the triangles; 1r gives smoother margins in
+    /// close-ups [default: 2r; render takes finer ones from near]
     #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
     pub(crate) resolution: Option<Length>,
 }
@@ -79,8 +79,8 @@ pub(crate) struct ColorArgs {
     /// 6r or 6r,#303028; or 'none' [default: that of the colour map]
     #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
     pub(crate) prothallus: Option<String>,
-    /// Cracks the crust into plates this wide, with a colour if they are not black: 9r or
-    /// 9r,#303028; or 'none' [default: those of the colour map]
+    /// Crack the crust into plates this wide, with a colour if the cracks are not black: 9r or 9r,#303028; or 'none'
+    /// [default: those of the colour map]
     #[arg(long, value_name = "LEN[,COLOR]", allow_hyphen_values = true)]
     pub(crate) areoles: Option<String>,
     /// Fruiting discs up to this wide, with a colour: 10r or 10r,#b04a10; or 'none' [default: those
@@ -92,11 +92,10 @@ pub(crate) struct ColorArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Size")]
 pub(crate) struct SizeArgs {
-    /// Fewer triangles: a share below 1, or how many
+    /// Keep fewer triangles: a share below 1, or how many
     #[arg(long, value_name = "RATIO|TRIANGLES", allow_hyphen_values = true)]
     pub(crate) decimate: Option<Goal>,
-    /// Levels of detail, each with half of the triangles of the one before: FILE_lod0, FILE_lod1
-    /// and so on
+    /// Levels of detail, each with half the triangles of the one before: FILE_lod0, FILE_lod1 and so on
     #[arg(long, value_name = "LEVELS", value_parser = clap::value_parser!(u8).range(1..=16), allow_negative_numbers = true)]
     pub(crate) lod: Option<u8>,
 }

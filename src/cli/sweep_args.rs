@@ -25,7 +25,7 @@ pub(crate) struct SweepArgs {
     /// earlier sweep
     #[arg(value_name = "MESH|GRID.toml", required = true)]
     pub(crate) from: Option<PathBuf>,
-    /// Folder to write to. With that of the same sweep, what is there is kept, and the rest grows
+    /// Folder to write to. If it is that of the same sweep, what is there is kept, and the rest grows
     #[arg(short, long, value_name = "DIR", required = true)]
     pub(crate) output: Option<PathBuf>,
     /// Where the mesh of a grid lies [default: where the grid says, seen from here or from the grid]
@@ -33,16 +33,15 @@ pub(crate) struct SweepArgs {
     pub(crate) mesh: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) axes: AxisArgs,
-    /// Runs a cell, with the seed of --seed and the numbers after it, the same in every cell
-    /// [default: 1]
+    /// Runs per cell, with the seed of --seed and the numbers after it, the same in every cell [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = AXES, allow_negative_numbers = true)]
     pub(crate) seeds: Option<u32>,
     /// Grow only the I-th of N parts of the runs, which take about equally long: see 'thallus sweep
     /// merge --help'
     #[arg(long, value_name = "I/N", help_heading = PARTS, conflicts_with = "only")]
     pub(crate) shard: Option<Shard>,
-    /// Grow only this cell: its name, such as L=5r_B=0.2. What is unfinished of it goes on; all of it grows anew
-    /// where it is finished, and what is there of another run is replaced
+    /// Grow only this cell: its name, such as L=5r_B=0.2. Its unfinished runs go on; if all are finished, the cell
+    /// grows anew. What is there of another run is replaced
     #[arg(long, value_name = "CELL", help_heading = PARTS)]
     pub(crate) only: Option<String>,
     #[command(flatten)]
@@ -73,10 +72,9 @@ pub(crate) struct SweepArgs {
 pub(crate) enum SweepCommand {
     /// Join the folders of parts that were grown with --shard
     ///
-    /// The parts have the same command but for I and -o. Every run of the grid must be in one of
-    /// them, or its error: what is missing is named. Files come out as those of a sweep that was grown in one
-    /// go, seconds aside. Parts that share one folder need no joining: the last one to end makes the
-    /// page.
+    /// The parts have the same command except for I and -o. Every run of the grid, or its error, must be in one of
+    /// them: what is missing is named. Files come out as those of a sweep that was grown in one go, except for the
+    /// seconds. Parts that share one folder need no joining: the last one to finish makes the page.
     Merge(MergeArgs),
 }
 
@@ -102,9 +100,9 @@ pub(crate) struct MergeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Pictures (of the first seed of each cell)")]
 pub(crate) struct PictureArgs {
-    /// Where from, the same for all cells: 'auto' finds the side that shows most of all lichens
-    /// together; degrees round the mesh and above the horizon, as 30,45; or JSON as for 'thallus
-    /// render' [default: as before in this sweep, or auto]
+    /// Where to look from, the same for all cells: 'auto' finds the side that shows most of all lichens together;
+    /// degrees round the mesh and above the horizon, as 30,45; or JSON as for 'thallus render' [default: as before in
+    /// this sweep, or auto]
     #[arg(
         long,
         value_name = "auto|AZIMUTH,ELEVATION|JSON",
@@ -114,8 +112,7 @@ pub(crate) struct PictureArgs {
     /// Pixels across and down [default: as before in this sweep, or 800x800]
     #[arg(long, value_name = "WIDTHxHEIGHT", allow_hyphen_values = true)]
     pub(crate) size: Option<Size>,
-    /// Rays through a pixel, at most: more take out grain, and time [default: as before in this sweep,
-    /// or 4]
+    /// Rays through a pixel, at most: more remove grain but take longer [default: as before in this sweep, or 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)), allow_negative_numbers = true)]
     pub(crate) samples: Option<u32>,
     /// What the mesh is drawn as in pictures: granite; bark, with furrows along its longest side; or one
