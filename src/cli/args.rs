@@ -192,7 +192,7 @@ pub(crate) struct GrowArgs {
 const AFTER_GROW: &str = "\
 Ctrl-C stops growing, writes what there is and exits with 130.
 What grows is logged to run.log as it does: a run that was killed goes on with --resume DIR.
-Exit codes: 0 done, 1 failed, 2 asked for wrongly, 130 interrupted.
+Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted.
 To try: thallus grow rock.obj -o out/rock --preset foliose";
 
 #[derive(Debug, Args)]

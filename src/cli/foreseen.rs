@@ -1,5 +1,5 @@
-//! How long a run will take, told before it starts: docs/performance.md has the measurements, which this meets within
-//! a factor of two for the usual settings and of three for others.
+//! How long a run will take, told before it starts: within a factor of two for the usual settings, as docs/performance.md
+//! has their times, and of three for those that the tests below have.
 
 use thallus::growth::{Join, Law, Steps};
 use thallus::run::Recipe;

@@ -125,19 +125,20 @@ const AXES: &str = "Axes";
 const PARTS: &str = "Parts of a sweep";
 
 const AFTER: &str = "\
-An axis takes VALUES: a list, as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five values
+An axis takes VALUES: a list such as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five values
 at equal distances, 3r..300r/5log five of equal ratio, with both ends. Separate values by ';'
 where they have commas, as in --axis 'at=0,1,0; 1,0,0'. The first axis goes across the page, the
 second down; each combination of further ones is a page.
 Every cell grows to the same effective radius, 150 radii of the largest elements, unless
 --elements, --reach or --cover says otherwise.
-A grid file is a recipe file with seeds = N and, below a line [axes], a line an axis:
+A grid file is a recipe file with seeds = N and, below a line [axes], one line per axis:
 L = \"5r,10r,20r\" or bias = [0.2, 0.5].
 DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
 results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
-After Ctrl-C, a kill or a power cut the same command goes on: the last two take the elements that
-were not on the disk yet, those of some seconds as a rule, of two minutes or more where it stalls. A run that fails or cannot be leaves cells/CELL/seed-N.error.txt, and the others go on.
-Exit codes: 0 done, 1 a run failed or is missing, 2 asked for wrongly, 130 interrupted.
+After Ctrl-C, a kill or a power cut the same command goes on. A kill or a power cut loses the elements
+that were not on the disk yet: as a rule those of some seconds, of two minutes or more where the disk stalls.
+A run that fails or is impossible leaves cells/CELL/seed-N.error.txt, and the others go on.
+Exit codes: 0 done, 1 a run failed or is missing, 2 wrong usage, 130 interrupted.
 To try: thallus sweep rock.obj -o out/grid --L 5r,10r,20r --B 0.3,0.5,0.9";
 
 /// As many as runs.
