@@ -158,6 +158,8 @@ fn units_and_scale_reach_every_length() {
     let desk = Desk::new();
     let gltf = desk.text("a.gltf", "--unit cm");
     near(&gltf_position(&gltf, "min"), [0.01, 0.01, 0.01]);
+    let terrain = desk.text("terrain.gltf", "--unit km");
+    near(&gltf_position(&terrain, "min"), [1000.0; 3]);
     let usd = desk.text("a.usda", "--unit cm --scale 3");
     near(&numbers(&usd, "point3f[] points = [", "]"), [3.0; 3]);
     assert!(usd.contains("metersPerUnit = 0.01\n"));

@@ -22,7 +22,7 @@ pub(crate) struct UnitArgs {
     #[arg(
         long,
         value_enum,
-        value_name = "m|cm|mm|in|ft",
+        value_name = "km|m|cm|mm|in|ft",
         hide_possible_values = true
     )]
     unit: Option<Unit>,
@@ -34,6 +34,7 @@ pub(crate) struct UnitArgs {
 /// A unit of length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Unit {
+    Km,
     M,
     Cm,
     Mm,
@@ -44,6 +45,7 @@ enum Unit {
 impl Unit {
     fn meters(self) -> f64 {
         match self {
+            Self::Km => 1000.0,
             Self::M => 1.0,
             Self::Cm => 0.01,
             Self::Mm => 0.001,
