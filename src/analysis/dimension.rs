@@ -294,6 +294,7 @@ fn gyration(sample: &Sample<'_>, scales: &Scales) -> Dimension {
     grown(sample.positions.len(), Through::Space, scales, &of_first)
 }
 
+/// Root mean square distance along the surface of the first n elements from the first of them, which is a seed.
 fn spread_from_seed(metric: &dyn Metric, scales: &Scales) -> Dimension {
     let distances = metric.distances(0, f64::INFINITY);
     let of_first = |n: usize| {

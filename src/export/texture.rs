@@ -95,7 +95,8 @@ impl Texture<'_> {
     }
 
     /// Writes it as OpenEXR (*Technical Introduction to OpenEXR* and *OpenEXR File Layout*), scan
-    /// lines with ZIP compression: 32-bit floats where `is_exact`, else 16-bit ones.
+    /// lines with ZIP compression: 32-bit floats where `is_exact`, else 16-bit ones, in which what is not from 0 to
+    /// 65504 becomes the nearer of these.
     ///
     /// # Errors
     /// Those of `out`.

@@ -110,7 +110,8 @@ impl LogWriter {
         self.durable_elements
     }
 
-    /// Writes what is still waiting. This is how one learns of an error.
+    /// Writes what is still waiting. This is how one learns of an error, which is told once: of a writer that failed
+    /// nothing more is to be expected, and a later call says only whether what waits could be written.
     ///
     /// # Errors
     /// Why the log could not be written, now or before.
