@@ -243,7 +243,7 @@ fn simplify(
         let (made, asked) = (count(made as u64), count(triangles as u64));
         voice.warn(&format!(
             "{shown}: {made} triangles are left where {asked} were asked for: with fewer it \
-             would tear or lose its shape; --resolution makes a coarser skin"
+             would tear or lose its shape; --resolution makes a coarser skin, and --falloff 3r one without small holes"
         ));
     }
     Ok(fewer)
