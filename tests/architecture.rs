@@ -79,8 +79,10 @@ fn without_tests(text: &str) -> Vec<&str> {
             continue;
         };
         let begins = lines.find(|l| !l.trim_start().starts_with("#["));
-        if begins.is_some_and(|l| !l.ends_with([';', '}'])) {
-            lines.find(|l| l.strip_prefix(indent).is_some_and(|l| l.starts_with('}')));
+        if begins.is_some_and(|l| !l.ends_with([';', '}', ','])) {
+            let rest = lines.by_ref();
+            let end = rest.find(|l| l.strip_prefix(indent).is_some_and(|l| l.starts_with('}')));
+            end.expect("an item that ends");
         }
     }
     code

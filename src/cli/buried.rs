@@ -14,7 +14,7 @@ pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> 
     let mut others = substrate.components().iter();
     let holds = |piece: &&Component| *piece != own && is_inside(substrate, piece, place);
     others.find(holds).map(|_| {
-        "the lichen starts inside another piece of the mesh, where it is hidden: give a place that is seen with --at \
+        "the lichen starts inside another piece of the mesh: unless that is a room, give a place that is seen with --at \
          ('highest', or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
             .to_owned()
     })
@@ -29,9 +29,10 @@ fn is_inside(substrate: &Substrate, piece: &Component, place: DVec3) -> bool {
     }
     let angle = |t| {
         let [a, b, c] = substrate.corners(t).map(|corner| corner - place);
+        let side = substrate.normal(t).dot((b - a).cross(c - a)).signum();
         let [la, lb, lc] = [a, b, c].map(DVec3::length);
         let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        2.0 * a.dot(b.cross(c)).atan2(below)
+        2.0 * side * a.dot(b.cross(c)).atan2(below)
     };
     let winding: f64 = piece.triangles.clone().map(angle).sum::<f64>() / (4.0 * PI);
     winding.abs() > 0.5

@@ -153,14 +153,16 @@ fn contacts(recipe: &Recipe, elements: f64) -> f64 {
     if sticks_everywhere_alike(recipe) {
         return elements / bias.max(recipe.min_stick).min(1.0);
     }
-    let refused = (TIPS / recipe.min_stick).max(1.0);
+    // The density is never less than 0, so P is never less than B − A.
+    let least = recipe.min_stick.max(bias - gain).min(1.0);
+    let refused = (TIPS / least).max(1.0);
     let settled = 9.0 * (5.2 * (0.5 - bias / gain.max(1.0))).exp();
     let round = ROUNDNESS * gain * recipe.curvature_radius / recipe.radius;
     let until = match bias > 0.0 {
         true => (round / bias).powi(2).min(elements),
         false => elements,
     };
-    until * refused + (elements - until) * settled.clamp(1.0, refused)
+    until * refused + (elements - until) * settled.min(refused).max(1.0)
 }
 
 #[cfg(test)]
@@ -222,13 +224,15 @@ mod tests {
     #[test]
     fn each_element_takes_one_contact_at_least() {
         let rock = load("rock.obj");
-        let settings = Settings {
-            bias: Some(2.0),
-            min_stick: Some(1.0),
-            ..Settings::default()
-        };
-        let recipe = settings.resolve(&rock, "").unwrap();
-        assert_eq!(contacts(&recipe, 100.0), 100.0);
+        for min_stick in [0.01, 1.0] {
+            let settings = Settings {
+                bias: Some(2.0),
+                min_stick: Some(min_stick),
+                ..Settings::default()
+            };
+            let recipe = settings.resolve(&rock, "").unwrap();
+            assert_eq!(contacts(&recipe, 100.0), 100.0);
+        }
     }
 
     /// Microseconds an element in steps of r, of so many elements of 0.001 on the rock.

@@ -426,7 +426,7 @@ struct Taken {
 
 impl Shot<'_> {
     /// The camera brought nearer to the middle of all lichens; where that is bare, as between two of them, to that of
-    /// the first.
+    /// the first that it then sees.
     fn zoomed(&self, camera: &Camera, world: &World, aspect: f32) -> Camera {
         let shot = &self.args.view.shot;
         let at = |discs: &[Disc]| shot.zoomed(camera, middle(discs), aspect);
@@ -434,8 +434,15 @@ impl Shot<'_> {
         if self.lichens.grown.len() == 1 || zoomed.sight(world, aspect) == Sight::Seen {
             return zoomed;
         }
-        let first = self.lichens.grown[0].cluster.len();
-        at(&self.colored.discs[..first])
+        let mut rest = &self.colored.discs[..];
+        let each = self.lichens.grown.iter().map(|lichen| {
+            let (discs, others) = rest.split_at(lichen.cluster.len());
+            rest = others;
+            at(discs)
+        });
+        let mut each = each;
+        each.find(|camera| camera.sight(world, aspect) == Sight::Seen)
+            .unwrap_or(zoomed)
     }
 
     /// Tells when the lichens have their shapes.

@@ -134,15 +134,15 @@ const MOST_ASIDE: u32 = 1000;
 fn tell(log: &Log, lost: u64, voice: Voice) {
     let path = log.path.display();
     if log.torn > 0 {
-        let torn = plural(log.torn as usize, "byte", "bytes");
+        let torn = plural(log.torn as usize, "byte is", "bytes are");
         let damaged = matches!(Log::read(&log.path), Err(LogError::Damaged { .. }));
         let usual = if lost == 0 && !damaged {
-            ", as a killed run leaves them"
+            ", as a killed run leaves it"
         } else {
             ""
         };
         voice.warn(&format!(
-            "{path}: the end of it is not sound{usual}: {torn} dropped, and what was in there grows again as it was"
+            "{path}: its end is not sound{usual}: {torn} dropped, and what was in there grows again as it was"
         ));
     }
     if lost > 0 {

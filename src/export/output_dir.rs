@@ -138,8 +138,9 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Takes files away at once, as far as they are there, and puts others in their place, durably, and in that
-    /// of whatever has their name. Nothing is changed where that fails.
+    /// Takes files away at once, as far as they are there, and puts others in their place, durably, replacing files of
+    /// the same names. Nothing is changed where that fails; a process killed in the middle may leave some of the old
+    /// files away and some of the new ones not there yet.
     ///
     /// # Errors
     /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder.

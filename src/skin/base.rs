@@ -9,6 +9,7 @@
 use std::iter::zip;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::substrate::Substrate;
@@ -56,7 +57,12 @@ impl Base {
             substrate,
             cut: branching(substrate, triangles, &crowded),
         };
-        Self::of(&apart, triangles)
+        let cut = Self::of(&apart, triangles);
+        // Where the sheets are one round the ends of an edge they cannot be told apart by their vertices.
+        match cut.crowded(substrate).is_empty() {
+            true => cut,
+            false => base,
+        }
     }
 
     fn of(sheets: &Sheets, triangles: &[u32]) -> Self {
@@ -81,37 +87,43 @@ impl Base {
         base
     }
 
-    /// The substrate's vertices at the ends of sides that are open, and have the same ends as another side.
+    /// The substrate's vertices at the ends of sides that have the same ends as too many others: more than one, or an
+    /// open one.
     fn crowded(&self, substrate: &Substrate) -> FxHashSet<u32> {
-        let ends = |face: &Face, k: usize| {
-            let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];
-            [a.min(b), a.max(b)]
-        };
-        let mut sides: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-        for face in &self.faces {
-            for k in (0..3).filter(|k| face.open >> k & 1 == 1) {
-                sides.insert(ends(face, k), 0);
-            }
-        }
         let mut crowded = FxHashSet::default();
-        if sides.is_empty() {
+        if substrate.report().non_manifold_edges == 0 {
             return crowded;
         }
-        for face in &self.faces {
-            for k in 0..3 {
-                let Some(number) = sides.get_mut(&ends(face, k)) else {
-                    continue;
-                };
-                *number += 1;
-                if *number > 1 {
-                    let [a, b] = ends(face, k).map(|v| self.positions[v as usize]);
-                    let corners = substrate.triangles()[face.home as usize];
-                    let at = zip(corners, substrate.corners(face.home));
-                    crowded.extend(at.filter(|(_, p)| *p == a || *p == b).map(|(v, _)| v));
-                }
+        let is_open = |side: u32| self.faces[side as usize / 3].open >> (side % 3) & 1 == 1;
+        for sides in self.sides().chunk_by(|a, b| a.0 == b.0) {
+            let is_pair = sides.len() == 2 && !sides.iter().any(|(_, side)| is_open(*side));
+            if sides.len() == 1 || is_pair {
+                continue;
+            }
+            let ends = sides[0].0.map(|v| self.positions[v as usize]);
+            for home in sides
+                .iter()
+                .map(|(_, side)| self.faces[*side as usize / 3].home)
+            {
+                let corners = substrate.triangles()[home as usize];
+                let at = zip(corners, substrate.corners(home));
+                crowded.extend(at.filter(|(_, p)| ends.contains(p)).map(|(v, _)| v));
             }
         }
         crowded
+    }
+
+    /// The sides of all faces in the order of their ends, the lower first: three numbers for each face.
+    fn sides(&self) -> Vec<([u32; 2], u32)> {
+        let side = |side: u32| {
+            let (corners, k) = (self.faces[side as usize / 3].corners, side as usize % 3);
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            ([a.min(b), a.max(b)], side)
+        };
+        let all = 0..3 * self.faces.len() as u32;
+        let mut sides: Vec<_> = all.into_par_iter().map(side).collect();
+        sides.par_sort_unstable();
+        sides
     }
 
     /// A vertex for each fan of triangles: for each triangle those of its corners, as the substrate

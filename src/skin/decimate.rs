@@ -83,7 +83,7 @@ fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec
     }
     for (triangle, &outward) in both() {
         for v in triangle {
-            if let Some(faces) = turned.get_mut(v) {
+            if let Some(faces) = turned.get_mut(v).filter(|_| outward != DVec3::ZERO) {
                 faces.push(outward);
             }
         }
@@ -184,7 +184,8 @@ impl Simplifier {
             }
         }
         let (from, count) = before;
-        self.unfolded(mesh, &from, count).unwrap_or(best)
+        let unfolded = (count < from.len()).then(|| self.unfolded(mesh, &from, count));
+        unfolded.flatten().unwrap_or(best)
     }
 
     /// About so many triangles in place of these, if they make a closed manifold that has kept its volume.
@@ -210,8 +211,11 @@ impl Simplifier {
         triangles: usize,
         unwanted: impl Fn(&[[u32; 3]]) -> Vec<u32>,
     ) -> Option<Vec<[u32; 3]>> {
+        /// Triangles that may be left more for fewer unwanted vertices.
+        const MORE: f64 = 1.1;
         let mut held = vec![false; mesh.positions.len()];
         let mut best: Option<(usize, Vec<[u32; 3]>)> = None;
+        let mut most = usize::MAX;
         for rings in 1..=ATTEMPTS {
             let kept = self.run(from, triangles, &held);
             let share = volume(mesh, &kept) / self.volume;
@@ -220,6 +224,12 @@ impl Simplifier {
             }
             let mut wrong = faulty(held.len(), &kept);
             if wrong.is_empty() {
+                if kept.len() > most {
+                    break;
+                }
+                if best.is_none() {
+                    most = (MORE * kept.len() as f64) as usize;
+                }
                 wrong = unwanted(&kept);
                 if best.as_ref().is_none_or(|(least, _)| wrong.len() < *least) {
                     best = Some((wrong.len(), kept));

@@ -413,6 +413,9 @@ fn expected_pieces([a, b, c]: [DVec3; 3], longest: f64) -> f64 {
     let by_area = 0.5 * (b - a).cross(c - a).length() / (LEAF_AREA * longest.powi(2));
     let mut sides = [b - a, c - b, a - c].map(|side| side.length() / longest);
     sides.sort_unstable_by(f64::total_cmp);
+    if sides[2] <= 1.0 {
+        return 1.0;
+    }
     let by_length = HALVED_AGAIN * sides[1].powf(3f64.log2());
     by_area.max(by_length).max(1.0)
 }

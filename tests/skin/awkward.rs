@@ -237,15 +237,14 @@ fn where_two_edges_share_their_ends_the_outline_crosses_both() {
     }
 }
 
-/// Three pages of a book, each bent a little or not beside each third of the spine: two of the pages go on into one
-/// another there, and not everywhere the same two.
-fn pages(bent: [[bool; 3]; 3]) -> Substrate {
+/// Pages of a book, at these angles beside each third of the spine, in degrees: two of the pages go on into one another
+/// there, and not everywhere the same two.
+fn bent_book(angles: &[[f64; 3]]) -> Substrate {
     let mut positions: Vec<[f64; 3]> = (0..4).map(|y| [0.0, f64::from(y), 0.0]).collect();
     let mut triangles = Vec::new();
-    for (page, bent) in bent.into_iter().enumerate() {
+    for page in angles {
         let outer = positions.len() as u32;
-        positions.extend(std::iter::zip(0..3, bent).map(|(i, bent)| {
-            let degrees = 120.0 * page as f64 + if bent { 5.0 } else { 0.0 };
+        positions.extend(std::iter::zip(0..3, page).map(|(i, degrees)| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             [cos, f64::from(i) + 0.5, sin]
         }));
@@ -259,17 +258,37 @@ fn pages(bent: [[bool; 3]; 3]) -> Substrate {
     substrate(positions, triangles)
 }
 
+fn assert_closed_along(surface: &Substrate, places: &[DVec3], case: &str) {
+    let cluster = placed(surface, 0.05, places);
+    let mesh = skin(surface, &cluster, &Shape::default(), &Paint::default()).expect("a skin");
+    let faults = faults(mesh.positions.len(), &mesh.triangles);
+    assert!(faults.is_empty(), "{case}: {faults:?}");
+}
+
+/// They change partners along the spine, and none of their sides is open there.
+#[test]
+fn skins_are_closed_where_four_sheets_meet() {
+    let angles: [[f64; 3]; 4] = [
+        [0.0; 3],
+        [178.0, 174.0, 178.0],
+        [184.0, 182.0, 184.0],
+        [350.0; 3],
+    ];
+    let places: Vec<DVec3> = (1..30)
+        .map(|i| DVec3::new(0.0, 0.1 * f64::from(i), 0.0))
+        .collect();
+    assert_closed_along(&bent_book(&angles), &places, "four pages");
+}
+
 #[test]
 fn skins_are_closed_where_three_sheets_meet() {
     let spine = |i: u32| DVec3::new(0.0, 0.1 * f64::from(i), 0.0);
     let places: Vec<DVec3> = (1..30).map(spine).collect();
     for bits in 0..512u32 {
         let is_bent = |page: usize, i: usize| bits >> (3 * page + i) & 1 == 1;
-        let surface = pages([0, 1, 2].map(|page| [0, 1, 2].map(|i| is_bent(page, i))));
-        let cluster = placed(&surface, 0.05, &places);
-        let mesh = skin(&surface, &cluster, &Shape::default(), &Paint::default()).expect("a skin");
-        let faults = faults(mesh.positions.len(), &mesh.triangles);
-        assert!(faults.is_empty(), "{bits}: {faults:?}");
+        let angle = |page: usize, i: usize| 120.0 * page as f64 + 5.0 * f64::from(is_bent(page, i));
+        let surface = bent_book(&[0, 1, 2].map(|page| [0, 1, 2].map(|i| angle(page, i))));
+        assert_closed_along(&surface, &places, &bits.to_string());
     }
 }
 
