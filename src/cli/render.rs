@@ -435,12 +435,11 @@ impl Shot<'_> {
             return zoomed;
         }
         let mut rest = &self.colored.discs[..];
-        let each = self.lichens.grown.iter().map(|lichen| {
+        let mut each = self.lichens.grown.iter().map(|lichen| {
             let (discs, others) = rest.split_at(lichen.cluster.len());
             rest = others;
             at(discs)
         });
-        let mut each = each;
         each.find(|camera| camera.sight(world, aspect) == Sight::Seen)
             .unwrap_or(zoomed)
     }
