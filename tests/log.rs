@@ -207,7 +207,7 @@ fn a_log_cut_anywhere_in_its_last_block_loses_that_block_alone() {
         let cut = last.start + (share * last.len() as f64) as usize;
         let said = blocks.assert_goes_on(&blocks.bytes[..cut], "");
         assert!(
-            cut == last.start || said.contains("not sound, as a killed run leaves them"),
+            cut == last.start || said.contains("not sound, as a killed run leaves it"),
             "{said}"
         );
     }
