@@ -142,7 +142,7 @@ fn a_finished_run_whose_log_lost_elements_grows_them_again() {
         assert!(files(&desk.path("out")) == before, "{i}");
         let said = desk.done("--resume out");
         assert!(said.contains(lost), "{i}: {said}");
-        assert!(!said.contains("as a killed run leaves them"), "{said}");
+        assert!(!said.contains("as a killed run leaves it"), "{said}");
         desk.assert_same("out", "whole");
     }
 }
