@@ -1,11 +1,12 @@
-//! How long a run will take, told before it starts: within a factor of two for the usual settings, as docs/performance.md
-//! has their times, and of three for those that the tests below have.
+//! How many elements a run will have, and how long it will take, told before it starts: the time within a factor of two
+//! for the usual settings, as docs/performance.md has their times, and of three for those that the tests below have.
 
-use thallus::growth::{Join, Law, Steps};
-use thallus::run::Recipe;
-use thallus::substrate::Substrate;
+use std::f64::consts::PI;
 
-use super::memory::expected_elements;
+use thallus::growth::{Join, Law, SeedPlace, Steps};
+use thallus::run::{Recipe, StopRule};
+use thallus::substrate::{Component, Substrate};
+
 use super::progress::DIMENSION;
 
 /// Seconds an element on one thread, besides those for its contacts.
@@ -42,8 +43,37 @@ const ROUNDNESS: f64 = 0.3;
 /// Of contacts with a lichen too round to stick at all but by the lowest chance, those with its tips.
 const TIPS: f64 = 0.75;
 
+/// How many times elements cover a surface at most: packed discs cover 0.91 of a plane, those that only touch
+/// stopped at 0.6.
+pub(super) const MOST_COVERED: f64 = 1.0;
+
+/// About how many elements a run will have.
+pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    let area = substrate
+        .units()
+        .area_to_file(piece(substrate, recipe).area);
+    let cover = area / (PI * recipe.radius * recipe.radius);
+    let room = MOST_COVERED * cover;
+    let asked = match recipe.stop {
+        StopRule::Elements(n) => n as f64,
+        StopRule::Reach(length) => Growing::by(recipe).elements(length / recipe.radius),
+        StopRule::Cover(share) => share * cover,
+    };
+    asked.min(room)
+}
+
+/// The piece of the mesh that a run grows on. To find where chance puts its seed takes a look at every triangle.
+fn piece<'a>(substrate: &'a Substrate, recipe: &Recipe) -> &'a Component {
+    let largest = &substrate.components()[0];
+    if substrate.components().len() == 1 || recipe.at == SeedPlace::Top {
+        return largest;
+    }
+    let at = recipe.at.locate(substrate, recipe.seed, 0);
+    at.map_or(largest, |at| substrate.component_of(at.triangle))
+}
+
 /// How many elements a lichen has by its effective radius: share (R_e/r)^D.
-pub(super) struct Growing {
+struct Growing {
     share: f64,
     dimension: f64,
 }
@@ -52,7 +82,7 @@ impl Growing {
     /// The curvature rule closes gaps, the more the smaller B is. D was 1.88 to 1.9 at B = 0.1 and 0.3, 1.82 at 0.5,
     /// 1.75 at 0.7 and 1.7 at 0.9, at 150 and 400 radii. Without it the share was 0.63 to 0.73, and half of that
     /// where elements only touch, at 100 to 1000 radii.
-    pub(super) fn by(recipe: &Recipe) -> Self {
+    fn by(recipe: &Recipe) -> Self {
         const CLOSED: f64 = 1.9;
         const OPEN: f64 = 1.7;
         if sticks_everywhere_alike(recipe) {
@@ -73,7 +103,7 @@ impl Growing {
     }
 
     /// At an effective radius of so many radii of elements.
-    pub(super) fn elements(&self, reach: f64) -> f64 {
+    fn elements(&self, reach: f64) -> f64 {
         self.share * reach.powf(self.dimension)
     }
 
@@ -170,6 +200,7 @@ mod tests {
     use std::path::Path;
 
     use thallus::run::{Length, Settings, StopSetting};
+    use thallus::substrate::Soup;
 
     use super::*;
 
@@ -283,5 +314,59 @@ mod tests {
         assert!((both / seconds(&boulder, &whole) - 1.0).abs() < 1e-9);
         let [few, many] = [100, 100_000].map(|n| copies(&boulder, &recipe(n)));
         assert!(many && !few);
+    }
+
+    /// On a plane, with r = 0.5 and L = 10 r.
+    #[test]
+    fn elements_to_a_reach_are_as_measured() {
+        let plane = load("plane.obj");
+        let (pack, touch) = (Join::Pack, Join::Touch);
+        for (bias, min_stick, join, grown) in [
+            (0.5, 0.01, pack, 30_564.0),
+            (0.3, 0.01, pack, 47_102.0),
+            (0.2, 0.01, pack, 52_623.0),
+            (0.5, 1.0, pack, 10_904.0),
+            (0.5, 1.0, touch, 5290.0),
+        ] {
+            let settings = Settings {
+                radius: Some(Length::Units(0.5)),
+                bias: Some(bias),
+                min_stick: Some(min_stick),
+                join: Some(join),
+                stop: Some(StopSetting::Reach(Length::Radii(300.0))),
+                ..Settings::default()
+            };
+            let recipe = settings.resolve(&plane, "").unwrap();
+            let ratio = expected_elements(&plane, &recipe) / grown;
+            assert!((0.8..1.25).contains(&ratio), "{bias} {min_stick}: {ratio}");
+        }
+    }
+
+    /// Of two pieces, a large one and a small one.
+    #[test]
+    fn a_run_has_the_room_of_its_own_piece() {
+        let square = |x: f64, side: f64| {
+            [[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]].map(|[x, y]| [x, y, 0.0])
+        };
+        let soup = Soup {
+            positions: [square(5.0, 1000.0), square(0.0, 1.0)].concat(),
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+            notes: Vec::new(),
+        };
+        let substrate = Substrate::from_soup(soup).unwrap();
+        let expected = |at: Option<SeedPlace>| {
+            let settings = Settings {
+                radius: Some(Length::Units(0.01)),
+                at,
+                stop: Some(StopSetting::Cover(0.02)),
+                ..Settings::default()
+            };
+            let recipe = settings.resolve(&substrate, "").unwrap();
+            expected_elements(&substrate, &recipe)
+        };
+        let least = 0.02 / (PI * 1e-4);
+        let small = expected(Some(SeedPlace::Point([0.5, 0.5, 0.0])));
+        assert!((small / least - 1.0).abs() < 1e-6, "{small}");
+        assert!(expected(None) > 0.99e6 * least);
     }
 }

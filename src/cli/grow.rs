@@ -12,6 +12,7 @@ use thallus::substrate::{Substrate, UpAxis, load_soup};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
+use super::foreseen::MOST_COVERED;
 use super::memory::{After, Room};
 use super::named_mesh::{self, named_mesh};
 use super::number::{duration, elements, percent, short};
@@ -149,7 +150,7 @@ impl Job<'_> {
     fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
         let goal = Goal {
             stop: self.recipe.stop,
-            most_covered: memory::MOST_COVERED,
+            most_covered: MOST_COVERED,
         };
         let display = Display::new(goal, &run.progress(), self.voice.quiet);
         let mut watchers = (log, display);

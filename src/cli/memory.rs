@@ -1,17 +1,15 @@
 //! What a run will take in memory, told before it starts, with the [time](super::foreseen).
 
-use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
 use thallus::cluster::Cluster;
-use thallus::growth::SeedPlace;
-use thallus::run::{Recipe, StopRule};
+use thallus::run::Recipe;
 use thallus::skin::{Shape, expected_near, expected_triangles};
-use thallus::substrate::{Component, Loaded, Substrate};
+use thallus::substrate::{Loaded, Substrate};
 
 use super::failure::Failure;
-use super::foreseen::{Growing, copies, seconds_from};
+use super::foreseen::{copies, expected_elements, seconds_from};
 use super::number::{count, duration, short};
 use super::terminal::Voice;
 
@@ -67,10 +65,6 @@ const FELT_BEYOND: f64 = 2.0;
 const LONG: f64 = 1e6;
 const LONG_SECONDS: f64 = 60.0;
 const LARGE: f64 = 1e9;
-
-/// How many times elements cover a surface at most: packed discs cover 0.91 of a plane, those that only touch
-/// stopped at 0.6.
-pub(super) const MOST_COVERED: f64 = 1.0;
 
 /// What becomes of a run when it has grown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -284,31 +278,6 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
     BYTES * expected_elements(substrate, recipe)
 }
 
-/// About how many elements a run will have.
-pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let area = substrate
-        .units()
-        .area_to_file(piece(substrate, recipe).area);
-    let cover = area / (PI * recipe.radius * recipe.radius);
-    let room = MOST_COVERED * cover;
-    let asked = match recipe.stop {
-        StopRule::Elements(n) => n as f64,
-        StopRule::Reach(length) => Growing::by(recipe).elements(length / recipe.radius),
-        StopRule::Cover(share) => share * cover,
-    };
-    asked.min(room)
-}
-
-/// The piece of the mesh that a run grows on. To find where chance puts its seed takes a look at every triangle.
-fn piece<'a>(substrate: &'a Substrate, recipe: &Recipe) -> &'a Component {
-    let largest = &substrate.components()[0];
-    if substrate.components().len() == 1 || recipe.at == SeedPlace::Top {
-        return largest;
-    }
-    let at = recipe.at.locate(substrate, recipe.seed, 0);
-    at.map_or(largest, |at| substrate.component_of(at.triangle))
-}
-
 /// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what
 /// this process may take (`ulimit -v`).
 pub(super) fn available() -> Option<f64> {
@@ -353,9 +322,7 @@ pub(super) fn size(bytes: f64) -> String {
 mod tests {
     use std::path::Path;
 
-    use thallus::growth::Join;
-    use thallus::run::{Length, Settings, StopSetting};
-    use thallus::substrate::Soup;
+    use thallus::run::{Settings, StopSetting};
 
     use super::*;
 
@@ -450,60 +417,5 @@ mod tests {
         fs::remove_file(&folder).unwrap();
         assert_eq!(found, [None, Some(4096.0), None, None]);
         assert_eq!(number(file, ""), None);
-    }
-
-    /// On a plane, with r = 0.5 and L = 10 r.
-    #[test]
-    fn elements_to_a_reach_are_as_measured() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
-        let plane = Substrate::load(&file).unwrap();
-        let (pack, touch) = (Join::Pack, Join::Touch);
-        for (bias, min_stick, join, grown) in [
-            (0.5, 0.01, pack, 30_564.0),
-            (0.3, 0.01, pack, 47_102.0),
-            (0.2, 0.01, pack, 52_623.0),
-            (0.5, 1.0, pack, 10_904.0),
-            (0.5, 1.0, touch, 5290.0),
-        ] {
-            let settings = Settings {
-                radius: Some(Length::Units(0.5)),
-                bias: Some(bias),
-                min_stick: Some(min_stick),
-                join: Some(join),
-                stop: Some(StopSetting::Reach(Length::Radii(300.0))),
-                ..Settings::default()
-            };
-            let recipe = settings.resolve(&plane, "").unwrap();
-            let ratio = expected_elements(&plane, &recipe) / grown;
-            assert!((0.8..1.25).contains(&ratio), "{bias} {min_stick}: {ratio}");
-        }
-    }
-
-    /// Of two pieces, a large one and a small one.
-    #[test]
-    fn a_run_has_the_room_of_its_own_piece() {
-        let square = |x: f64, side: f64| {
-            [[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]].map(|[x, y]| [x, y, 0.0])
-        };
-        let soup = Soup {
-            positions: [square(5.0, 1000.0), square(0.0, 1.0)].concat(),
-            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
-            notes: Vec::new(),
-        };
-        let substrate = Substrate::from_soup(soup).unwrap();
-        let expected = |at: Option<SeedPlace>| {
-            let settings = Settings {
-                radius: Some(Length::Units(0.01)),
-                at,
-                stop: Some(StopSetting::Cover(0.02)),
-                ..Settings::default()
-            };
-            let recipe = settings.resolve(&substrate, "").unwrap();
-            expected_elements(&substrate, &recipe)
-        };
-        let least = 0.02 / (PI * 1e-4);
-        let small = expected(Some(SeedPlace::Point([0.5, 0.5, 0.0])));
-        assert!((small / least - 1.0).abs() < 1e-6, "{small}");
-        assert!(expected(None) > 0.99e6 * least);
     }
 }

@@ -1,5 +1,7 @@
 //! What every growth law offers to a run.
 
+use std::iter::zip;
+
 use serde::Serialize;
 
 use crate::cluster::{Cluster, Element};
@@ -44,6 +46,9 @@ pub enum Halt {
     Cancelled,
 }
 
+/// How many counts there are.
+const COUNTS: usize = 8;
+
 /// What growth took: the whole run so far.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
@@ -75,7 +80,7 @@ impl Counts {
     }
 
     /// All of them, in the order of logs. Taken apart by name: a new count does not compile until it is here.
-    pub(crate) fn numbers(&self) -> [u64; 8] {
+    fn each(&mut self) -> [&mut u64; COUNTS] {
         let Self {
             walkers,
             killed,
@@ -85,32 +90,25 @@ impl Counts {
             contacts,
             refusals,
             packed,
-        } = *self;
+        } = self;
         [
             walkers, killed, absorbed, steps, crossings, contacts, refusals, packed,
         ]
     }
 
+    pub(crate) fn numbers(&self) -> [u64; COUNTS] {
+        self.clone().each().map(|number| *number)
+    }
+
+    pub(crate) fn from_numbers(numbers: [u64; COUNTS]) -> Self {
+        let mut counts = Self::default();
+        zip(counts.each(), numbers).for_each(|(count, number)| *count = number);
+        counts
+    }
+
     /// Adds what one walker took.
     pub(super) fn add(&mut self, walker: &Self) {
-        let Self {
-            walkers,
-            killed,
-            absorbed,
-            steps,
-            crossings,
-            contacts,
-            refusals,
-            packed,
-        } = *walker;
-        self.walkers += walkers;
-        self.killed += killed;
-        self.absorbed += absorbed;
-        self.steps += steps;
-        self.crossings += crossings;
-        self.contacts += contacts;
-        self.refusals += refusals;
-        self.packed += packed;
+        zip(self.each(), walker.numbers()).for_each(|(sum, number)| *sum += number);
     }
 }
 

@@ -110,7 +110,7 @@ impl Block {
         let counts = std::array::from_fn(|i| number(28 + 8 * i));
         Some(Self {
             first: number(12),
-            counts: counts_of(counts),
+            counts: Counts::from_numbers(counts),
             elements: content[HEAD..].chunks_exact(ELEMENT).map(element).collect(),
             length: bytes.len() as u64,
         })
@@ -179,27 +179,4 @@ fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
 /// Numbers one after the other into a slice that has just room for them.
 fn put<const SIZE: usize, const N: usize>(to: &mut [u8], numbers: [[u8; SIZE]; N]) {
     to.copy_from_slice(numbers.as_flattened());
-}
-
-fn counts_of(numbers: [u64; COUNTS]) -> Counts {
-    let [
-        walkers,
-        killed,
-        absorbed,
-        steps,
-        crossings,
-        contacts,
-        refusals,
-        packed,
-    ] = numbers;
-    Counts {
-        walkers,
-        killed,
-        absorbed,
-        steps,
-        crossings,
-        contacts,
-        refusals,
-        packed,
-    }
 }

@@ -160,14 +160,15 @@ impl Simplifier {
     fn in_stages(&self, mesh: &TriMesh, triangles: usize) -> Vec<[u32; 3]> {
         let mut best = mesh.triangles.clone();
         let (mut too_few, mut enough) = (triangles.max(1), best.len());
-        let mut before = (best.clone(), enough);
+        // What the best came from, and how many triangles were asked for.
+        let mut before = None;
         while too_few < enough {
             let next = (enough / STAGE).max(too_few);
             let Some(fewer) = self.sound(mesh, &best, next) else {
                 too_few = next;
                 break;
             };
-            before = (std::mem::replace(&mut best, fewer), next);
+            before = Some((std::mem::replace(&mut best, fewer), next));
             enough = next;
         }
         for _ in 0..HALVINGS {
@@ -178,14 +179,13 @@ impl Simplifier {
             match self.sound(mesh, &best, between) {
                 None => too_few = between,
                 Some(fewer) => {
-                    before = (std::mem::replace(&mut best, fewer), between);
+                    before = Some((std::mem::replace(&mut best, fewer), between));
                     enough = between;
                 }
             }
         }
-        let (from, count) = before;
-        let unfolded = (count < from.len()).then(|| self.unfolded(mesh, &from, count));
-        unfolded.flatten().unwrap_or(best)
+        let unfolded = before.and_then(|(from, count)| self.unfolded(mesh, &from, count));
+        unfolded.unwrap_or(best)
     }
 
     /// About so many triangles in place of these, if they make a closed manifold that has kept its volume.
