@@ -94,7 +94,7 @@ fn growth(c: &mut Criterion) {
     for (name, soup) in [("two triangles", plane), ("80,000 triangles", field(200))] {
         let substrate = Substrate::from_soup(soup).expect("a mesh");
         let settings = Settings {
-            at: Some(SeedPlace::Center),
+            at: Some(vec![SeedPlace::Center]),
             stop: Some(StopSetting::Elements(5000)),
             ..Settings::default()
         };

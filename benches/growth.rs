@@ -180,7 +180,7 @@ fn compare_with_reference() {
     let run = reference::grow(&soup.positions, &soup.triangles, &params, stop);
     let literal = (cpu::seconds() - before) * 1e6 / run.elements.len() as f64;
     let settings = Settings {
-        at: Some(SeedPlace::Center),
+        at: Some(vec![SeedPlace::Center]),
         stop: Some(StopSetting::Elements(ELEMENTS as u64)),
         ..Settings::default()
     };
@@ -207,7 +207,7 @@ fn surface(workload: &Workload) -> (Substrate, f64) {
 fn recipe(workload: &Workload, substrate: &Substrate, elements: u64) -> Recipe {
     let settings = Settings {
         radius: workload.radius.map(Length::Units),
-        at: Some(SeedPlace::Center),
+        at: Some(vec![SeedPlace::Center]),
         bias: Some(workload.bias),
         gain: Some(workload.gain),
         join: Some(workload.join),

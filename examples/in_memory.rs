@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let settings = Settings {
         radius: Some(Length::Units(0.008)),
-        at: Some(SeedPlace::Center),
+        at: Some(vec![SeedPlace::Center]),
         stop: Some(StopSetting::Elements(1500)),
         ..Settings::default()
     };

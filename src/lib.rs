@@ -41,7 +41,7 @@
 //! };
 //! let substrate = Substrate::from_soup(soup)?;
 //! let settings = Settings {
-//!     at: Some(SeedPlace::Center),
+//!     at: Some(vec![SeedPlace::Center]),
 //!     stop: Some(StopSetting::Elements(200)),
 //!     ..Settings::default()
 //! };

@@ -341,7 +341,7 @@ fn box_counts_near_1_71_from_below_as_lichens_grow() {
 fn dla_on(ground: &Substrate, radius: f64, at: SeedPlace, seed: u64) -> Vec<Dimension> {
     let mut recipe = common::recipe(radius, 100_000);
     (recipe.bias, recipe.gain, recipe.join) = (1.0, 0.0, Join::Touch);
-    (recipe.seed, recipe.at) = (seed, at);
+    (recipe.seed, recipe.at) = (seed, vec![at]);
     let growth = grow(ground, &recipe, &Execution::default(), &mut ()).unwrap();
     assert_eq!(growth.cluster.len(), 100_000);
     let elements = Elements::of(ground, &growth.cluster);

@@ -408,7 +408,7 @@ fn faces_of_a_slab_never_touch_but_its_rim_is_crossed() {
 fn lichen_on_a_slab_comes_round_the_rim() {
     let slab = common::slab(12, 1.0, THICK);
     let mut recipe = common::recipe(R, 3000);
-    recipe.at = SeedPlace::Point([0.45, 1.0, 0.0]);
+    recipe.at = vec![SeedPlace::Point([0.45, 1.0, 0.0])];
     let growth = grow(&slab, &recipe, &Execution::default(), &mut ()).expect("grows");
     let elements = growth.cluster.elements();
     let file = |e: &Element| slab.units().to_file(e.position);
@@ -460,7 +460,7 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
         for seed in 1..60 {
             let mut recipe = common::recipe(WIDE, 60);
             (recipe.law, recipe.join, recipe.seed) = (law, join, seed);
-            recipe.at = SeedPlace::Point([0.0, 1.0, 0.485]);
+            recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.485])];
             let growth = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
             let file = |e: &Element| plate.units().to_file(e.position);
             let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();

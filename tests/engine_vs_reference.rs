@@ -59,7 +59,7 @@ fn recipe(params: &Params, elements: usize) -> Recipe {
         gain: params.gain,
         min_stick: params.min_stick,
         seed: params.seed,
-        at: SeedPlace::Point(params.at),
+        at: vec![SeedPlace::Point(params.at)],
         launch: params.launch,
         kill: params.kill,
         law: Law::Thesis,

@@ -378,7 +378,7 @@ fn grow_on_plate(crossings: u64, rough: f64) {
     let mut steps = 0.0;
     for seed in 0..6 {
         let recipe = Recipe {
-            at: SeedPlace::Random,
+            at: vec![SeedPlace::Random],
             bias: 0.3 + 0.1 * seed as f64,
             seed,
             ..common::recipe(radius, 800)
@@ -400,7 +400,7 @@ fn walkers_below_a_plate_come_to_its_lichen_as_small_steps_do() {
     let radius = 1.0 / 120.0;
     let plate = plate(1, 4.5 * radius, 0.0);
     let recipe = Recipe {
-        at: SeedPlace::Point([0.5, 0.0, 0.5]),
+        at: vec![SeedPlace::Point([0.5, 0.0, 0.5])],
         ..common::recipe(radius, 1000)
     };
     let grown = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");

@@ -385,6 +385,7 @@ fn logged(desk: &Desk, births: usize) -> (Duration, Vec<u8>) {
     let mut progress = Progress {
         elements: 0,
         effective_radius: 0.0,
+        reach: 0.0,
         covered: 0.0,
         counts: Counts::default(),
     };

@@ -543,7 +543,7 @@ fn a_skin_ends_where_another_lies_over_it() {
     let surface = plane(40.0);
     let cluster = grown(&surface, 0.1, 700);
     let moved = Recipe {
-        at: SeedPlace::Point([3.0, 0.0, 1.0]),
+        at: vec![SeedPlace::Point([3.0, 0.0, 1.0])],
         ..recipe(0.1, 500)
     };
     let other = grow(&surface, &moved, &Execution::default(), &mut ());
@@ -591,7 +591,7 @@ fn a_skin_ends_with_the_piece_that_it_is_on() {
     let triangles = vec![[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]];
     let surface = substrate(positions, triangles);
     let here = Recipe {
-        at: SeedPlace::Point([-0.01, 0.0, 0.0]),
+        at: vec![SeedPlace::Point([-0.01, 0.0, 0.0])],
         ..recipe(0.02, 150)
     };
     let cluster = grow(&surface, &here, &Execution::default(), &mut ());

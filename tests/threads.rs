@@ -99,7 +99,7 @@ fn touching_lichen_is_the_same_on_any_number_of_threads() {
 fn lichen_all_round_is_the_same_on_any_number_of_threads() {
     let sphere = common::sphere(52);
     let mut recipe = common::recipe(sphere.units().diagonal() / 120.0, 2500);
-    recipe.at = SeedPlace::Center;
+    recipe.at = vec![SeedPlace::Center];
     check("sphere", &sphere, &recipe);
     let (_, counts, _) = grown(&sphere, &recipe, ONE);
     let triangles = sphere.triangles().len() as u64;
@@ -114,7 +114,7 @@ fn lichen_all_round_is_the_same_on_any_number_of_threads() {
 fn lichen_on_one_face_of_a_plate_is_the_same_and_soon_crossed_under() {
     let slab = common::slab(24, 1.0, 0.001);
     let mut recipe = common::recipe(0.002, 2500);
-    recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
+    recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.0])];
     check("slab", &slab, &recipe);
     let (cluster, counts, _) = grown(&slab, &recipe, ONE);
     let front = |e: &thallus::cluster::Element| slab.units().to_file(e.position).y > 0.0;
@@ -141,7 +141,7 @@ fn lichen_of_brownian_motion_is_the_same_on_any_number_of_threads() {
     (recipe.join, recipe.gain, recipe.bias) = (Join::Touch, 0.0, 1.0);
     check("plane", &plane, &recipe);
     let mut recipe = brownian(0.002, 2500);
-    recipe.at = SeedPlace::Point([0.0, 1.0, 0.0]);
+    recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.0])];
     check("slab", &slab, &recipe);
     let (_, counts, _) = grown(&slab, &recipe, ONE);
     let steps = counts.steps / counts.walkers;
@@ -177,11 +177,8 @@ fn cancelled_now_and_then(substrate: &Substrate, recipe: &Recipe, threads: usize
     let model = WalkerModel::new(substrate, recipe.parameters(substrate));
     let mut model = model.on_threads(threads);
     let mut cluster = Cluster::new(recipe.parameters(substrate).radius);
-    let seed = recipe
-        .at
-        .locate(substrate, recipe.seed, 0)
-        .expect("a place");
-    cluster.push(Element::seed(substrate, seed));
+    let seeds = recipe.seeds(substrate).expect("a place");
+    cluster.push(Element::seed(substrate, seeds[0]));
     model.born(&cluster);
     let StopRule::Elements(wanted) = recipe.stop else {
         panic!("{:?}", recipe.stop)

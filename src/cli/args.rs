@@ -234,22 +234,24 @@ pub(crate) struct StopArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Place (one of them)")]
-#[group(multiple = false)]
+#[command(next_help_heading = "Place")]
 pub(crate) struct PlaceArgs {
-    /// Where the first element goes: the surface nearest to a point in mesh units; 'top', above the
-    /// middle of the largest piece; 'highest', its highest point; 'center', nearest to the bounding
-    /// box's centre; 'random', anywhere by area [default: top]
+    /// Where a lichen begins: the surface nearest to a point in mesh units; 'top', above the middle of the largest
+    /// piece; 'highest', its highest point; 'center', nearest to the bounding box's centre; 'random', anywhere by area.
+    /// Given several times, a colony begins at each [default: top]
     #[arg(
         long,
         value_name = "X,Y,Z|top|highest|center|random",
+        conflicts_with = "at_triangle",
         allow_hyphen_values = true
     )]
-    at: Option<SeedPlace>,
+    at: Vec<SeedPlace>,
     /// The same, by a triangle's number in the file, from 0, and the weights of its second and third corners [default:
     /// its centroid]
     #[arg(long, value_name = "T[,U,V]", value_parser = triangle, allow_hyphen_values = true)]
-    at_triangle: Option<SeedPlace>,
+    at_triangle: Vec<SeedPlace>,
+    #[arg(long, value_name = "N", help = run::COLONIES.help(), allow_negative_numbers = true)]
+    colonies: Option<u64>,
 }
 
 /// How the mesh stands.
@@ -355,7 +357,8 @@ pub(super) fn settings(
         gain: look.gain,
         min_stick: look.min_stick,
         seed: look.seed,
-        at: place.at.clone().or_else(|| place.at_triangle.clone()),
+        at: place.places(),
+        colonies: place.colonies,
         launch: walk.launch,
         kill: walk.kill,
         join: look.join,
@@ -364,6 +367,13 @@ pub(super) fn settings(
         boundary: walk.boundary,
         stop: stop.setting(),
         ..Settings::default()
+    }
+}
+
+impl PlaceArgs {
+    fn places(&self) -> Option<Vec<SeedPlace>> {
+        let places = [&self.at[..], &self.at_triangle[..]].concat();
+        Some(places).filter(|places| !places.is_empty())
     }
 }
 
@@ -413,7 +423,7 @@ mod tests {
             gain: Some(2.0),
             min_stick: Some(0.1),
             seed: Some(u64::MAX),
-            at: Some(SeedPlace::Point([-1.0, -2.0, 3.0])),
+            at: Some(vec![SeedPlace::Point([-1.0, -2.0, 3.0])]),
             mesh_up: Some(UpAxis::Z),
             launch: Some(2.0),
             kill: Some(20.0),

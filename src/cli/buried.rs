@@ -1,23 +1,41 @@
-//! Whether a lichen would start where nobody sees it: on a piece of the mesh, inside another one.
+//! Whether lichens would start where nobody sees them: on a piece of the mesh, inside another one.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 use thallus::run::Recipe;
-use thallus::substrate::{Component, Substrate};
+use thallus::substrate::{Component, Substrate, SurfacePoint};
+
+use super::number::count;
 
 /// Says so, and what to do.
 pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> {
-    let at = recipe.at.locate(substrate, recipe.seed, 0).ok()?;
-    let place = substrate.position(&at);
+    if substrate.components().len() == 1 {
+        return None;
+    }
+    let seeds = recipe.seeds(substrate).ok()?;
+    let buried = { seeds.iter() }.filter(|at| is_buried(substrate, at));
+    let who = match (buried.count(), seeds.len()) {
+        (0, _) => return None,
+        (1, 1) => "the lichen starts".to_owned(),
+        (1, all) => format!("1 of {} colonies starts", count(all as u64)),
+        (some, all) => format!(
+            "{} of {} colonies start",
+            count(some as u64),
+            count(all as u64)
+        ),
+    };
+    Some(format!(
+        "{who} inside another piece of the mesh: unless that is a room, give a place that is seen with --at \
+         ('highest', or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
+    ))
+}
+
+fn is_buried(substrate: &Substrate, at: &SurfacePoint) -> bool {
+    let place = substrate.position(at);
     let own = substrate.component_of(at.triangle);
     let mut others = substrate.components().iter();
-    let holds = |piece: &&Component| *piece != own && is_inside(substrate, piece, place);
-    others.find(holds).map(|_| {
-        "the lichen starts inside another piece of the mesh: unless that is a room, give a place that is seen with --at \
-         ('highest', or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
-            .to_owned()
-    })
+    others.any(|piece| piece != own && is_inside(substrate, piece, place))
 }
 
 /// Whether a place is inside a piece that is closed, or nearly so, whichever way it is wound: by its winding number
@@ -79,7 +97,7 @@ mod tests {
 
     fn tells(substrate: &Substrate, at: [f64; 3]) -> bool {
         let settings = Settings {
-            at: Some(SeedPlace::Point(at)),
+            at: Some(vec![SeedPlace::Point(at)]),
             ..Settings::default()
         };
         warning(substrate, &settings.resolve(substrate, "").unwrap()).is_some()

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use thallus::growth::{Join, Law, SeedPlace, Steps};
 use thallus::run::{Recipe, StopRule};
-use thallus::substrate::{Component, Substrate};
+use thallus::substrate::Substrate;
 
 use super::progress::DIMENSION;
 
@@ -49,27 +49,38 @@ pub(super) const MOST_COVERED: f64 = 1.0;
 
 /// About how many elements a run will have.
 pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let area = substrate
-        .units()
-        .area_to_file(piece(substrate, recipe).area);
-    let cover = area / (PI * recipe.radius * recipe.radius);
+    let cover = room(substrate, recipe);
     let room = MOST_COVERED * cover;
     let asked = match recipe.stop {
         StopRule::Elements(n) => n as f64,
-        StopRule::Reach(length) => Growing::by(recipe).elements(length / recipe.radius),
+        StopRule::Reach(length) => {
+            colonies(recipe) * Growing::by(recipe).elements(length / recipe.radius)
+        }
         StopRule::Cover(share) => share * cover,
     };
     asked.min(room)
 }
 
-/// The piece of the mesh that a run grows on. To find where chance puts its seed takes a look at every triangle.
-fn piece<'a>(substrate: &'a Substrate, recipe: &Recipe) -> &'a Component {
-    let largest = &substrate.components()[0];
-    if substrate.components().len() == 1 || recipe.at == SeedPlace::Top {
+/// Area of what a run grows on over that of an element.
+fn room(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    let area = substrate.units().area_to_file(area(substrate, recipe));
+    area / (PI * recipe.radius * recipe.radius)
+}
+
+/// Of the pieces of the mesh that a run grows on. To find where chance puts a seed takes a look at every triangle.
+fn area(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    let largest = substrate.components()[0].area;
+    if substrate.components().len() == 1 || recipe.at == [SeedPlace::Top] {
         return largest;
     }
-    let at = recipe.at.locate(substrate, recipe.seed, 0);
-    at.map_or(largest, |at| substrate.component_of(at.triangle))
+    let seeds = recipe.seeds(substrate);
+    seeds.map_or(largest, |seeds| {
+        substrate.area_of_pieces(seeds.iter().map(|at| at.triangle))
+    })
+}
+
+fn colonies(recipe: &Recipe) -> f64 {
+    recipe.at.len() as f64
 }
 
 /// How many elements a lichen has by its effective radius: share (R_e/r)^D.
@@ -135,14 +146,16 @@ pub(super) fn seconds_from(substrate: &Substrate, recipe: &Recipe, grown: f64) -
 
 /// What the first so many elements take.
 fn grow_seconds(substrate: &Substrate, recipe: &Recipe, elements: f64) -> f64 {
-    let across = Growing::by(recipe).reach(elements);
+    let colonies = colonies(recipe);
+    let each = elements / colonies;
+    let across = Growing::by(recipe).reach(each);
     let walking = elements * walk(substrate, recipe, across);
     let within = (recipe.curvature_radius / recipe.radius).min(across);
     let contact = match sticks_everywhere_alike(recipe) {
         true => CONTACT,
         false => CONTACT * (1.0 + within / COUNTED),
     };
-    walking + contact * contacts(recipe, elements)
+    walking + contact * colonies * contacts(recipe, each)
 }
 
 /// What the walkers of an element take in a lichen that becomes as large as this, besides for contacts.
@@ -157,10 +170,19 @@ fn walk(substrate: &Substrate, recipe: &Recipe, across: f64) -> f64 {
         Law::Brownian => 0.6,
     };
     let small = match recipe.steps {
-        Steps::Small => of_law * SMALL_STEPS * across * across,
+        Steps::Small => of_law * SMALL_STEPS * spread_sq(substrate, recipe, across),
         _ => 0.0,
     };
     of_mesh * (WALK + small)
+}
+
+/// Square of the radius that holds the lichen, which becomes as large as this: of several colonies what would hold the
+/// surface.
+fn spread_sq(substrate: &Substrate, recipe: &Recipe, across: f64) -> f64 {
+    match recipe.at.len() {
+        1 => across * across,
+        _ => room(substrate, recipe).max(across * across),
+    }
 }
 
 fn is_fine(substrate: &Substrate) -> bool {
@@ -354,7 +376,7 @@ mod tests {
             notes: Vec::new(),
         };
         let substrate = Substrate::from_soup(soup).unwrap();
-        let expected = |at: Option<SeedPlace>| {
+        let expected = |at: Option<Vec<SeedPlace>>| {
             let settings = Settings {
                 radius: Some(Length::Units(0.01)),
                 at,
@@ -365,7 +387,7 @@ mod tests {
             expected_elements(&substrate, &recipe)
         };
         let least = 0.02 / (PI * 1e-4);
-        let small = expected(Some(SeedPlace::Point([0.5, 0.5, 0.0])));
+        let small = expected(Some(vec![SeedPlace::Point([0.5, 0.5, 0.0])]));
         assert!((small / least - 1.0).abs() < 1e-6, "{small}");
         assert!(expected(None) > 0.99e6 * least);
     }

@@ -151,6 +151,7 @@ impl Job<'_> {
         let goal = Goal {
             stop: self.recipe.stop,
             most_covered: MOST_COVERED,
+            colonies: self.recipe.at.len(),
         };
         let display = Display::new(goal, &run.progress(), self.voice.quiet);
         let mut watchers = (log, display);
@@ -367,10 +368,13 @@ enum How {
 /// What came of it, and how the command ends.
 fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result<(), Failure> {
     let summary = format!(
-        "{}: {}, effective radius {}, covering {}, grown in {}; it ended because {}",
+        "{}: {}{}, covering {}, grown in {}; it ended because {}",
         folder.display(),
         elements(report.elements),
-        short(report.effective_radius),
+        match report.colonies {
+            1 => format!(", effective radius {}", short(report.effective_radius)),
+            several => format!(" in {several} colonies"),
+        },
         percent(report.covered_share),
         duration(report.seconds.grow),
         report.stopped_because,

@@ -35,6 +35,8 @@ pub(crate) struct Goal {
     pub(crate) stop: StopRule,
     /// Share of the surface at which no room is left, whatever was asked for.
     pub(crate) most_covered: f64,
+    /// How many lichens grow.
+    pub(crate) colonies: usize,
 }
 
 enum Form {
@@ -75,9 +77,13 @@ impl Display {
         self.tell_of_starving(progress);
         match &self.form {
             Form::Nothing => {}
-            Form::Lines => terminal::plain(&line(progress, &self.pace, share)),
+            Form::Lines => {
+                let size = size(progress, self.goal.colonies, "effective radius");
+                terminal::plain(&line(progress, &size, &self.pace, share));
+            }
             Form::Bar(bar) => {
-                bar.set_message(short_line(progress, &self.pace, share));
+                let size = size(progress, self.goal.colonies, "R_e");
+                bar.set_message(short_line(progress, &size, &self.pace, share));
                 bar.set_position((share * FULL as f64) as u64);
             }
         }
@@ -123,11 +129,18 @@ pub(super) fn bar() -> ProgressBar {
     bar
 }
 
-fn line(progress: &Progress, pace: &Pace, share: f64) -> String {
+/// How far the lichen extends, or of several the one that extends farthest.
+fn size(progress: &Progress, colonies: usize, of_one: &str) -> String {
+    match colonies {
+        1 => format!("{of_one} {}", short(progress.effective_radius)),
+        _ => format!("reach {}", short(progress.reach)),
+    }
+}
+
+fn line(progress: &Progress, size: &str, pace: &Pace, share: f64) -> String {
     format!(
-        "{} elements, effective radius {}, covering {}, {} elements/s, {} left",
+        "{} elements, {size}, covering {}, {} elements/s, {} left",
         count(progress.elements),
-        short(progress.effective_radius),
         percent(progress.covered),
         count(pace.elements_per_second as u64),
         time_left(pace, share),
@@ -135,11 +148,10 @@ fn line(progress: &Progress, pace: &Pace, share: f64) -> String {
 }
 
 /// The same for beside a bar, on a terminal of 80 columns.
-fn short_line(progress: &Progress, pace: &Pace, share: f64) -> String {
+fn short_line(progress: &Progress, size: &str, pace: &Pace, share: f64) -> String {
     format!(
-        "{} elements, R_e {}, {}/s, {} left",
+        "{} elements, {size}, {}/s, {} left",
         count(progress.elements),
-        short(progress.effective_radius),
         count(pace.elements_per_second as u64),
         time_left(pace, share),
     )
@@ -170,7 +182,7 @@ fn starving(progress: &Progress) -> Option<String> {
 fn share_done(goal: &Goal, progress: &Progress) -> f64 {
     let share = match goal.stop {
         StopRule::Elements(n) => progress.elements as f64 / n as f64,
-        StopRule::Reach(length) => (progress.effective_radius / length).powf(DIMENSION),
+        StopRule::Reach(length) => (progress.reach / length).powf(DIMENSION),
         StopRule::Cover(share) => progress.covered / share,
     };
     share
@@ -252,6 +264,7 @@ mod tests {
         Progress {
             elements,
             effective_radius: 2.0,
+            reach: 2.0,
             covered: 0.25,
             counts: Counts::default(),
         }
@@ -260,7 +273,12 @@ mod tests {
     #[test]
     fn shares_follow_the_goal() {
         let p = progress(50);
-        let done = |stop, most_covered| share_done(&Goal { stop, most_covered }, &p);
+        let goal = |stop, most_covered| Goal {
+            stop,
+            most_covered,
+            colonies: 1,
+        };
+        let done = |stop, most_covered| share_done(&goal(stop, most_covered), &p);
         assert_eq!(done(StopRule::Elements(200), 4.0), 0.25);
         assert_eq!(done(StopRule::Cover(0.5), 1.0), 0.5);
         assert_eq!(done(StopRule::Reach(2.0), 1.0), 1.0);
@@ -337,10 +355,14 @@ mod tests {
         let start = Instant::now();
         let mut pace = Pace::new(start, 0, 0.0);
         pace.update(start + Duration::from_secs(2), 50, 0.25);
-        let line = line(&progress(50), &pace, 0.25);
+        let said = |colonies| {
+            let size = size(&progress(50), colonies, "effective radius");
+            line(&progress(50), &size, &pace, 0.25)
+        };
         assert_eq!(
-            line,
+            said(1),
             "50 elements, effective radius 2, covering 25 %, 25 elements/s, 6.0 s left"
         );
+        assert!(said(3).starts_with("50 elements, reach 2, covering"));
     }
 }

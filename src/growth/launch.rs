@@ -177,6 +177,11 @@ pub(super) struct AreaSampler {
 }
 
 impl AreaSampler {
+    /// Among all of a mesh.
+    pub(super) fn of_all(substrate: &Substrate) -> Self {
+        Self::new(substrate, 0..substrate.triangles().len() as u32)
+    }
+
     pub(super) fn new(substrate: &Substrate, triangles: impl Iterator<Item = u32>) -> Self {
         let mut sampler = Self::default();
         let mut total = 0.0;
@@ -240,7 +245,7 @@ mod tests {
     fn areas_are_found_as_by_looking_at_all() {
         for mesh in ["meshes/rock.obj", "meshes/slab.stl", "meshes/plane.obj"] {
             let substrate = Substrate::load(Path::new(mesh)).expect("a mesh");
-            let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+            let area = AreaSampler::of_all(&substrate);
             let whole = *area.areas.last().expect("a triangle");
             let mut stream = Stream::new(1, Purpose::Walker, 0);
             let anywhere = (0..20_000).map(|_| stream.uniform() * whole);

@@ -16,6 +16,7 @@ mod parameters;
 mod passage;
 mod patience;
 mod place;
+mod seeds;
 mod sharing;
 mod step;
 mod stick;

@@ -71,12 +71,12 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Whether so many elements can have taken this: a walker each but for the seed, and no number larger than
+    /// Whether so many elements can have taken this: a walker each but for the seeds, and no number larger than
     /// counting comes to.
-    pub(crate) fn can_be_of(&self, elements: usize) -> bool {
+    pub(crate) fn can_be_of(&self, elements: usize, seeds: usize) -> bool {
         const MOST: u64 = 1 << 60;
         let is_small = self.numbers().iter().all(|&n| n <= MOST);
-        is_small && self.walkers >= elements.saturating_sub(1) as u64
+        is_small && self.walkers >= elements.saturating_sub(seeds) as u64
     }
 
     /// All of them, in the order of logs. Taken apart by name: a new count does not compile until it is here.

@@ -6,7 +6,7 @@ use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Substrate, SurfacePoint};
 
-/// Where the seed element goes.
+/// Where the seed element of a colony goes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SeedPlace {
     /// On the mesh's largest piece, where a plumb line through the middle of that piece's bounding
@@ -25,9 +25,12 @@ pub enum SeedPlace {
     Highest,
     /// The point of the surface nearest to the bounding box's centre.
     Center,
-    /// Uniform by area over the whole mesh, from the recipe's seed.
+    /// Uniform by area over the whole mesh, from the recipe's seed and the colony's number.
     Random,
 }
+
+/// Random places that are tried for a seed element.
+pub(super) const TRIES: usize = 1000;
 
 /// Why a seed element has no place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,6 +83,30 @@ pub enum PlaceError {
         /// Upper corner of the bounding box, file units.
         high: [f64; 3],
     },
+    /// Two seed elements would overlap.
+    #[error(
+        "the seeds of colonies {first} and {second}, counted from 0, would overlap: they are {distance} apart, and \
+         an element is {diameter} across; move one of them, or leave it out"
+    )]
+    Overlap {
+        /// The older colony.
+        first: usize,
+        /// The younger one.
+        second: usize,
+        /// Between their seeds, file units.
+        distance: f64,
+        /// Diameter of an element, file units.
+        diameter: f64,
+    },
+    /// Chance finds no room.
+    #[error(
+        "none of {TRIES} random places had room for the seed of colony {colony}, counted from 0: ask for fewer \
+         colonies, or for smaller elements (radius)"
+    )]
+    Crowded {
+        /// The colony.
+        colony: usize,
+    },
 }
 
 impl SeedPlace {
@@ -106,9 +133,8 @@ impl SeedPlace {
             Self::Highest => Ok(highest(substrate)),
             Self::Center => Ok(substrate.nearest(DVec3::ZERO).0),
             Self::Random => {
-                let all = 0..substrate.triangles().len() as u32;
                 let mut stream = Stream::new(seed, Purpose::SeedPlace, colony);
-                Ok(AreaSampler::new(substrate, all).sample(&mut stream))
+                Ok(AreaSampler::of_all(substrate).sample(&mut stream))
             }
         }
     }

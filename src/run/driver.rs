@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::settings::check_room;
 use super::{Execution, Observer, Progress, Recipe, SettingsError, StopRule};
 use crate::cluster::{Cluster, Element};
 use crate::growth::{Counts, GrowthModel, Halt, Parallel, PlaceError, WalkerModel};
@@ -56,7 +57,7 @@ pub enum Stopped {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GrowError {
-    /// The seed element has no place.
+    /// A seed element has no place.
     #[error(transparent)]
     Place(#[from] PlaceError),
     /// The recipe has a value that settings could not have.
@@ -112,7 +113,7 @@ const TWICE_THE_ROOM: usize = 800;
 ///
 /// # Errors
 /// When the recipe has a value that [`Settings`](super::Settings) could not have (its fields are public), the
-/// radius does not fit the mesh, or the seed element has no place.
+/// radius does not fit the mesh, or a seed element has no place.
 pub fn grow(
     substrate: &Substrate,
     recipe: &Recipe,
@@ -137,7 +138,12 @@ pub struct Begun {
 pub struct Run<'a> {
     substrate: &'a Substrate,
     rule: StopRule,
-    seed: Element,
+    /// One a colony.
+    seeds: Vec<Element>,
+    /// Of all pieces that these are on.
+    area: f64,
+    /// How far elements are from their colonies' seeds at most.
+    reach: f64,
     cluster: Cluster,
     model: WalkerModel<'a>,
 }
@@ -147,7 +153,7 @@ impl std::fmt::Debug for Run<'_> {
         f.debug_struct("Run")
             .field("elements", &self.cluster.len())
             .field("rule", &self.rule)
-            .field("seed", &self.seed)
+            .field("colonies", &self.seeds.len())
             .finish_non_exhaustive()
     }
 }
@@ -163,13 +169,22 @@ impl<'a> Run<'a> {
         if !substrate.has_up(recipe.mesh_up) {
             return Err(GrowError::Up);
         }
-        let seed = seed(substrate, recipe)?;
-        recipe.check(substrate, seed.at.triangle)?;
+        recipe.check(substrate)?;
+        let seeds = recipe.seeds(substrate)?;
+        check_room(substrate, &seeds, recipe, false)?;
         let parameters = recipe.parameters(substrate);
         let mut run = Self {
             substrate,
             rule: recipe.stop,
-            seed,
+            area: substrate.area_of_pieces(seeds.iter().map(|at| at.triangle)),
+            seeds: (0..)
+                .zip(seeds)
+                .map(|(colony, at)| Element {
+                    colony,
+                    ..Element::seed(substrate, at)
+                })
+                .collect(),
+            reach: 0.0,
             cluster: Cluster::new(parameters.radius),
             model: WalkerModel::new(substrate, parameters),
         };
@@ -198,7 +213,7 @@ impl<'a> Run<'a> {
 
     fn replay(&mut self, begun: Begun) -> Result<(), GrowError> {
         let total = begun.elements.len();
-        if !begun.counts.can_be_of(total) {
+        if !begun.counts.can_be_of(total, self.seeds.len()) {
             return Err(GrowError::ForeignCounts {
                 elements: total,
                 walkers: begun.counts.walkers,
@@ -221,10 +236,10 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Whether an element can be the next one: the seed, or one on the mesh with an older parent.
+    /// Whether an element can be the next one: a seed, or one on the mesh with an older parent.
     fn may_follow(&self, element: &Element, bounds: [DVec3; 2]) -> bool {
-        if self.cluster.is_empty() {
-            return *element == self.seed;
+        if let Some(seed) = self.next_seed() {
+            return *element == seed;
         }
         let parent = self.cluster.elements().get(element.parent as usize);
         parent.is_some_and(|parent| parent.colony == element.colony)
@@ -246,12 +261,16 @@ impl<'a> Run<'a> {
 
     /// How far it has come.
     pub fn progress(&self) -> Progress {
-        let component = self.substrate.component_of(self.seed.at.triangle);
-        let radius = self.cluster.extent().effective_radius();
+        let to_file = |length| self.substrate.units().length_to_file(length);
+        let effective_radius = to_file(self.cluster.extent().effective_radius());
         Progress {
             elements: self.cluster.len() as u64,
-            effective_radius: self.substrate.units().length_to_file(radius),
-            covered: (self.cluster.covered_area() / component.area).min(1.0),
+            effective_radius,
+            reach: match self.seeds.len() {
+                1 => effective_radius,
+                _ => to_file(self.reach),
+            },
+            covered: (self.cluster.covered_area() / self.area).min(1.0),
             counts: self.model.counts().clone(),
         }
     }
@@ -302,8 +321,8 @@ impl<'a> Run<'a> {
     }
 
     fn next(&mut self, execution: &Execution) -> Result<Element, Stopped> {
-        if self.cluster.is_empty() {
-            return Ok(self.seed);
+        if let Some(seed) = self.next_seed() {
+            return Ok(seed);
         }
         let cancelled = || execution.is_cancelled();
         if cancelled() {
@@ -317,7 +336,13 @@ impl<'a> Run<'a> {
         })
     }
 
+    fn next_seed(&self) -> Option<Element> {
+        self.seeds.get(self.cluster.len()).copied()
+    }
+
     fn add(&mut self, element: Element) {
+        let seed = &self.seeds[element.colony as usize];
+        self.reach = element.position.distance(seed.position).max(self.reach);
         self.cluster.push(element);
         self.model.born(&self.cluster);
     }
@@ -325,9 +350,7 @@ impl<'a> Run<'a> {
     fn reached(&self, progress: &Progress) -> Option<Stopped> {
         match self.rule {
             StopRule::Elements(n) => (progress.elements >= n).then_some(Stopped::Elements),
-            StopRule::Reach(length) => {
-                (progress.effective_radius >= length).then_some(Stopped::Reach)
-            }
+            StopRule::Reach(length) => (progress.reach >= length).then_some(Stopped::Reach),
             StopRule::Cover(share) => (progress.covered >= share).then_some(Stopped::Cover),
         }
         .or((progress.elements >= MOST_ELEMENTS).then_some(Stopped::Full))
@@ -336,8 +359,3 @@ impl<'a> Run<'a> {
 
 /// How far outside its triangle an element may be by round-off, as a weight of a corner.
 const OUTSIDE: f64 = 1e-6;
-
-fn seed(substrate: &Substrate, recipe: &Recipe) -> Result<Element, PlaceError> {
-    let place = recipe.at.locate(substrate, recipe.seed, 0)?;
-    Ok(Element::seed(substrate, place))
-}

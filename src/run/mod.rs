@@ -3,6 +3,7 @@
 mod driver;
 mod execution;
 mod length;
+mod loose;
 mod names;
 mod observer;
 mod parameter;
@@ -23,7 +24,7 @@ pub use execution::Execution;
 pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
 pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
-    BIAS, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
+    BIAS, COLONIES, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
     ParameterInfo, RADIUS, REACH,
 };
 pub(crate) use places::Places;

@@ -12,7 +12,10 @@ pub struct Progress {
     pub elements: u64,
     /// Effective radius R_e, file units.
     pub effective_radius: f64,
-    /// Share of the lichen's component that its discs cover, by area, 0 to 1.
+    /// What a reach is compared with, file units: the effective radius, or of several colonies how far elements are
+    /// from their colonies' seeds at most.
+    pub reach: f64,
+    /// Share of the pieces that the lichen is on that its discs cover, by area, 0 to 1.
     pub covered: f64,
     /// What it took: together with the elements, all that going on later needs.
     pub counts: Counts,

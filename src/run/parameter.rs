@@ -143,6 +143,17 @@ pub const COVER: ParameterInfo = ParameterInfo {
     high: 1.0,
 };
 
+/// Number of colonies.
+pub const COLONIES: ParameterInfo = ParameterInfo {
+    name: "colonies",
+    looks: "How many lichens grow at once, each from a seed of its own, and share the surface between them. Those \
+            that are given no place start at random, uniformly by area",
+    range: "1 to 10000",
+    default: "",
+    low: 1.0,
+    high: 10_000.0,
+};
+
 /// The table, in the order in which it is shown.
 pub const PARAMETERS: &[ParameterInfo] = &[
     RADIUS,
@@ -155,4 +166,5 @@ pub const PARAMETERS: &[ParameterInfo] = &[
     ELEMENTS,
     REACH,
     COVER,
+    COLONIES,
 ];

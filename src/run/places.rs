@@ -1,11 +1,11 @@
-//! Where seed elements go on one mesh.
+//! Where the seed elements of many runs go on one mesh.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 
 use super::Recipe;
 use crate::growth::{PlaceError, SeedPlace};
-use crate::substrate::{Component, Substrate, SurfacePoint};
+use crate::substrate::{Substrate, SurfacePoint};
 
 /// Finds places of seed elements, each of them once: to find one may take a look at every triangle, and most
 /// grids of many runs have one for all of them.
@@ -14,7 +14,7 @@ pub(crate) struct Places<'a> {
     found: RefCell<HashMap<String, Found>>,
 }
 
-type Found = Result<SurfacePoint, PlaceError>;
+type Found = Result<Vec<SurfacePoint>, PlaceError>;
 
 impl<'a> Places<'a> {
     pub(crate) fn on(substrate: &'a Substrate) -> Self {
@@ -24,24 +24,25 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// The place for a run with this seed.
-    pub(super) fn of(&self, at: &SeedPlace, seed: u64) -> Found {
-        self.of_by(at, seed, || at.locate(self.substrate, seed, 0))
+    /// The places for a run.
+    pub(super) fn of(&self, recipe: &Recipe) -> Found {
+        self.of_by(recipe, || recipe.seeds(self.substrate))
     }
 
-    /// The piece of the mesh that a run grows on; the largest where its seed has no place.
-    pub(crate) fn piece(&self, recipe: &Recipe) -> &'a Component {
-        match self.of(&recipe.at, recipe.seed) {
-            Ok(at) => self.substrate.component_of(at.triangle),
-            Err(_) => &self.substrate.components()[0],
+    /// The area of the pieces of the mesh that a run grows on, local units; of the largest where its seeds have no
+    /// places.
+    pub(crate) fn area(&self, recipe: &Recipe) -> f64 {
+        match self.of(recipe) {
+            Ok(seeds) => { self.substrate }.area_of_pieces(seeds.iter().map(|at| at.triangle)),
+            Err(_) => self.substrate.components()[0].area,
         }
     }
 
-    fn of_by(&self, at: &SeedPlace, seed: u64, locate: impl FnOnce() -> Found) -> Found {
-        // Only chance asks for the seed.
-        let key = match at {
-            SeedPlace::Random => format!("{at:?} {seed}"),
-            _ => format!("{at:?}"),
+    fn of_by(&self, recipe: &Recipe, locate: impl FnOnce() -> Found) -> Found {
+        // Only chance asks for the seed, and only it and colonies beside others for the radius.
+        let key = match &recipe.at[..] {
+            [place] if *place != SeedPlace::Random => format!("{place:?}"),
+            places => format!("{places:?} {} {:?}", recipe.seed, recipe.radius),
         };
         let mut found = self.found.borrow_mut();
         found.entry(key).or_insert_with(locate).clone()
@@ -51,33 +52,46 @@ impl<'a> Places<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::{Length, Settings};
     use crate::substrate::Soup;
 
     #[test]
-    fn a_place_is_looked_for_once_and_one_of_chance_once_a_seed() {
+    fn places_are_looked_for_once_and_those_of_chance_once_a_seed_and_radius() {
         let soup = Soup {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],
             notes: Vec::new(),
         };
         let substrate = Substrate::from_soup(soup).unwrap();
+        let sound = Settings {
+            radius: Some(Length::Units(0.01)),
+            ..Settings::default()
+        };
+        let sound = sound.resolve(&substrate, "").unwrap();
         let places = Places::on(&substrate);
-        let looks = |at: &SeedPlace| {
+        let looks = |at: &[SeedPlace]| {
             let mut looks = 0;
-            for seed in [1, 2, 1] {
+            for (seed, radius) in [(1, 0.01), (2, 0.01), (1, 0.01), (1, 0.02)] {
+                let recipe = Recipe {
+                    at: at.to_vec(),
+                    seed,
+                    radius,
+                    ..sound.clone()
+                };
                 let locate = || {
                     looks += 1;
-                    at.locate(&substrate, seed, 0)
+                    recipe.seeds(&substrate)
                 };
-                let found = places.of_by(at, seed, locate);
-                assert_eq!(found, at.locate(&substrate, seed, 0), "{at:?}");
+                let found = places.of_by(&recipe, locate);
+                assert_eq!(found, recipe.seeds(&substrate), "{at:?}");
             }
             looks
         };
         let there = |x| SeedPlace::Point([x, 0.0, 0.0]);
-        assert_eq!(looks(&SeedPlace::Top), 1);
-        assert_eq!([there(0.1), there(0.2)].map(|at| looks(&at)), [1, 1]);
-        assert_eq!(looks(&there(1e9)), 1, "one that is none");
-        assert_eq!(looks(&SeedPlace::Random), 2);
+        assert_eq!(looks(&[SeedPlace::Top]), 1);
+        assert_eq!([there(0.1), there(0.2)].map(|at| looks(&[at])), [1, 1]);
+        assert_eq!(looks(&[there(1e9)]), 1, "one that is none");
+        assert_eq!(looks(&[SeedPlace::Random]), 3);
+        assert_eq!(looks(&[SeedPlace::Top, there(0.1)]), 3);
     }
 }

@@ -2,10 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::check_room;
 use super::{Settings, SettingsError};
-use crate::growth::{Boundary, Join, Law, Parameters, SeedPlace, Steps};
-use crate::substrate::{Substrate, UpAxis};
+use crate::growth::{Boundary, Join, Law, Parameters, PlaceError, SeedPlace, Steps};
+use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// Which mesh a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,9 +20,10 @@ pub struct MeshId {
 pub enum StopRule {
     /// At this many elements.
     Elements(u64),
-    /// When the effective radius reaches this length (file units).
+    /// When the effective radius reaches this length (file units); of several colonies, when one extends as far from
+    /// its seed.
     Reach(f64),
-    /// When the elements' discs cover this share of the lichen's component, by area.
+    /// When the elements' discs cover this share of the pieces of the mesh that they are on, by area.
     Cover(f64),
 }
 
@@ -53,8 +53,8 @@ pub struct Recipe {
     pub min_stick: f64,
     /// Seed of every random stream.
     pub seed: u64,
-    /// Where the seed element goes.
-    pub at: SeedPlace,
+    /// Where the seed elements go, one a colony.
+    pub at: Vec<SeedPlace>,
     /// Launch radius over the effective radius.
     pub launch: f64,
     /// Kill radius over the effective radius.
@@ -91,12 +91,20 @@ impl Recipe {
         }
     }
 
+    /// The seed elements' places, one a colony.
+    ///
+    /// # Errors
+    /// As [`SeedPlace::locate_all`].
+    pub fn seeds(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, PlaceError> {
+        let radius = substrate.units().length_to_local(self.radius);
+        SeedPlace::locate_all(&self.at, substrate, self.seed, radius)
+    }
+
     /// Checks it as settings are checked: NaN or a stop rule that cannot be met would have walkers walk for ever.
-    /// The seed element is in `triangle`.
-    pub(super) fn check(&self, substrate: &Substrate, triangle: u32) -> Result<(), SettingsError> {
+    pub(super) fn check(&self, substrate: &Substrate) -> Result<(), SettingsError> {
         let complete = Settings::from(self).complete()?;
         complete.measured(substrate.units().diagonal(), self.mesh.clone())?;
-        check_room(substrate, triangle, self, false)
+        Ok(())
     }
 }
 
@@ -185,7 +193,7 @@ mod tests {
             SeedPlace::Point([0.0, f64::INFINITY, 0.0]),
         ] {
             let settings = Settings {
-                at: Some(place.clone()),
+                at: Some(vec![place.clone()]),
                 ..Settings::default()
             };
             let resolved = settings.resolve(&square, "square");
@@ -194,7 +202,7 @@ mod tests {
                 "{place:?}: {resolved:?}"
             );
             let recipe = Recipe {
-                at: place.clone(),
+                at: vec![place.clone()],
                 ..sound(&square)
             };
             let refused = refusal(&square, &recipe);

@@ -7,8 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use serde::de::Deserializer;
 
+use super::loose::{places, seed, triangle};
 use super::parameter as info;
 use super::recipe_keys::{with_dashes, wrong_value};
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
@@ -31,6 +31,7 @@ pub(super) const KEYS: &[&str] = &[
     "seed",
     "at",
     "at-triangle",
+    "colonies",
     "launch",
     "kill",
     "join",
@@ -112,10 +113,11 @@ struct Draft {
     min_stick: Option<f64>,
     #[serde(deserialize_with = "seed")]
     seed: Option<u64>,
-    #[serde(deserialize_with = "place")]
-    at: Option<SeedPlace>,
+    #[serde(deserialize_with = "places")]
+    at: Option<Vec<SeedPlace>>,
     #[serde(deserialize_with = "triangle")]
-    at_triangle: Option<SeedPlace>,
+    at_triangle: Option<Vec<SeedPlace>>,
+    colonies: Option<u64>,
     launch: Option<f64>,
     kill: Option<f64>,
     join: Option<Join>,
@@ -192,6 +194,7 @@ impl Settings {
     /// What is said: key, value as TOML, comment.
     pub(super) fn entries(&self) -> Vec<(&'static str, String, &'static str)> {
         const PLACE: &str = "where the seed element goes";
+        const PLACES: &str = "where the seed elements go";
         let mut entries = Vec::new();
         let mut say = |key, value: Option<String>, comment| {
             entries.extend(value.map(|value| (key, value, comment)));
@@ -232,8 +235,22 @@ impl Settings {
             "lowest chance to stick",
         );
         say("seed", self.seed.map(whole), "of everything random");
-        let (key, place) = place_text(self.at.as_ref());
-        say(key, place, PLACE);
+        match self.at.as_deref() {
+            None => {}
+            Some([place]) => {
+                let (key, place) = place_text(place);
+                say(key, Some(place), PLACE);
+            }
+            Some(places) => {
+                let listed: Vec<String> = places.iter().map(listed_place).collect();
+                say("at", Some(format!("[{}]", listed.join(", "))), PLACES);
+            }
+        }
+        say(
+            "colonies",
+            self.colonies.map(whole),
+            "random places for the others",
+        );
         say("launch", number(self.launch), "in effective radii");
         say("kill", number(self.kill), "in effective radii");
         say("join", self.join.map(|join| name(&join)), "pack or touch");
@@ -261,6 +278,15 @@ impl From<&Recipe> for Settings {
             StopRule::Reach(length) => StopSetting::Reach(Length::Units(length)),
             StopRule::Cover(share) => StopSetting::Cover(share),
         };
+        let by_chance = recipe
+            .at
+            .iter()
+            .rev()
+            .take_while(|at| **at == SeedPlace::Random);
+        // A list has one at least.
+        let placed = (recipe.at.len() - by_chance.count())
+            .max(1)
+            .min(recipe.at.len());
         Self {
             version: Some(recipe.version.clone()),
             mesh: Some(recipe.mesh.file.clone()),
@@ -273,7 +299,8 @@ impl From<&Recipe> for Settings {
             gain: Some(recipe.gain),
             min_stick: Some(recipe.min_stick),
             seed: Some(recipe.seed),
-            at: Some(recipe.at.clone()),
+            at: Some(recipe.at[..placed].to_vec()),
+            colonies: (recipe.at.len() > placed).then_some(recipe.at.len() as u64),
             launch: Some(recipe.launch),
             kill: Some(recipe.kill),
             join: Some(recipe.join),
@@ -320,6 +347,7 @@ impl TryFrom<Draft> for Settings {
             min_stick: draft.min_stick,
             seed: draft.seed,
             at,
+            colonies: draft.colonies,
             launch: draft.launch,
             kill: draft.kill,
             join: draft.join,
@@ -374,28 +402,28 @@ fn name(value: &impl serde::Serialize) -> String {
     toml::Value::try_from(value).map_or_else(|_| String::new(), |name| name.to_string())
 }
 
-fn place_text(place: Option<&SeedPlace>) -> (&'static str, Option<String>) {
-    let list = |numbers: &[f64]| {
-        numbers
-            .iter()
-            .copied()
-            .map(float)
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    let named = |name| ("at", Some(quoted(name)));
+/// Under which key a place alone is written, and how.
+fn place_text(place: &SeedPlace) -> (&'static str, String) {
     match place {
-        None => ("at", None),
-        Some(SeedPlace::Top) => named("top"),
-        Some(SeedPlace::Highest) => named("highest"),
-        Some(SeedPlace::Center) => named("center"),
-        Some(SeedPlace::Random) => named("random"),
-        Some(SeedPlace::Point(p)) => ("at", Some(format!("[{}]", list(p)))),
-        Some(SeedPlace::Triangle { triangle, uv }) => {
-            let uv = uv.map_or_else(String::new, |uv| format!(", {}", list(&uv)));
-            ("at-triangle", Some(format!("[{triangle}{uv}]")))
+        SeedPlace::Triangle { triangle, uv } => {
+            let uv = uv.map_or_else(String::new, |uv| format!(", {}", numbers(&uv)));
+            ("at-triangle", format!("[{triangle}{uv}]"))
         }
+        other => ("at", listed_place(other)),
     }
+}
+
+/// A place among others.
+fn listed_place(place: &SeedPlace) -> String {
+    match place {
+        SeedPlace::Point(p) => format!("[{}]", numbers(p)),
+        other => quoted(&other.to_string()),
+    }
+}
+
+fn numbers(all: &[f64]) -> String {
+    let all: Vec<String> = all.iter().copied().map(float).collect();
+    all.join(", ")
 }
 
 fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
@@ -405,56 +433,6 @@ fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
         Some(StopSetting::Reach(reach)) => (info::REACH.name, Some(length(*reach))),
         Some(StopSetting::Cover(share)) => (info::COVER.name, Some(float(*share))),
     }
-}
-
-/// A value that may also be written as the flag's text, or as a list of its numbers.
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "a whole number, a text or a list of numbers is needed here"
-)]
-enum Loose {
-    Text(String),
-    Whole(i64),
-    Large(u64),
-    List(Vec<f64>),
-}
-
-impl Loose {
-    /// As the flag's text.
-    fn into_text(self) -> String {
-        match self {
-            Self::Text(text) => text,
-            Self::Whole(number) => number.to_string(),
-            Self::Large(number) => number.to_string(),
-            Self::List(numbers) => {
-                let numbers: Vec<_> = numbers.iter().map(f64::to_string).collect();
-                numbers.join(",")
-            }
-        }
-    }
-}
-
-fn loose<'de, D, T, E>(from: D, read: impl Fn(&str) -> Result<T, E>) -> Result<Option<T>, D::Error>
-where
-    D: Deserializer<'de>,
-    E: std::fmt::Display,
-{
-    let text = Loose::deserialize(from)?.into_text();
-    read(&text).map(Some).map_err(serde::de::Error::custom)
-}
-
-fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
-    let wrong = |_| "the seed must be a whole number from 0 to 18446744073709551615";
-    loose(from, |text| text.parse::<u64>().map_err(wrong))
-}
-
-fn place<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Error> {
-    loose(from, str::parse::<SeedPlace>)
-}
-
-fn triangle<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SeedPlace>, D::Error> {
-    loose(from, SeedPlace::from_triangle_text)
 }
 
 #[cfg(test)]
@@ -562,6 +540,70 @@ mod tests {
     }
 
     #[test]
+    fn several_places_are_read_and_written() {
+        let text = "at = [\"top\", [1.0, -2.0, 0.5], \"triangle 7,0.25,0.5\"]";
+        let several = read(text);
+        let places = several.at.as_deref().unwrap();
+        let triangle = SeedPlace::Triangle {
+            triangle: 7,
+            uv: Some([0.25, 0.5]),
+        };
+        let point = SeedPlace::Point([1.0, -2.0, 0.5]);
+        assert_eq!(places, [SeedPlace::Top, point, triangle]);
+        assert!(several.to_toml().starts_with(text));
+        let flags = "--at=top --at=1.0,-2.0,0.5 --at='triangle 7,0.25,0.5'";
+        assert_eq!(several.flags(), flags);
+        assert_eq!(read("at = [\"1,-2,0.5\"]").at, read("at = [1, -2, 0.5]").at);
+        for (text, part) in [
+            ("at = [\"top\", 3]", "'3' is not a place"),
+            ("at = [[1, 2], \"top\"]", "'1,2' is not a place"),
+            ("at = {x = 1}", "a list of places"),
+            ("at = []", "'' is not a place"),
+        ] {
+            assert!(message(text).contains(part), "{}", message(text));
+        }
+    }
+
+    #[test]
+    fn colonies_beyond_their_places_are_random() {
+        let mesh = || MeshId {
+            file: String::new(),
+            hash: String::new(),
+        };
+        let recipe = |text: &str| read(text).complete()?.measured(200.0, mesh());
+        let at = |text: &str| recipe(text).unwrap().at;
+        assert_eq!(
+            at("colonies = 3"),
+            [SeedPlace::Top, SeedPlace::Random, SeedPlace::Random]
+        );
+        assert_eq!(
+            at("at = \"random\"\ncolonies = 2"),
+            vec![SeedPlace::Random; 2]
+        );
+        let text = recipe("colonies = 3").unwrap().to_toml();
+        assert!(
+            text.contains("at = \"top\" ") && text.contains("colonies = 3 "),
+            "{text}"
+        );
+        assert!(!recipe("").unwrap().to_toml().contains("colonies"));
+        for (text, part) in [
+            ("colonies = 0", "colonies 0 is out of range (1 to 10000)"),
+            ("colonies = 10001", "colonies 10001 is out of range"),
+            (
+                "colonies = 1\nat = [\"top\", \"random\"]",
+                "2 places are given for 1 colonies",
+            ),
+            (
+                "colonies = 5\nelements = 4",
+                "4 elements are too few for 5 colonies",
+            ),
+        ] {
+            let message = recipe(text).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
     fn a_mesh_given_as_recipe_is_an_error() {
         assert!(Settings::from_toml("v 0 0 0\nf 1 2 3\n").is_err());
     }
@@ -582,7 +624,7 @@ mod tests {
 
     fn stop() -> impl Strategy<Value = StopRule> {
         prop_oneof![
-            (1..1_000_000_000u64).prop_map(StopRule::Elements),
+            (10..1_000_000_000u64).prop_map(StopRule::Elements),
             (1e-300..1e300f64).prop_map(StopRule::Reach),
             (1e-9..1.0f64).prop_map(StopRule::Cover),
         ]
@@ -600,7 +642,7 @@ mod tests {
             radii in 2.0..1000.0f64,
             numbers in (-1.0..2.0f64, 0.0..100.0f64, 1e-6..1.0f64, 1.1..100.0f64, 101.0..1e4f64),
             seed in any::<u64>(),
-            at in place(),
+            at in proptest::collection::vec(place(), 1..6),
             stop in stop(),
             choices in (any::<bool>(), steps(), any::<bool>(), any::<bool>()),
             mesh_up in prop_oneof![Just(None), Just(Some(UpAxis::Y)), Just(Some(UpAxis::Z))],

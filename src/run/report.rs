@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use super::{Execution, Growth, Recipe, StopRule, Stopped};
+use crate::cluster::NO_PARENT;
 use crate::growth::{Counts, Parallel};
 use crate::substrate::Substrate;
 
@@ -18,13 +19,15 @@ pub struct RunReport {
     pub version: &'static str,
     /// The mesh.
     pub mesh: MeshSummary,
-    /// Elements born, the seed included.
+    /// Elements born, the seeds included.
     pub elements: usize,
+    /// Colonies that these are of.
+    pub colonies: usize,
     /// Effective radius R_e.
     pub effective_radius: f64,
     /// Area of the elements' discs.
     pub covered_area: f64,
-    /// The same as a share of the piece that the lichen is on.
+    /// The same as a share of the pieces that the lichen is on.
     pub covered_share: f64,
     /// Why it ended: `elements`, `reach`, `cover`, `full`, `starved`, `cancelled` or
     /// `observer`.
@@ -109,15 +112,19 @@ impl RunReport {
             version: env!("CARGO_PKG_VERSION"),
             mesh: MeshSummary::new(substrate, recipe),
             elements: cluster.len(),
+            colonies: recipe.at.len(),
             effective_radius: units.length_to_file(cluster.extent().effective_radius()),
             covered_area: units.area_to_file(cluster.covered_area()),
             covered_share: covered_share(substrate, growth),
             stopped: growth.stopped.name(),
-            stopped_because: growth.stopped.words(&recipe.stop),
+            stopped_because: growth.stopped.words(recipe),
             counts: counts.clone(),
             steps_per_walker: per(counts.steps, counts.walkers),
             contacts_per_walker: per(counts.contacts, counts.walkers),
-            walkers_per_element: per(counts.walkers, cluster.len().saturating_sub(1) as u64),
+            walkers_per_element: per(
+                counts.walkers,
+                cluster.len().saturating_sub(recipe.at.len()) as u64,
+            ),
             seconds,
             threads: execution.threads.max(1),
             parallel: growth.parallel,
@@ -162,10 +169,14 @@ impl Stopped {
     }
 
     /// Why the run ended, as the end of a sentence.
-    pub fn words(self, rule: &StopRule) -> String {
-        match (self, rule) {
+    pub fn words(self, recipe: &Recipe) -> String {
+        let is_alone = recipe.at.len() == 1;
+        match (self, recipe.stop) {
             (Self::Elements, StopRule::Elements(1)) => "it has the element asked for".to_owned(),
             (Self::Elements, StopRule::Elements(n)) => format!("it has the {n} elements asked for"),
+            (Self::Reach, StopRule::Reach(length)) if !is_alone => {
+                format!("a colony extends as far from its seed as was asked for, {length:?}")
+            }
             (Self::Reach, StopRule::Reach(length)) => {
                 format!("its effective radius reached the {length:?} asked for")
             }
@@ -175,7 +186,8 @@ impl Stopped {
             (Self::Elements | Self::Reach | Self::Cover, _) => {
                 "it has the size asked for".to_owned()
             }
-            (Self::Full, _) => "no free surface is left on its piece of the mesh".to_owned(),
+            (Self::Full, _) if is_alone => "no free surface is left on its piece of the mesh".to_owned(),
+            (Self::Full, _) => "no free surface is left on the pieces of the mesh that it is on".to_owned(),
             (Self::Starved, _) => {
                 "open edges took ten million walkers since the last birth; a boundary that reflects loses none"
                     .to_owned()
@@ -186,12 +198,15 @@ impl Stopped {
     }
 }
 
-/// Share of the lichen's component that its discs cover.
+/// Share of the pieces that the lichen is on that its discs cover.
 fn covered_share(substrate: &Substrate, growth: &Growth) -> f64 {
-    let component = |t| substrate.component_of(t).area;
-    let seed = growth.cluster.elements().first();
-    let area = seed.map_or(f64::INFINITY, |seed| component(seed.at.triangle));
-    (growth.cluster.covered_area() / area).min(1.0)
+    let elements = growth.cluster.elements().iter();
+    let seeds = elements.take_while(|element| element.parent == NO_PARENT);
+    let area = substrate.area_of_pieces(seeds.map(|seed| seed.at.triangle));
+    match growth.cluster.is_empty() {
+        true => 0.0,
+        false => (growth.cluster.covered_area() / area).min(1.0),
+    }
 }
 
 fn per(count: u64, of: u64) -> f64 {

@@ -50,10 +50,15 @@ impl Settings {
     pub fn flags(&self) -> String {
         let is_flag = |key: &str| !["version", "mesh", "mesh-hash"].contains(&key);
         let said = self.said().into_iter().filter(|(key, _)| is_flag(key));
-        let flags: Vec<_> = said
-            .map(|(key, value)| format!("--{key}={}", shell_word(&as_typed(&value))))
-            .collect();
-        flags.join(" ")
+        let flag = |key: &str, word: &str| format!("--{key}={}", shell_word(word));
+        let flags = said.flat_map(|(key, value)| {
+            let words = match &self.at {
+                Some(places) if key == "at" => places.iter().map(ToString::to_string).collect(),
+                _ => vec![as_typed(&value)],
+            };
+            words.into_iter().map(move |word| flag(key, &word))
+        });
+        flags.collect::<Vec<_>>().join(" ")
     }
 }
 
@@ -104,7 +109,7 @@ mod tests {
             curvature_radius: Some(Length::Radii(5.0)),
             bias: Some(-0.25),
             seed: Some(u64::MAX),
-            at: Some(SeedPlace::Point([-1.0, 0.5, 2.0])),
+            at: Some(vec![SeedPlace::Point([-1.0, 0.5, 2.0])]),
             stop: Some(StopSetting::Reach(Length::Units(0.1))),
             ..Settings::default()
         };

@@ -1,5 +1,6 @@
 //! Seed places as the user writes them.
 
+use std::fmt;
 use std::str::FromStr;
 
 use crate::growth::SeedPlace;
@@ -10,7 +11,8 @@ use crate::growth::SeedPlace;
 pub enum SeedTextError {
     /// Neither a name nor a point.
     #[error(
-        "'{0}' is not a place; write X,Y,Z in mesh units, or one of top, highest, center, random"
+        "'{0}' is not a place; write X,Y,Z in mesh units, a triangle as in 'triangle 12', or one of top, highest, center, \
+         random"
     )]
     Place(String),
     /// Not a triangle.
@@ -55,6 +57,27 @@ impl SeedPlace {
     }
 }
 
+/// What a triangle among other places begins with.
+const TRIANGLE: &str = "triangle ";
+
+/// As [`FromStr`] reads it.
+impl fmt::Display for SeedPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Top => f.write_str("top"),
+            Self::Highest => f.write_str("highest"),
+            Self::Center => f.write_str("center"),
+            Self::Random => f.write_str("random"),
+            Self::Point([x, y, z]) => write!(f, "{x:?},{y:?},{z:?}"),
+            Self::Triangle { triangle, uv: None } => write!(f, "{TRIANGLE}{triangle}"),
+            Self::Triangle {
+                triangle,
+                uv: Some([u, v]),
+            } => write!(f, "{TRIANGLE}{triangle},{u:?},{v:?}"),
+        }
+    }
+}
+
 impl FromStr for SeedPlace {
     type Err = SeedTextError;
 
@@ -64,6 +87,7 @@ impl FromStr for SeedPlace {
             "highest" => Ok(Self::Highest),
             "center" | "centre" => Ok(Self::Center),
             "random" => Ok(Self::Random),
+            text if text.starts_with(TRIANGLE) => Self::from_triangle_text(&text[TRIANGLE.len()..]),
             point => match numbers::<3>(point) {
                 Some(point) => Ok(Self::Point(point)),
                 None => Err(SeedTextError::Place(point.to_owned())),
@@ -92,6 +116,21 @@ mod tests {
         assert_eq!(read("highest"), SeedPlace::Highest);
         assert_eq!(read("centre"), SeedPlace::Center);
         assert_eq!(read("random"), SeedPlace::Random);
+    }
+
+    #[test]
+    fn places_are_written_as_they_are_read() {
+        for text in [
+            "top",
+            "highest",
+            "center",
+            "random",
+            "-1.0,2.5,1e300",
+            "triangle 12",
+            "triangle 0,0.25,0.75",
+        ] {
+            assert_eq!(text.parse::<SeedPlace>().unwrap().to_string(), text);
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::preset;
 use super::settings_error::SettingsError;
 use super::{Length, MeshId, Places, Recipe, StopRule};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
-use crate::substrate::{Substrate, UpAxis};
+use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// What decides the result, as far as it has been said. Lengths are not resolved yet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,8 +34,10 @@ pub struct Settings {
     pub min_stick: Option<f64>,
     /// Seed of every random stream.
     pub seed: Option<u64>,
-    /// Where the seed element goes.
-    pub at: Option<SeedPlace>,
+    /// Where seed elements go, one a colony.
+    pub at: Option<Vec<SeedPlace>>,
+    /// How many colonies there are: those that `at` has no place for start at random.
+    pub colonies: Option<u64>,
     /// Launch radius over the effective radius.
     pub launch: Option<f64>,
     /// Kill radius over the effective radius.
@@ -80,6 +82,7 @@ impl Settings {
             min_stick: self.min_stick.or(base.min_stick),
             seed: self.seed.or(base.seed),
             at: self.at.or(base.at),
+            colonies: self.colonies.or(base.colonies),
             launch: self.launch.or(base.launch),
             kill: self.kill.or(base.kill),
             join: self.join.or(base.join),
@@ -109,6 +112,7 @@ impl Settings {
             min_stick: left(self.min_stick, others.min_stick.as_ref()),
             seed: left(self.seed, others.seed.as_ref()),
             at: left(self.at, others.at.as_ref()),
+            colonies: left(self.colonies, others.colonies.as_ref()),
             launch: left(self.launch, others.launch.as_ref()),
             kill: left(self.kill, others.kill.as_ref()),
             join: left(self.join, others.join.as_ref()),
@@ -129,7 +133,7 @@ impl Settings {
             Some(name) => preset::find(name)?.settings(),
             None => Self::default(),
         };
-        let complete = Complete::from(self.over(preset));
+        let complete = Complete::of(self.over(preset));
         complete.check()?;
         Ok(complete)
     }
@@ -166,8 +170,8 @@ impl Settings {
             mesh_up: substrate.unusual_up(),
             ..complete.measured(substrate.units().diagonal(), mesh)?
         };
-        let at = places.of(&recipe.at, recipe.seed)?;
-        check_room(substrate, at.triangle, &recipe, is_auto)?;
+        let seeds = places.of(&recipe)?;
+        check_room(substrate, &seeds, &recipe, is_auto)?;
         Ok(recipe)
     }
 
@@ -197,7 +201,9 @@ pub struct Complete {
     gain: f64,
     min_stick: f64,
     seed: u64,
-    at: SeedPlace,
+    /// One a colony.
+    at: Vec<SeedPlace>,
+    colonies: u64,
     launch: f64,
     kill: f64,
     join: Join,
@@ -207,9 +213,10 @@ pub struct Complete {
     stop: StopSetting,
 }
 
-impl From<Settings> for Complete {
+impl Complete {
     /// What is unsaid becomes the default.
-    fn from(settings: Settings) -> Self {
+    fn of(settings: Settings) -> Self {
+        let at = settings.at.unwrap_or_else(|| vec![SeedPlace::Top]);
         Self {
             mesh_up: settings.mesh_up,
             radius: settings.radius.unwrap_or(Length::Auto),
@@ -218,7 +225,8 @@ impl From<Settings> for Complete {
             gain: settings.gain.unwrap_or(1.0),
             min_stick: settings.min_stick.unwrap_or(0.01),
             seed: settings.seed.unwrap_or(1),
-            at: settings.at.unwrap_or(SeedPlace::Top),
+            colonies: settings.colonies.unwrap_or(at.len() as u64),
+            at,
             launch: settings.launch.unwrap_or(1.5),
             kill: settings.kill.unwrap_or(10.0),
             join: settings.join.unwrap_or(Join::Pack),
@@ -228,9 +236,7 @@ impl From<Settings> for Complete {
             stop: settings.stop.unwrap_or(StopSetting::Elements(20_000)),
         }
     }
-}
 
-impl Complete {
     /// Checks everything that takes no mesh.
     fn check(&self) -> Result<(), SettingsError> {
         in_range(&info::BIAS, self.bias)?;
@@ -249,6 +255,26 @@ impl Complete {
             StopSetting::Elements(n) => in_range(&info::ELEMENTS, n as f64),
             StopSetting::Cover(share) => in_range(&info::COVER, share),
             StopSetting::Reach(_) => Ok(()),
+        }?;
+        self.check_colonies()
+    }
+
+    fn check_colonies(&self) -> Result<(), SettingsError> {
+        in_range(&info::COLONIES, self.colonies as f64)?;
+        if (self.colonies as usize) < self.at.len() {
+            return Err(SettingsError::MorePlaces {
+                places: self.at.len(),
+                colonies: self.colonies,
+            });
+        }
+        match self.stop {
+            StopSetting::Elements(elements) if elements < self.colonies => {
+                Err(SettingsError::MoreColonies {
+                    elements,
+                    colonies: self.colonies,
+                })
+            }
+            _ => Ok(()),
         }
     }
 
@@ -272,7 +298,7 @@ impl Complete {
     ///
     /// # Errors
     /// When a length does not suit the mesh.
-    pub fn measured(self, diagonal: f64, mesh: MeshId) -> Result<Recipe, SettingsError> {
+    pub fn measured(mut self, diagonal: f64, mesh: MeshId) -> Result<Recipe, SettingsError> {
         let radius = self.radius.in_units(diagonal, 0.0);
         check_radius(self.radius, radius, diagonal)?;
         let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
@@ -284,6 +310,7 @@ impl Complete {
             };
             return Err(out_of_range(&info::CURVATURE_RADIUS, given));
         }
+        self.at.resize(self.colonies as usize, SeedPlace::Random);
         Ok(Recipe {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             mesh,
@@ -309,15 +336,17 @@ impl Complete {
 /// Elements that each would cover the surface this many times are refused.
 const MOST_COVER: f64 = 1.0;
 
-/// Refuses elements that have no room on the piece that this triangle is of.
+/// Refuses elements that have no room on the smallest piece that a seed is on.
 pub(super) fn check_room(
     substrate: &Substrate,
-    triangle: u32,
+    seeds: &[SurfacePoint],
     recipe: &Recipe,
     is_auto: bool,
 ) -> Result<(), SettingsError> {
-    let (piece, radius) = (substrate.component_of(triangle), recipe.radius);
-    let area = substrate.units().area_to_file(piece.area);
+    let radius = recipe.radius;
+    let area = |at: &SurfacePoint| substrate.component_of(at.triangle).area;
+    let smallest = seeds.iter().map(area).fold(f64::INFINITY, f64::min);
+    let area = substrate.units().area_to_file(smallest);
     let times = std::f64::consts::PI * radius * radius / area;
     if times < MOST_COVER {
         return Ok(());
@@ -423,7 +452,7 @@ mod tests {
         assert_eq!(recipe.radius, 0.1);
         assert_eq!(recipe.curvature_radius, 1.0);
         assert_eq!(recipe.stop, StopRule::Elements(20_000));
-        assert_eq!(recipe.at, SeedPlace::Top);
+        assert_eq!(recipe.at, [SeedPlace::Top]);
         assert_eq!(recipe.mesh, mesh());
     }
 

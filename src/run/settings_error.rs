@@ -88,6 +88,24 @@ pub enum SettingsError {
         /// Kill radius.
         kill: f64,
     },
+    /// More places than colonies, or none.
+    #[error(
+        "{places} places are given for {colonies} colonies: give each colony one place at most, or leave out the number          of colonies"
+    )]
+    MorePlaces {
+        /// Places of seed elements.
+        places: usize,
+        /// Colonies.
+        colonies: u64,
+    },
+    /// Fewer elements than colonies.
+    #[error("{elements} elements are too few for {colonies} colonies: each begins with one")]
+    MoreColonies {
+        /// Elements asked for.
+        elements: u64,
+        /// Colonies.
+        colonies: u64,
+    },
     /// No such preset.
     #[error(transparent)]
     Preset(#[from] UnknownPreset),

@@ -384,6 +384,17 @@ impl Substrate {
         &self.components[i]
     }
 
+    /// Area of all components that some triangles are in, each of them once.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn area_of_pieces(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        let mut pieces: Vec<&Component> = triangles.map(|t| self.component_of(t)).collect();
+        pieces.sort_by_key(|piece| piece.triangles.start);
+        pieces.dedup_by_key(|piece| piece.triangles.start);
+        pieces.into_iter().map(|piece| piece.area).sum()
+    }
+
     /// The number that results name a triangle by: pieces from the largest area down, in the file's
     /// order inside each. In a clean file of one piece it is the file's own number. It is not the number that
     /// a [`SurfacePoint`] has: [`from_canonical`](Self::from_canonical) gives that.

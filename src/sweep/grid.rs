@@ -243,7 +243,7 @@ impl Grid {
         let runs: Vec<GridRun> = every.map(run).collect();
         check_possible(&cells, &runs)?;
         check_different(&cells, &runs)?;
-        let area = |recipe: &Recipe| substrate.units().area_to_file(places.piece(recipe).area);
+        let area = |recipe: &Recipe| substrate.units().area_to_file(places.area(recipe));
         let cost = |recipe: &Recipe| cost(recipe, area(recipe));
         let cost = |run: &GridRun| run.recipe.as_ref().map_or(0.0, cost);
         let costs = runs.iter().map(cost).collect();

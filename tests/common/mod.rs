@@ -23,7 +23,7 @@ pub(crate) fn recipe(r: f64, elements: u64) -> Recipe {
         gain: 1.0,
         min_stick: 0.01,
         seed: 1,
-        at: SeedPlace::Top,
+        at: vec![SeedPlace::Top],
         launch: 1.5,
         kill: 10.0,
         join: Join::Pack,

@@ -81,7 +81,7 @@ fn sheets_that_share_a_long_edge_are_cut_each_by_itself() {
 fn long_triangles_are_cut_across() {
     let on = |surface: &Substrate, radius: f64| {
         let recipe = Recipe {
-            at: SeedPlace::Random,
+            at: vec![SeedPlace::Random],
             ..recipe(radius, 1500)
         };
         let growth = grow(surface, &recipe, &Execution::default(), &mut ()).expect("grows");
