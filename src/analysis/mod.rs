@@ -8,7 +8,7 @@
 //! the number of threads.
 //!
 //! One colony is assumed: of several, mass–radius is the mean over the seeds, and the rest treats
-//! them as one lichen.
+//! them as one lichen. [`Elements::of_colony`] takes one out.
 
 mod boxes;
 mod branching;

@@ -10,6 +10,8 @@ mod curve;
 
 pub use curve::{Curve, CurveError};
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use crate::cluster::{Cluster, Ease, Element, Presence};
@@ -23,7 +25,8 @@ pub enum Clock {
     /// The radius, as real lichens widen by about the same length a year (R. Armstrong and T. Bradwell,
     /// *Growth of foliose lichens: a review*, 2011). It is that of gyration, which a lichen that keeps
     /// its shape has in a fixed ratio to R_e, and which does not leap where one lobe gets ahead. Where it
-    /// stands still while gaps close, what is born meanwhile comes at once.
+    /// stands still while gaps close, what is born meanwhile comes at once. Each colony has its own: of several
+    /// the root of the mean square counts.
     Radius,
     /// Time on a curve of one's own.
     Curve(Curve),
@@ -141,21 +144,57 @@ impl Timing {
     }
 }
 
-/// The largest radius of gyration so far, after each birth.
+/// The largest radius of gyration so far, after each birth: root of the mean squared distance from the centroid, of
+/// several colonies from those of each.
 fn radii(cluster: &Cluster) -> Vec<f64> {
-    let Some(seed) = cluster.elements().first() else {
-        return Vec::new();
-    };
-    let (mut sum, mut squares, mut most) = (DVec3::ZERO, 0.0, 0.0);
-    let radius = |(n, element): (f64, &Element)| {
-        let way = element.position - seed.position;
-        sum += way;
-        squares += way.length_squared();
-        most = (squares / n - (sum / n).length_squared()).max(most);
+    let (mut spreads, mut all) = (HashMap::<u32, Spread>::new(), 0.0);
+    let (mut sum, mut most) = (0.0, 0.0);
+    let radius = |element: &Element| {
+        let own = spreads.entry(element.colony);
+        let own = own.or_insert_with(|| Spread::about(element.position));
+        sum -= own.sum_of_squares();
+        own.add(element.position);
+        sum += own.sum_of_squares();
+        all += 1.0;
+        most = (sum / all).max(most);
         most.sqrt()
     };
-    let counts = (1..).map(f64::from as fn(u32) -> f64);
-    counts.zip(cluster.elements()).map(radius).collect()
+    cluster.elements().iter().map(radius).collect()
+}
+
+/// How far the elements of a colony are from their centroid.
+struct Spread {
+    seed: DVec3,
+    count: f64,
+    /// Of the ways from the seed, and their squares.
+    sum: DVec3,
+    squares: f64,
+}
+
+impl Spread {
+    fn about(seed: DVec3) -> Self {
+        Self {
+            seed,
+            count: 0.0,
+            sum: DVec3::ZERO,
+            squares: 0.0,
+        }
+    }
+
+    fn add(&mut self, place: DVec3) {
+        let way = place - self.seed;
+        self.count += 1.0;
+        self.sum += way;
+        self.squares += way.length_squared();
+    }
+
+    /// Of the distances from the centroid.
+    fn sum_of_squares(&self) -> f64 {
+        match self.count {
+            0.0 => 0.0,
+            count => self.squares - self.sum.length_squared() / count,
+        }
+    }
 }
 
 /// How many elements have this share of the last radius, between births by straight lines.
@@ -243,6 +282,29 @@ mod tests {
             super::tests::times(&timing(2, 0.0, Clock::Radius), &alone),
             [1.0, 1.0]
         );
+    }
+
+    /// Two alike that grow in turn, far from each other, take twice as many births for the same radius as one alone.
+    #[test]
+    fn several_colonies_widen_each_by_itself() {
+        let one = spread(60);
+        let mut two = Cluster::new(0.1);
+        for element in one.elements() {
+            for (colony, away) in [(0, 0.0), (1, 1e7)] {
+                two.push(Element {
+                    position: element.position + DVec3::Y * away,
+                    colony,
+                    ..*element
+                });
+            }
+        }
+        let [one, two] = [one, two].map(|cluster| {
+            let radius = timing(30, 0.0, Clock::Radius);
+            times(&radius, &cluster)
+        });
+        for (one, two) in one.iter().zip(two) {
+            assert!((2.0 * one - two).abs() <= 1.0, "{one} {two}");
+        }
     }
 
     /// One far ahead of all others makes no leap of it.

@@ -16,7 +16,7 @@ use super::export::smooth_on;
 use super::failure::Failure;
 use super::grown::{Grown, load};
 use super::interrupt::leave_no_part;
-use super::number::{elements, short};
+use super::number::{count, elements, short};
 use super::output::check_names_folder;
 use super::skin::{check_free, spinner, start_threads};
 use super::terminal::{self, Voice};
@@ -32,6 +32,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     start_threads(args.threads)?;
     let voice = Voice { quiet: args.quiet };
     let mut grown = Grown::read(&args.from, voice)?;
+    choose_colony(args, &mut grown, voice)?;
     check_lengths(&args.from, &grown.elements.positions)?;
     let ground = ground(args, &mut grown, voice)?;
     let doing = elements(grown.elements.len());
@@ -48,6 +49,31 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     match args.json {
         true => say_json(&analysis),
         false => Ok(terminal::say_text(&text(&args.from, &analysis))?),
+    }
+}
+
+/// Leaves the colony that was asked for.
+fn choose_colony(args: &AnalyzeArgs, grown: &mut Grown, voice: Voice) -> Result<(), Failure> {
+    let colonies = grown.elements.colonies();
+    let Some(colony) = args.colony else {
+        if colonies > 1 {
+            voice.warn(&format!(
+                "these are {} colonies, measured as one lichen, of which gyration, front and growth say little: \
+                 --colony N, from 0 to {}, measures one alone",
+                count(colonies),
+                colonies - 1
+            ));
+        }
+        return Ok(());
+    };
+    grown.elements = grown.elements.of_colony(colony);
+    match grown.elements.is_empty() {
+        false => Ok(()),
+        true => Err(Failure::usage(format!(
+            "{}: no element is of colony {colony}; give one from 0 to {}",
+            args.from.display(),
+            colonies.saturating_sub(1)
+        ))),
     }
 }
 

@@ -14,6 +14,9 @@ pub(crate) struct AnalyzeArgs {
     /// beside the elements names]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
+    /// Measure one colony alone, by its number, from 0 [default: all as one lichen]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) colony: Option<u32>,
     /// Everything as JSON: curves, local slopes, ranges and errors of the fits, histograms
     #[arg(long)]
     pub(crate) json: bool,

@@ -33,6 +33,7 @@ mod ply;
 mod ply_header;
 mod ply_read;
 mod pov;
+mod rows;
 mod scene;
 mod scene_format;
 mod table;

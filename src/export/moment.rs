@@ -1,6 +1,6 @@
 //! A scene as it was at a moment of its growth.
 
-use super::elements::{Attribute, Elements, Values};
+use super::elements::{Attribute, Values};
 use super::scene::Scene;
 use crate::cluster::Presence;
 use crate::morphometry::Tree;
@@ -42,32 +42,6 @@ impl Scene {
             streams: tree.streams(),
             branch_radii: widths,
             ..*self
-        }
-    }
-}
-
-impl Elements {
-    fn first(&self, count: usize) -> Self {
-        let values = |values: &Values| match values {
-            Values::I32(column) => Values::I32(column[..count].to_vec()),
-            Values::F32(column) => Values::F32(column[..count].to_vec()),
-            Values::Quaternion(column) => Values::Quaternion(column[..count].to_vec()),
-        };
-        let attribute = |a: &Attribute| Attribute {
-            name: a.name,
-            values: values(&a.values),
-        };
-        Self {
-            radius: self.radius,
-            positions: self.positions[..count].to_vec(),
-            normals: self.normals[..count].to_vec(),
-            parent: self.parent[..count].to_vec(),
-            colony: self.colony[..count].to_vec(),
-            triangle: self.triangle[..count].to_vec(),
-            uv: self.uv[..count].to_vec(),
-            probability: self.probability[..count].to_vec(),
-            source_triangle: self.source_triangle.as_ref().map(|c| c[..count].to_vec()),
-            attributes: self.attributes.iter().map(attribute).collect(),
         }
     }
 }
