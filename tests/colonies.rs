@@ -1,7 +1,10 @@
 //! Several lichens that grow at once.
 
 mod common;
+#[path = "common/desk.rs"]
+mod desk;
 
+use desk::{Desk, said};
 use thallus::cluster::{Element, NO_PARENT};
 use thallus::growth::{Join, SeedPlace};
 use thallus::run::{Begun, Execution, GrowError, Growth, Recipe, Run, StopRule, Stopped, grow};
@@ -228,4 +231,53 @@ fn what_cannot_begin_is_refused() {
     assert!(matches!(refused(&recipe), GrowError::Recipe(_)));
     (recipe.at, recipe.join) = (vec![at(0.0, 0.0), at(0.02, 0.0)], Join::Touch);
     assert_eq!(grown(&plane, &recipe).cluster.len(), 100, "side by side");
+}
+
+/// By the command: written down, grown again, extended, and measured one by one.
+#[test]
+fn the_command_grows_and_measures_them() {
+    let desk = Desk::new();
+    let places = "rock.obj --at top --at=0.5,1,0.5 --colonies 4 --seed 7";
+    desk.done(&format!("{places} --elements 400 -o whole"));
+    let recipe = String::from_utf8(desk.read("whole/recipe.toml")).expect("text");
+    let written = "\nat = [\"top\", [0.5, 1.0, 0.5]]";
+    assert!(
+        recipe.contains(written) && recipe.contains("\ncolonies = 4 "),
+        "{recipe}"
+    );
+    assert_eq!(desk.report("whole")["colonies"], 4);
+    desk.done("--recipe whole/recipe.toml -o again");
+    desk.assert_same("again", "whole");
+    desk.done(&format!("{places} --elements 300 -o out"));
+    desk.done("--resume out --elements 400");
+    desk.assert_same("out", "whole");
+    desk.fails(
+        "rock.obj --at top --at top -o none",
+        2,
+        &["--at: ", "colonies 0 and 1"],
+    );
+
+    let analyzed = |words: &str| {
+        let output = desk.call("analyze whole", words).output().expect("runs");
+        assert!(output.status.success(), "{}", said(&output));
+        output
+    };
+    let all = said(&analyzed(""));
+    assert!(
+        all.contains("these are 4 colonies, measured as one lichen"),
+        "{all}"
+    );
+    let sizes = (0..4).map(|colony| {
+        let alone = analyzed(&format!("--colony {colony} --json"));
+        let answer: serde_json::Value = serde_json::from_slice(&alone.stdout).expect("JSON");
+        assert_eq!(said(&alone), "");
+        answer["scalars"]["elements"].as_u64().expect("elements")
+    });
+    assert_eq!(sizes.sum::<u64>(), 400);
+    let none = desk
+        .call("analyze whole", "--colony 4")
+        .output()
+        .expect("runs");
+    assert_eq!(none.status.code(), Some(2));
+    assert!(said(&none).contains("no element is of colony 4; give one from 0 to 3"));
 }

@@ -201,12 +201,15 @@ fn with_flags(error: &SettingsError) -> String {
         | SettingsError::RadiusLargerThanMesh { .. }
         | SettingsError::RadiusLargerThanSurface { .. }
         | SettingsError::KillInsideLaunch { .. }
+        | SettingsError::MorePlaces { .. }
+        | SettingsError::MoreColonies { .. }
         | SettingsError::Place(_) => format!("--{text}"),
         SettingsError::AutoLargerThanSurface { .. } => text,
         _ => return text,
     };
     let said = [
         ("(at)", "(--at)"),
+        ("(radius)", "(--radius)"),
         ("try radius", "try --radius"),
         ("than launch", "than --launch"),
     ];
@@ -339,6 +342,20 @@ mod tests {
             point: [f64::NAN; 3],
         };
         assert!(told(GrowError::Place(place)).starts_with("--at [NaN"));
+        let crowded = told(GrowError::Place(PlaceError::Crowded { colony: 7 }));
+        assert!(
+            crowded.starts_with("--colonies: ") && crowded.ends_with("smaller elements (--radius)"),
+            "{crowded}"
+        );
+        let more = SettingsError::MorePlaces {
+            places: 3,
+            colonies: 2,
+        };
+        let more = told(more);
+        assert!(
+            more.starts_with("--colonies 2 is less than the 3 places given (--at): "),
+            "{more}"
+        );
     }
 
     #[test]

@@ -29,6 +29,7 @@ pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};
 pub use parameters::{Boundary, Join, Law, Parameters, Steps};
 pub use passage::{Arrival, Lune};
+pub(crate) use place::four_digits;
 pub use place::{PlaceError, SeedPlace};
 pub use step::{RandomStep, random_step};
 pub use stick::Stickiness;

@@ -68,8 +68,9 @@ pub enum PlaceError {
     },
     /// The point is farther from the surface than the mesh is large.
     #[error(
-        "at {point:?}: the nearest surface is {distance} away, more than the whole mesh's \
-         diagonal ({diagonal}); its bounding box runs from {low:?} to {high:?}"
+        "at {point:?}: the nearest surface is {} away, more than the whole mesh's \
+         diagonal ({}); its bounding box runs from {:?} to {:?}",
+        four_digits(*.distance), four_digits(*.diagonal), .low.map(four_digits), .high.map(four_digits)
     )]
     OnNothing {
         /// What was asked for, file units.
@@ -85,8 +86,9 @@ pub enum PlaceError {
     },
     /// Two seed elements would overlap.
     #[error(
-        "the seeds of colonies {first} and {second}, counted from 0, would overlap: they are {distance} apart, and \
-         an element is {diameter} across; move one of them, or leave it out"
+        "at: the seeds of colonies {first} and {second}, counted from 0, would overlap: they are {} apart, and an \
+         element is {} across; move one of them, or leave it out",
+        four_digits(*.distance), four_digits(*.diameter)
     )]
     Overlap {
         /// The older colony.
@@ -100,8 +102,8 @@ pub enum PlaceError {
     },
     /// Chance finds no room.
     #[error(
-        "none of {TRIES} random places had room for the seed of colony {colony}, counted from 0: ask for fewer \
-         colonies, or for smaller elements (radius)"
+        "colonies: none of {TRIES} random places had room for the seed of colony {colony}, counted from 0; ask for \
+         fewer colonies, or for smaller elements (radius)"
     )]
     Crowded {
         /// The colony.
@@ -138,6 +140,11 @@ impl SeedPlace {
             }
         }
     }
+}
+
+/// A measured number with the digits that a reader needs.
+pub(crate) fn four_digits(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 fn nearest_to(substrate: &Substrate, point: [f64; 3]) -> Result<SurfacePoint, PlaceError> {

@@ -591,11 +591,11 @@ mod tests {
             ("colonies = 10001", "colonies 10001 is out of range"),
             (
                 "colonies = 1\nat = [\"top\", \"random\"]",
-                "2 places are given for 1 colonies",
+                "colonies 1 is less than the 2 places",
             ),
             (
                 "colonies = 5\nelements = 4",
-                "4 elements are too few for 5 colonies",
+                "elements 4 is less than the 5 colonies",
             ),
         ] {
             let message = recipe(text).unwrap_err().to_string();

@@ -303,7 +303,7 @@ impl Complete {
         check_radius(self.radius, radius, diagonal)?;
         let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
         if !within_rounding(&info::CURVATURE_RADIUS, curvature_radius / radius) {
-            let radii = super::settings_error::four_digits(curvature_radius / radius);
+            let radii = crate::growth::four_digits(curvature_radius / radius);
             let given = match self.curvature_radius {
                 Length::Radii(_) => self.curvature_radius.to_string(),
                 other => format!("{other}, which is {radii}r here,"),

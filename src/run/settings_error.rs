@@ -1,7 +1,7 @@
 //! What settings cannot be grown with, and why.
 
 use super::preset::UnknownPreset;
-use crate::growth::PlaceError;
+use crate::growth::{PlaceError, four_digits};
 use crate::substrate::UpAxis;
 
 /// What cannot be grown, with the setting, the value, its range and what it does.
@@ -90,7 +90,7 @@ pub enum SettingsError {
     },
     /// More places than colonies, or none.
     #[error(
-        "{places} places are given for {colonies} colonies: give each colony one place at most, or leave out the number          of colonies"
+        "colonies {colonies} is less than the {places} places given (at): leave out the number, or some places"
     )]
     MorePlaces {
         /// Places of seed elements.
@@ -99,7 +99,9 @@ pub enum SettingsError {
         colonies: u64,
     },
     /// Fewer elements than colonies.
-    #[error("{elements} elements are too few for {colonies} colonies: each begins with one")]
+    #[error(
+        "elements {elements} is less than the {colonies} colonies, each of which begins with one element"
+    )]
     MoreColonies {
         /// Elements asked for.
         elements: u64,
@@ -133,11 +135,6 @@ pub enum SettingsError {
         /// The recipe's.
         expected: String,
     },
-}
-
-/// A measured number with the digits that a reader needs.
-pub(super) fn four_digits(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// The end of a cure.
