@@ -141,11 +141,19 @@ impl Page<'_> {
         };
         let size = match rule {
             StopRule::Elements(n) => elements(n as usize),
-            StopRule::Reach(length) => format!("R_e = {} mesh units", short(length)),
+            StopRule::Reach(length) if self.are_alone() => {
+                format!("R_e = {} mesh units", short(length))
+            }
+            StopRule::Reach(length) => format!("a reach of {} mesh units", short(length)),
             StopRule::Cover(share) => format!("a share of {} of the surface", short(share)),
         };
         let ends = EARLY.iter().filter(|end| self.stopped(end.why) > 0);
         ends.fold(size, |size, end| format!("{size}, or until {}", end.words))
+    }
+
+    /// Whether every lichen is one colony.
+    fn are_alone(&self) -> bool {
+        self.plan.recipes().all(|recipe| recipe.at.len() == 1)
     }
 
     fn failed(&self) -> usize {

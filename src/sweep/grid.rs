@@ -280,13 +280,16 @@ fn check_different(cells: &[Cell], runs: &[GridRun]) -> Result<(), GridError> {
 ///
 /// The number of elements is taken as that of a fractal of dimension 2 at B ≤ 0.3, falling to 1.71
 /// at B = 1, and each as 1 + 1/P at a straight front, for contacts that are refused (P = B, at least
-/// P_min and 0.05). `area` is that of the piece it grows on, mesh units.
+/// P_min and 0.05). `area` is that of the pieces it grows on, mesh
+/// units.
 pub fn cost(recipe: &Recipe, area: f64) -> f64 {
     let open = ((recipe.bias - 0.3) / 0.7).clamp(0.0, 1.0);
     let room = area / (PI * recipe.radius * recipe.radius);
     let elements = match recipe.stop {
         StopRule::Elements(n) => n as f64,
-        StopRule::Reach(length) => libm::pow(length / recipe.radius, 2.0 - 0.29 * open),
+        StopRule::Reach(length) => {
+            recipe.at.len() as f64 * libm::pow(length / recipe.radius, 2.0 - 0.29 * open)
+        }
         StopRule::Cover(share) => share * room,
     };
     let chance = recipe
