@@ -76,12 +76,12 @@ pub(crate) struct ViewArgs {
 /// How any picture of a lichen on its mesh is taken.
 #[derive(Debug, Args)]
 pub(crate) struct ShotArgs {
-    /// Where to look from: 'auto' finds the side that shows most of the lichen; degrees round the mesh from its front
-    /// and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up": [x,y,z], "opening": degrees} in
+    /// Where to look from: 'auto' finds the side that shows most of the lichen; front, back, left, right, top or bottom;
+    /// degrees round the mesh from its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up": [x,y,z], "opening": degrees} in
     /// mesh units, given here or in a file
     #[arg(
         long,
-        value_name = "auto|AZIMUTH,ELEVATION|JSON",
+        value_name = "auto|SIDE|AZIMUTH,ELEVATION|JSON",
         default_value = "auto",
         allow_hyphen_values = true
     )]

@@ -40,6 +40,16 @@ pub(crate) struct CameraText {
     opening: f32,
 }
 
+/// Sides by their names: azimuth and elevation.
+const SIDES: [(&str, f32, f32); 6] = [
+    ("front", 0.0, 0.0),
+    ("right", 90.0, 0.0),
+    ("back", 180.0, 0.0),
+    ("left", -90.0, 0.0),
+    ("top", 0.0, 90.0),
+    ("bottom", 0.0, -90.0),
+];
+
 fn portrait() -> f32 {
     30.0
 }
@@ -51,6 +61,9 @@ impl FromStr for View {
         let text = text.trim();
         if text == "auto" {
             return Ok(Self::Auto);
+        }
+        if let Some(&(_, azimuth, elevation)) = SIDES.iter().find(|(name, ..)| *name == text) {
+            return Ok(Self::Side { azimuth, elevation });
         }
         if text.starts_with('{') {
             return camera_text(text).map(Self::Given);
@@ -65,7 +78,7 @@ impl FromStr for View {
             }
             Some((Some(_), Some(_))) => Err("the elevation may be -90 to 90".to_owned()),
             _ => Err(
-                "write auto, two angles in degrees as 30,45, {\"eye\": [0,1,5], \"target\": \
+                "write auto, front, back, left, right, top, bottom, two angles in degrees as 30,45, {\"eye\": [0,1,5], \"target\": \
                       [0,0,0]}, or the name of a .json file with that"
                     .to_owned(),
             ),
@@ -193,6 +206,8 @@ mod tests {
         assert_eq!("auto".parse(), Ok(View::Auto));
         assert_eq!("30,45".parse(), side(30.0, 45.0));
         assert_eq!("-30, -90".parse(), side(-30.0, -90.0));
+        assert_eq!("left".parse(), "-90,0".parse::<View>());
+        assert_eq!(" top".parse(), side(0.0, 90.0));
         assert_eq!("a.json".parse(), Ok(View::File("a.json".to_owned())));
         let camera: View = r#"{"eye": [0,0,5], "target": [0,0,0]}"#.parse().unwrap();
         let View::Given(camera) = camera else {
@@ -202,6 +217,7 @@ mod tests {
         for wrong in [
             "",
             "30",
+            "above",
             "30,91",
             "nan,0",
             "1,2,3",

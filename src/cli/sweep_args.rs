@@ -101,11 +101,11 @@ pub(crate) struct MergeArgs {
 #[command(next_help_heading = "Pictures (of the first seed of each cell)")]
 pub(crate) struct PictureArgs {
     /// Where to look from, the same for all cells: 'auto' finds the side that shows most of all lichens together;
-    /// degrees round the mesh and above the horizon, as 30,45; or JSON as for 'thallus render' [default: as before in
-    /// this sweep, or auto]
+    /// a side, as front or top; degrees round the mesh and above the horizon, as 30,45; or JSON as for 'thallus
+    /// render' [default: as before in this sweep, or auto]
     #[arg(
         long,
-        value_name = "auto|AZIMUTH,ELEVATION|JSON",
+        value_name = "auto|SIDE|AZIMUTH,ELEVATION|JSON",
         allow_hyphen_values = true
     )]
     pub(crate) camera: Option<View>,
