@@ -14,6 +14,17 @@ fn grown(substrate: &Substrate, recipe: &Recipe) -> Growth {
     grow(substrate, recipe, &Execution::default(), &mut ()).expect("grows")
 }
 
+fn on_threads(substrate: &Substrate, recipe: &Recipe, threads: usize) -> Growth {
+    let execution = Execution {
+        threads,
+        uses_all_threads: true,
+        ..Execution::default()
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let grown = || grow(substrate, recipe, &execution, &mut ());
+    pool.expect("threads").install(grown).expect("grows")
+}
+
 /// Elements of each colony.
 fn sizes(growth: &Growth, colonies: usize) -> Vec<usize> {
     let mut sizes = vec![0; colonies];
@@ -118,16 +129,7 @@ fn a_run_that_goes_on_and_one_on_more_threads_are_the_same() {
         assert_eq!(again.counts, whole.counts, "{cut}");
     }
     for threads in [2, 3, 8] {
-        let execution = Execution {
-            threads,
-            uses_all_threads: true,
-            ..Execution::default()
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let many = pool.expect("threads").install(|| {
-            let growth = grow(&rock, &recipe, &execution, &mut ());
-            growth.expect("grows")
-        });
+        let many = on_threads(&rock, &recipe, threads);
         assert_eq!(
             many.cluster.elements(),
             whole.cluster.elements(),
@@ -156,6 +158,41 @@ fn two_on_a_plane_grow_alike() {
         variance > 1e-4,
         "shares of {variance} are not those of chance"
     );
+}
+
+/// A large square and, above it, a small one that the launch sphere soon encloses.
+fn ground_and_shelf() -> Substrate {
+    let square =
+        |half: f64, y: f64| [[-half, y], [half, y]].map(|[x, y]| [[x, y, -half], [x, y, half]]);
+    let positions = [square(5.0, 0.0), square(0.2, 0.3)]
+        .as_flattened()
+        .as_flattened()
+        .to_vec();
+    let triangles = vec![[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6]];
+    common::substrate(positions, triangles)
+}
+
+/// Walkers come to pieces by their area, be these enclosed by the launch sphere or cut.
+#[test]
+fn a_small_piece_beside_a_large_one_gets_its_share_of_walkers() {
+    let mesh = ground_and_shelf();
+    let mut recipe = common::recipe(0.004, 4000);
+    recipe.at = vec![at(3.0, 0.0), SeedPlace::Point([0.0, 0.3, 0.0])];
+    let growth = grown(&mesh, &recipe);
+    let [ground, shelf] = sizes(&growth, 2)[..] else {
+        panic!("two colonies")
+    };
+    // 100 to 0.16 by area, and what is lost beyond the kill sphere on the ground.
+    assert!(
+        (3..400).contains(&shelf) && ground > 3000,
+        "{ground} {shelf}"
+    );
+    for threads in [2, 3] {
+        assert_eq!(
+            on_threads(&mesh, &recipe, threads).cluster.elements(),
+            growth.cluster.elements()
+        );
+    }
 }
 
 /// Each has walkers of its own, until no room is left anywhere.
@@ -271,9 +308,9 @@ fn the_command_grows_and_measures_them() {
         let alone = analyzed(&format!("--colony {colony} --json"));
         let answer: serde_json::Value = serde_json::from_slice(&alone.stdout).expect("JSON");
         assert_eq!(said(&alone), "");
-        answer["scalars"]["elements"].as_u64().expect("elements")
+        answer["scalars"]["elements"].as_f64().expect("elements")
     });
-    assert_eq!(sizes.sum::<u64>(), 400);
+    assert_eq!(sizes.sum::<f64>(), 400.0);
     let none = desk
         .call("analyze whole", "--colony 4")
         .output()

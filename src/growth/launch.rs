@@ -6,6 +6,10 @@
 //! Where the sphere cuts nothing it encloses the component: walkers then start uniformly by area
 //! on what the lichen leaves free.
 //!
+//! Several components, of which the thesis has nothing: each walker draws a place by area on all that carry
+//! lichen. Where the sphere cuts the component of that place, it starts on the arcs there; where the sphere
+//! encloses it, at the place, and it draws another where lichen is in the way.
+//!
 //! Departure: the arcs are worked out anew only when the centroid and the launch radius together
 //! have moved by 1/16 of the gap between the lichen and the arcs. When that happens depends on the
 //! births alone, so a run that is rebuilt from its elements has the same arcs.
@@ -52,6 +56,31 @@ impl LaunchRing {
             }
         }
         ring
+    }
+
+    /// One for each of some ranges, which do not overlap.
+    pub(super) fn of_each(
+        substrate: &Substrate,
+        components: &[Range<u32>],
+        centre: DVec3,
+        radius: f64,
+    ) -> Vec<Self> {
+        let mut rings = vec![Self::default(); components.len()];
+        let mut order: Vec<usize> = (0..components.len()).collect();
+        order.sort_unstable_by_key(|&i| components[i].start);
+        let (Some(&first), Some(&last)) = (order.first(), order.last()) else {
+            return rings;
+        };
+        // All at once: each look goes through the boxes of the whole mesh.
+        let span = components[first].start..components[last].end;
+        for triangle in substrate.triangles_near_sphere(centre, radius, &span) {
+            let place = order.partition_point(|&i| components[i].end <= triangle);
+            let component = order[place];
+            if components[component].contains(&triangle) {
+                rings[component].cut(substrate, triangle, centre, radius);
+            }
+        }
+        rings
     }
 
     /// Length of all arcs.

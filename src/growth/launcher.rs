@@ -28,7 +28,14 @@ const EDGES: f64 = 2.0;
 /// Where walkers start at present, and how far they may go.
 #[derive(Default)]
 pub(super) struct Launcher {
+    /// Those that carry lichen, in the order of their triangles.
     components: Vec<Range<u32>>,
+    /// The arcs in which the sphere cuts each, on the surface that walkers [set out](outset) on: none where it
+    /// encloses it.
+    rings: Vec<LaunchRing>,
+    /// Whether the arcs are those of the sphere as it is now.
+    is_cut: bool,
+    encloses: bool,
     pub(super) centre: DVec3,
     radius: f64,
     /// All elements are within this distance of the centre.
@@ -39,9 +46,7 @@ pub(super) struct Launcher {
     better_by_index: Range<f64>,
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
-    /// On the surface that walkers [set out](outset) on.
-    pub(super) ring: LaunchRing,
-    pub(super) area: Option<AreaSampler>,
+    area: Option<AreaSampler>,
     /// How often these were worked out anew.
     pub(super) version: u64,
 }
@@ -51,19 +56,13 @@ impl Launcher {
     pub(super) fn update(
         &mut self,
         substrate: &Substrate,
-        far: Option<&Far>,
         parameters: &Parameters,
         cluster: &Cluster,
     ) {
         let Some(last) = cluster.elements().last() else {
             return;
         };
-        let component = &substrate.component_of(last.at.triangle).triangles;
-        let is_new = !self.components.contains(component);
-        if is_new {
-            self.components.push(component.clone());
-            self.area = None;
-        }
+        let is_new = self.takes_in(substrate, last.at.triangle);
         let extent = cluster.extent();
         let radius = launch_radius(parameters, extent.effective_radius());
         let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
@@ -72,13 +71,34 @@ impl Launcher {
         if is_new || drift > gap / 16.0 || reach > self.reach {
             self.set_out(parameters, cluster);
             self.better_by_index = self.reach + EDGES * edge(substrate)..AROUND * self.reach;
-            self.cut(substrate, far);
+            self.change();
         }
     }
 
-    /// Cuts the surface with the sphere, or the copy that walkers then set out on.
-    pub(super) fn cut(&mut self, substrate: &Substrate, far: Option<&Far>) {
+    /// Whether the component of a triangle is new.
+    fn takes_in(&mut self, substrate: &Substrate, triangle: u32) -> bool {
+        let triangles = &substrate.component_of(triangle).triangles;
+        let place = { &self.components }.binary_search_by_key(&triangles.start, |c| c.start);
+        if let Err(place) = place {
+            self.components.insert(place, triangles.clone());
+            self.area = None;
+        }
+        place.is_err()
+    }
+
+    /// Walkers start elsewhere from now on.
+    pub(super) fn change(&mut self) {
         self.version += 1;
+        self.is_cut = false;
+    }
+
+    /// Cuts the surface with the sphere, or the copy that walkers then set out on, if that has not been done. Before
+    /// a walker starts, not at each birth: a run that goes on takes in many before.
+    pub(super) fn cut(&mut self, substrate: &Substrate, far: Option<&Far>) {
+        if self.is_cut {
+            return;
+        }
+        self.is_cut = true;
         let (level, surface) = outset(far, substrate);
         let components = match far.filter(|_| level > 0) {
             Some(far) => { self.components.iter() }
@@ -86,11 +106,33 @@ impl Launcher {
                 .collect(),
             None => self.components.clone(),
         };
-        self.ring = LaunchRing::new(surface, &components, self.centre, self.radius);
-        if self.encloses() && self.area.is_none() {
+        self.rings = LaunchRing::of_each(surface, &components, self.centre, self.radius);
+        self.encloses = self.rings.iter().all(|ring| ring.length() == 0.0);
+        if self.goes_by_area() && self.area.is_none() {
             let triangles = self.components.iter().flat_map(Clone::clone);
             self.area = Some(AreaSampler::new(substrate, triangles));
         }
+    }
+
+    fn goes_by_area(&self) -> bool {
+        self.encloses || self.components.len() > 1
+    }
+
+    /// Chooses among all that carries lichen: where the sphere encloses that, or between several components.
+    pub(super) fn by_area(&self) -> Option<&AreaSampler> {
+        self.area.as_ref().filter(|_| self.goes_by_area())
+    }
+
+    /// The arcs on the component that a triangle is in; none where the sphere encloses it.
+    pub(super) fn ring_of(&self, triangle: u32) -> Option<&LaunchRing> {
+        let component = { &self.components }.partition_point(|c| c.end <= triangle);
+        let ring = self.rings.get(component);
+        ring.filter(|ring| ring.length() > 0.0)
+    }
+
+    /// All arcs, component by component.
+    pub(super) fn rings(&self) -> impl Iterator<Item = &LaunchRing> {
+        self.rings.iter().filter(|ring| ring.length() > 0.0)
     }
 
     /// Takes the spheres from the cluster as it is now.
@@ -115,7 +157,7 @@ impl Launcher {
 
     /// Whether the launch sphere encloses all that carries lichen.
     pub(super) fn encloses(&self) -> bool {
-        self.ring.length() == 0.0
+        self.encloses
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::far::{Far, Level, outset};
 use super::flight::{Asked, Track, Way};
-use super::launch::AreaSampler;
+use super::launch::{AreaSampler, LaunchRing};
 use super::launcher::Launcher;
 use super::near::Met;
 use super::patience::Patience;
@@ -93,10 +93,13 @@ fn free_place<I: ElementIndex>(
     around: &Surroundings<'_, I>,
     scratch: &mut Connectivity,
     area: &AreaSampler,
+    is_free_anyway: impl Fn(u32) -> bool,
     stream: &mut Stream,
 ) -> Option<SurfacePoint> {
     let position = |at: &SurfacePoint| around.substrate.position(at);
-    let mut is_free = |at: &SurfacePoint| !around.in_contact(scratch, (at.triangle, position(at)));
+    let mut is_free = |at: &SurfacePoint| {
+        is_free_anyway(at.triangle) || !around.in_contact(scratch, (at.triangle, position(at)))
+    };
     let mut first = (0..TOGETHER).map(|_| area.sample(stream));
     if let Some(found) = first.find(&mut is_free) {
         return Some(found);
@@ -143,21 +146,26 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.
     fn launch(&mut self, stream: &mut Stream) -> Option<(Level, Stand)> {
-        let substrate = self.around.substrate;
-        let Some(area) = self
-            .launcher
-            .area
-            .as_ref()
-            .filter(|_| self.launcher.encloses())
-        else {
-            let (level, surface) = outset(self.far, substrate);
-            let start = self.launcher.ring.sample(surface, stream)?;
-            return Some((level, Stand::new(surface, &start)));
+        let (substrate, launcher) = (self.around.substrate, self.launcher);
+        let Some(area) = launcher.by_area() else {
+            return self.launch_on(launcher.rings().next()?, stream);
         };
-        let start = free_place(&self.around, self.scratch, area, stream)?;
+        let is_cut = |triangle| launcher.ring_of(triangle).is_some();
+        let Some(start) = free_place(&self.around, self.scratch, area, is_cut, stream) else {
+            return self.launch_on(launcher.rings().next()?, stream);
+        };
+        if let Some(ring) = launcher.ring_of(start.triangle) {
+            return self.launch_on(ring, stream);
+        }
         let here = Stand::new(substrate, &start);
         self.asked(here.position, self.around.contact_distance(), 0);
         Some((0, here))
+    }
+
+    fn launch_on(&self, ring: &LaunchRing, stream: &mut Stream) -> Option<(Level, Stand)> {
+        let (level, surface) = outset(self.far, self.around.substrate);
+        let start = ring.sample(surface, stream)?;
+        Some((level, Stand::new(surface, &start)))
     }
 
     /// Notes that the elements within a ball decided something, and how many more would have made
@@ -556,7 +564,7 @@ mod tests {
         let parameters = parameters(units.length_to_local(units.diagonal()) / 1000.0);
         let (cluster, index) = patch(&substrate, &parameters, 2000);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, None, &parameters, &cluster);
+        launcher.update(&substrate, &parameters, &cluster);
         let mut walk = Walk {
             around: Surroundings {
                 substrate: &substrate,
@@ -578,7 +586,7 @@ mod tests {
             },
         };
         walk.track.begin(&index, false);
-        let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+        let area = AreaSampler::of_all(&substrate);
         let mut stream = Stream::new(6, Purpose::Walker, 0);
         let (mut outside, mut better) = (0, 0);
         for _ in 0..4000 {
@@ -608,7 +616,7 @@ mod tests {
         let parameters = parameters(diagonal / 1000.0);
         let (cluster, _) = patch(&substrate, &parameters, 200);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, None, &parameters, &cluster);
+        launcher.update(&substrate, &parameters, &cluster);
         assert!(launcher.reach < 0.3 * diagonal);
         let far = |i: u32| diagonal * f64::from(i) / 1000.0;
         assert!((0..1000).all(|i| !launcher.asks_index(far(i))));
@@ -618,7 +626,7 @@ mod tests {
     fn places_tried_together_are_those_tried_one_by_one() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
         let parameters = parameters(substrate.units().diagonal() / 66.0);
-        let area = AreaSampler::new(&substrate, 0..substrate.triangles().len() as u32);
+        let area = AreaSampler::of_all(&substrate);
         // Discs of contact, twice as wide, cover the rock four times over and leave e⁻⁴ of it free.
         let triangles = 0..substrate.triangles().len() as u32;
         let all: f64 = triangles.map(|t| substrate.area(t)).sum();
@@ -643,7 +651,7 @@ mod tests {
                     break at;
                 }
             };
-            let found = free_place(&around, &mut scratch, &area, &mut stream);
+            let found = free_place(&around, &mut scratch, &area, |_| false, &mut stream);
             assert_eq!(found, Some(expected), "{number}");
             assert_eq!(stream.uniform(), one_by_one.uniform(), "{number}");
             late += usize::from(tries > 2 * TOGETHER);

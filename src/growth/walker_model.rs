@@ -338,7 +338,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     fn make_copies(&mut self, near: bool) {
         self.copies = MadeCopies::AllThereWillBe;
         self.far = Far::new(self.substrate, self.parameters.radius, near);
-        self.launcher.cut(self.substrate, self.far.as_ref());
+        self.launcher.change();
     }
 
     fn catch_up(&self, flight: &mut Flight<I>, cluster: &Cluster) -> bool {
@@ -398,14 +398,14 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
         self.counts_at_birth.clone_from(&self.counts);
         if !cluster.is_empty() {
             self.index.insert(cluster.elements());
-            let far = self.far.as_ref();
             self.launcher
-                .update(self.substrate, far, &self.parameters, cluster);
+                .update(self.substrate, &self.parameters, cluster);
         }
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         self.weigh_far();
+        self.launcher.cut(self.substrate, self.far.as_ref());
         let halt = loop {
             match self.take(cluster, cancelled) {
                 Fate::Joined(element) => return Ok(element),
