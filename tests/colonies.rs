@@ -304,6 +304,15 @@ fn the_command_grows_and_measures_them() {
         all.contains("these are 4 colonies, measured as one lichen"),
         "{all}"
     );
+    let front = |words: &str| {
+        let output = analyzed(words);
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        ["front_radius", "front_width", "roughness"].map(|name| answer["scalars"][name].is_f64())
+    };
+    assert_eq!(
+        [front("--json"), front("--json --colony 0")],
+        [[false; 3], [true; 3]]
+    );
     let sizes = (0..4).map(|colony| {
         let alone = analyzed(&format!("--colony {colony} --json"));
         let answer: serde_json::Value = serde_json::from_slice(&alone.stdout).expect("JSON");

@@ -179,10 +179,8 @@ pub(super) fn through_space(
     centres: usize,
 ) -> Vec<Dimension> {
     let space = Space::new(sample.positions);
-    let mut dimensions = vec![
-        mass_radius(&space, Through::Space, sample, scales),
-        gyration(sample, scales),
-    ];
+    let mut dimensions = vec![mass_radius(&space, Through::Space, sample, scales, centres)];
+    dimensions.extend(is_one_colony(sample).then(|| gyration(sample, scales)));
     let centres = self::centres(sample.positions.len(), centres);
     dimensions.extend(about_centres(&space, Through::Space, &centres, scales));
     dimensions.extend(by_boxes(sample, rim, scales));
@@ -196,24 +194,44 @@ pub(super) fn along_surface(
     scales: &Scales,
     centres: usize,
 ) -> Vec<Dimension> {
-    let mut dimensions = vec![
-        mass_radius(metric, Through::Surface, sample, scales),
-        spread_from_seed(metric, scales),
-    ];
+    let mut dimensions = vec![mass_radius(
+        metric,
+        Through::Surface,
+        sample,
+        scales,
+        centres,
+    )];
+    dimensions.extend(is_one_colony(sample).then(|| spread_from_seed(metric, scales)));
     let centres = self::centres(sample.positions.len(), centres);
     dimensions.extend(about_centres(metric, Through::Surface, &centres, scales));
     dimensions
 }
 
+/// The elements that have no parent.
+pub(super) fn seeds(sample: &Sample<'_>) -> Vec<usize> {
+    let is_seed = |i: &usize| sample.parents[*i] < 0;
+    (0..sample.parents.len()).filter(is_seed).collect()
+}
+
+/// Whether the first n elements have a size that can grow by a power of n: several colonies are far apart from
+/// the start.
+fn is_one_colony(sample: &Sample<'_>) -> bool {
+    seeds(sample).len() < 2
+}
+
+/// About all seeds, but no more of them than `most`.
 fn mass_radius(
     metric: &dyn Metric,
     through: Through,
     sample: &Sample<'_>,
     scales: &Scales,
+    most: usize,
 ) -> Dimension {
     let radii = distances(scales.radius, 2.0 * scales.gyration);
-    let is_seed = |i: &usize| sample.parents[*i] < 0;
-    let seeds: Vec<_> = (0..sample.parents.len()).filter(is_seed).collect();
+    let seeds = seeds(sample);
+    let seeds: Vec<usize> = { centres(seeds.len(), most).into_iter() }
+        .map(|i| seeds[i])
+        .collect();
     let mass = mean_mass(metric, &seeds, &radii);
     let curve = std::iter::zip(radii, mass).map(|(radius, mass)| [radius, mass]);
     let scaling = Scaling::new(curve, scales.range(scales.gyration));

@@ -7,8 +7,8 @@
 //! all single numbers by name. Nothing here reads, writes or prints; the result does not depend on
 //! the number of threads.
 //!
-//! One colony is assumed: of several, mass–radius is the mean over the seeds, and the rest treats
-//! them as one lichen. [`Elements::of_colony`] takes one out.
+//! One colony is assumed: of several, mass–radius is the mean over the seeds, the size of the first elements
+//! (gyration) has no dimension, front and growth are no [`Scalar`]s, and the rest treats them as one lichen. [`Elements::of_colony`] takes one out.
 
 mod boxes;
 mod branching;
@@ -75,6 +75,8 @@ impl Default for Centres {
 pub struct Analysis {
     /// Number of elements.
     pub elements: usize,
+    /// Number of seeds among them.
+    pub colonies: usize,
     /// Element radius r.
     pub radius: f64,
     /// Root of the mean squared distance through space from the centroid.
@@ -196,6 +198,7 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
     let known: Vec<f64> = widths.iter().copied().flatten().collect();
     Analysis {
         elements: n,
+        colonies: dimension::seeds(sample).len(),
         radius: sample.radius,
         radius_of_gyration: Scales::of(sample).gyration,
         effective_radius: Distances::of(sample.positions).greatest(),

@@ -3,7 +3,7 @@
 use super::dimension::Method::{Boxes, Correlation, Gyration, MassRadius, Outline, Sandbox};
 use super::dimension::Through::{Space, Surface};
 use super::dimension::{Dimension, Method, Through};
-use super::{Analysis, Distribution};
+use super::{Analysis, Distribution, Front};
 
 /// One number that an analysis comes to: a column of a table of many lichens.
 #[derive(Clone, Copy, Debug)]
@@ -53,12 +53,12 @@ pub const SCALARS: &[Scalar] = &[
     Scalar { name: "branching_angle_deviation", unit: "degree", meaning: "standard deviation of the angles", read: |a| angle(a).map(|w| w.deviation) },
     Scalar { name: "strahler_order", unit: "1", meaning: "Strahler order of the tree of parents", read: |a| Some(f64::from(a.branching.strahler_order)) },
     Scalar { name: "bifurcation_ratio", unit: "1", meaning: "branches of a Strahler order over those of the next", read: |a| a.branching.bifurcation_ratio },
-    Scalar { name: "front_radius", unit: "unit", meaning: "mean distance of the last tenth of the births from the centroid", read: |a| a.front.radius },
-    Scalar { name: "front_width", unit: "unit", meaning: "standard deviation of those distances", read: |a| a.front.width },
-    Scalar { name: "roughness", unit: "1", meaning: "front_width / front_radius", read: |a| a.front.roughness() },
-    Scalar { name: "growth_exponent", unit: "1", meaning: "b of R_e ~ births^b", read: |a| a.front.growth.fit.map(|f| f.slope) },
-    Scalar { name: "growth_exponent_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| a.front.growth.fit.map(|f| f.error) },
-    Scalar { name: "growth_rate", unit: "unit/birth", meaning: "R_e gained with a birth at the end", read: |a| a.front.rate() },
+    Scalar { name: "front_radius", unit: "unit", meaning: "mean distance of the last tenth of the births from the centroid", read: |a| front(a)?.radius },
+    Scalar { name: "front_width", unit: "unit", meaning: "standard deviation of those distances", read: |a| front(a)?.width },
+    Scalar { name: "roughness", unit: "1", meaning: "front_width / front_radius", read: |a| front(a)?.roughness() },
+    Scalar { name: "growth_exponent", unit: "1", meaning: "b of R_e ~ births^b", read: |a| front(a)?.growth.fit.map(|f| f.slope) },
+    Scalar { name: "growth_exponent_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| front(a)?.growth.fit.map(|f| f.error) },
+    Scalar { name: "growth_rate", unit: "unit/birth", meaning: "R_e gained with a birth at the end", read: |a| front(a)?.rate() },
     Scalar { name: "dimension_mass_radius", unit: "1", meaning: "fractal dimension by mass-radius, through space", read: |a| found(a, Space, MassRadius)?.dimension },
     Scalar { name: "dimension_mass_radius_error", unit: "1", meaning: "its error, at a confidence of two thirds", read: |a| found(a, Space, MassRadius)?.error },
     Scalar { name: "dimension_gyration", unit: "1", meaning: "fractal dimension by radius of gyration, through space", read: |a| found(a, Space, Gyration)?.dimension },
@@ -87,6 +87,11 @@ fn width(analysis: &Analysis) -> Option<&Distribution> {
 
 fn angle(analysis: &Analysis) -> Option<&Distribution> {
     analysis.branching.angle.as_ref()
+}
+
+/// Of several colonies it is none: they are far apart from the start.
+fn front(analysis: &Analysis) -> Option<&Front> {
+    (analysis.colonies < 2).then_some(&analysis.front)
 }
 
 fn found(analysis: &Analysis, through: Through, method: Method) -> Option<&Dimension> {

@@ -58,7 +58,7 @@ fn choose_colony(args: &AnalyzeArgs, grown: &mut Grown, voice: Voice) -> Result<
     let Some(colony) = args.colony else {
         if colonies > 1 {
             voice.warn(&format!(
-                "these are {} colonies, measured as one lichen, of which gyration, front and growth say little: \
+                "these are {} colonies, measured as one lichen, without front, growth and dimension by gyration: \
                  --colony N, from 0 to {}, measures one alone",
                 count(colonies),
                 colonies - 1
@@ -154,7 +154,7 @@ fn text(from: &Path, analysis: &Analysis) -> String {
     let mut lines = vec![format!("{}: {elements}", from.display())];
     let form = SCALARS.iter().filter(|s| !s.name.contains("dimension_"));
     lines.extend(form.map(|s| scalar_line(s, analysis)));
-    if let Some(pace) = analysis.front.pace {
+    if let Some(pace) = analysis.front.pace.filter(|_| analysis.colonies < 2) {
         lines.push(format!("R_e grows by birth: {}", pace.word()));
     }
     lines.push("fractal dimensions".to_owned());

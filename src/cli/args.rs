@@ -238,7 +238,7 @@ pub(crate) struct StopArgs {
 pub(crate) struct PlaceArgs {
     /// Where a lichen begins: the surface nearest to a point in mesh units; 'top', above the middle of the largest
     /// piece; 'highest', its highest point; 'center', nearest to the bounding box's centre; 'random', anywhere by area.
-    /// Given several times, a colony begins at each [default: top]
+    /// 'triangle T', as --at-triangle. Given several times, a colony begins at each [default: top]
     #[arg(
         long,
         value_name = "X,Y,Z|top|highest|center|random",

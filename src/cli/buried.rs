@@ -3,10 +3,13 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use rayon::prelude::*;
+use thallus::growth::SeedPlace;
 use thallus::run::Recipe;
 use thallus::substrate::{Component, Substrate, SurfacePoint};
 
-use super::number::count;
+/// Seeds that are looked at: of each, the solid angles of all triangles about it are added up.
+const MOST_SEEDS: usize = 100;
 
 /// Says so, and what to do.
 pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> {
@@ -14,20 +17,24 @@ pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> 
         return None;
     }
     let seeds = recipe.seeds(substrate).ok()?;
-    let buried = { seeds.iter() }.filter(|at| is_buried(substrate, at));
-    let who = match (buried.count(), seeds.len()) {
+    let looked_at = &seeds[..seeds.len().min(MOST_SEEDS)];
+    let buried = looked_at.par_iter().filter(|at| is_buried(substrate, at));
+    let who = match (buried.count(), looked_at.len()) {
         (0, _) => return None,
         (1, 1) => "the lichen starts".to_owned(),
-        (1, all) => format!("1 of {} colonies starts", count(all as u64)),
-        (some, all) => format!(
-            "{} of {} colonies start",
-            count(some as u64),
-            count(all as u64)
-        ),
+        (some, all) if all < seeds.len() => {
+            format!("of the first {all} colonies {some} start")
+        }
+        (1, all) => format!("1 of {all} colonies starts"),
+        (some, all) => format!("{some} of {all} colonies start"),
+    };
+    let places = match recipe.at.contains(&SeedPlace::Random) {
+        true => "give places that are seen with --at (X,Y,Z)",
+        false => "give a place that is seen with --at ('highest', or X,Y,Z)",
     };
     Some(format!(
-        "{who} inside another piece of the mesh: unless that is a room, give a place that is seen with --at \
-         ('highest', or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
+        "{who} inside another piece of the mesh: unless that is a room, {places}, or make the pieces one surface (in \
+         Blender: the Remesh modifier)"
     ))
 }
 
@@ -58,7 +65,6 @@ fn is_inside(substrate: &Substrate, piece: &Component, place: DVec3) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use thallus::growth::SeedPlace;
     use thallus::run::Settings;
     use thallus::substrate::Soup;
 

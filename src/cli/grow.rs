@@ -15,7 +15,7 @@ use super::failure::Failure;
 use super::foreseen::MOST_COVERED;
 use super::memory::{After, Room};
 use super::named_mesh::{self, named_mesh};
-use super::number::{duration, elements, percent, short};
+use super::number::{count, duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
@@ -373,7 +373,7 @@ fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result
         elements(report.elements),
         match report.colonies {
             1 => format!(", effective radius {}", short(report.effective_radius)),
-            several => format!(" in {several} colonies"),
+            several => format!(" in {} colonies", count(several as u64)),
         },
         percent(report.covered_share),
         duration(report.seconds.grow),

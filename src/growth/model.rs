@@ -76,7 +76,8 @@ impl Counts {
     pub(crate) fn can_be_of(&self, elements: usize, seeds: usize) -> bool {
         const MOST: u64 = 1 << 60;
         let is_small = self.numbers().iter().all(|&n| n <= MOST);
-        is_small && self.walkers >= elements.saturating_sub(seeds) as u64
+        let born = elements.saturating_sub(seeds) as u64;
+        is_small && self.walkers >= born && (born > 0 || self.walkers == 0)
     }
 
     /// All of them, in the order of logs. Taken apart by name: a new count does not compile until it is here.

@@ -14,16 +14,20 @@ impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
-    /// the mesh.
+    /// the mesh. Distances are those through space.
     ///
     /// # Errors
     /// As [`locate`](Self::locate); when two seeds would overlap, or chance finds no room for one.
+    ///
+    /// # Panics
+    /// When the radius is not a positive finite number.
     pub fn locate_all(
         places: &[Self],
         substrate: &Substrate,
         seed: u64,
         radius: f64,
     ) -> Result<Vec<SurfacePoint>, PlaceError> {
+        assert!(radius > 0.0 && radius.is_finite(), "radius {radius}");
         let mut seeds = Seeds {
             substrate,
             radius,
@@ -42,6 +46,9 @@ impl SeedPlace {
         Ok(seeds.places)
     }
 }
+
+/// Numbers of cubes, which those beside them are counted on from.
+const FARTHEST: i64 = 1 << 60;
 
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
@@ -64,24 +71,41 @@ impl Seeds<'_> {
                 diameter: units.length_to_file(2.0 * self.radius),
             });
         }
-        let cell = self.cell(self.substrate.position(&at));
-        self.cells.entry(cell).or_default().push(self.places.len());
-        self.places.push(at);
+        self.push(at);
         Ok(())
     }
 
-    /// Gives the next one the first random place with room for it.
-    fn draw(&mut self, sampler: &AreaSampler, mut stream: Stream) -> Result<(), PlaceError> {
-        let mut tries = (0..TRIES).map(|_| sampler.sample(&mut stream));
-        let place = tries.find(|at| self.has_room(at));
-        self.put(place.ok_or(PlaceError::Crowded {
-            colony: self.places.len(),
-        })?)
+    fn push(&mut self, at: SurfacePoint) {
+        let cell = self.cell(self.substrate.position(&at));
+        self.cells.entry(cell).or_default().push(self.places.len());
+        self.places.push(at);
     }
 
-    fn has_room(&self, at: &SurfacePoint) -> bool {
+    /// Gives the next one the first random place with room for it. Where no piece has any, a place without: whoever
+    /// asks for the room of an element says which radius would do.
+    fn draw(&mut self, sampler: &AreaSampler, mut stream: Stream) -> Result<(), PlaceError> {
+        let mut covered = Vec::new();
+        for _ in 0..TRIES {
+            let at = sampler.sample(&mut stream);
+            if self.is_covered(&at) {
+                covered.push(at);
+            } else if self.overlapped(&at).is_none() {
+                self.push(at);
+                return Ok(());
+            }
+        }
+        if covered.len() < TRIES {
+            let colony = self.places.len();
+            return Err(PlaceError::Crowded { colony });
+        }
+        self.push(covered[0]);
+        Ok(())
+    }
+
+    /// Whether an element would cover the whole piece of the mesh that a place is on.
+    fn is_covered(&self, at: &SurfacePoint) -> bool {
         let piece = self.substrate.component_of(at.triangle);
-        PI * self.radius * self.radius < piece.area && self.overlapped(at).is_none()
+        PI * self.radius * self.radius >= piece.area
     }
 
     /// A seed that an element at a place would overlap, and how far from it that is.
@@ -102,7 +126,7 @@ impl Seeds<'_> {
     fn cell(&self, p: DVec3) -> [i64; 3] {
         (p / (2.0 * self.radius))
             .to_array()
-            .map(|x| x.floor() as i64)
+            .map(|x| (x.floor() as i64).clamp(-FARTHEST, FARTHEST))
     }
 }
 

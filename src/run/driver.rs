@@ -321,12 +321,12 @@ impl<'a> Run<'a> {
     }
 
     fn next(&mut self, execution: &Execution) -> Result<Element, Stopped> {
+        let cancelled = || execution.is_cancelled();
+        if cancelled() && !self.cluster.is_empty() {
+            return Err(Stopped::Cancelled);
+        }
         if let Some(seed) = self.next_seed() {
             return Ok(seed);
-        }
-        let cancelled = || execution.is_cancelled();
-        if cancelled() {
-            return Err(Stopped::Cancelled);
         }
         let next = self.model.next(&self.cluster, &cancelled);
         next.map_err(|halt| match halt {
@@ -347,7 +347,11 @@ impl<'a> Run<'a> {
         self.model.born(&self.cluster);
     }
 
+    /// Not before all colonies have begun.
     fn reached(&self, progress: &Progress) -> Option<Stopped> {
+        if self.cluster.len() < self.seeds.len() {
+            return None;
+        }
         match self.rule {
             StopRule::Elements(n) => (progress.elements >= n).then_some(Stopped::Elements),
             StopRule::Reach(length) => (progress.reach >= length).then_some(Stopped::Reach),

@@ -58,19 +58,27 @@ enum LoosePlaces {
 pub(super) fn places<'de, D: Deserializer<'de>>(
     from: D,
 ) -> Result<Option<Vec<SeedPlace>>, D::Error> {
+    several(from, str::parse)
+}
+
+pub(super) fn triangles<'de, D: Deserializer<'de>>(
+    from: D,
+) -> Result<Option<Vec<SeedPlace>>, D::Error> {
+    several(from, SeedPlace::from_triangle_text)
+}
+
+fn several<'de, D: Deserializer<'de>>(
+    from: D,
+    read: impl Fn(&str) -> Result<SeedPlace, SeedTextError>,
+) -> Result<Option<Vec<SeedPlace>>, D::Error> {
     let all = match LoosePlaces::deserialize(from)? {
+        LoosePlaces::One(Loose::List(numbers)) if numbers.is_empty() => {
+            return Err(serde::de::Error::custom("an empty list has no place"));
+        }
         LoosePlaces::One(place) => vec![place],
         LoosePlaces::Several(places) => places,
     };
-    let all = all.into_iter().map(|place| place.into_text().parse());
+    let all = all.into_iter().map(|place| read(&place.into_text()));
     let all: Result<_, SeedTextError> = all.collect();
     all.map(Some).map_err(serde::de::Error::custom)
-}
-
-pub(super) fn triangle<'de, D: Deserializer<'de>>(
-    from: D,
-) -> Result<Option<Vec<SeedPlace>>, D::Error> {
-    loose(from, |text| {
-        SeedPlace::from_triangle_text(text).map(|place| vec![place])
-    })
 }

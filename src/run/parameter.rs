@@ -146,8 +146,8 @@ pub const COVER: ParameterInfo = ParameterInfo {
 /// Number of colonies.
 pub const COLONIES: ParameterInfo = ParameterInfo {
     name: "colonies",
-    looks: "How many lichens grow at once, each from a seed of its own, and share the surface between them. Those \
-            that are given no place start at random, uniformly by area",
+    looks: "How many lichens grow at once, each from a seed of its own, and compete for the surface. Colonies without \
+            a place start at random places, uniformly by area",
     range: "1 to 10000",
     default: "",
     low: 1.0,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::loose::{places, seed, triangle};
+use super::loose::{places, seed, triangles};
 use super::parameter as info;
 use super::recipe_keys::{with_dashes, wrong_value};
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
@@ -115,7 +115,7 @@ struct Draft {
     seed: Option<u64>,
     #[serde(deserialize_with = "places")]
     at: Option<Vec<SeedPlace>>,
-    #[serde(deserialize_with = "triangle")]
+    #[serde(deserialize_with = "triangles")]
     at_triangle: Option<Vec<SeedPlace>>,
     colonies: Option<u64>,
     launch: Option<f64>,
@@ -554,11 +554,16 @@ mod tests {
         let flags = "--at=top --at=1.0,-2.0,0.5 --at='triangle 7,0.25,0.5'";
         assert_eq!(several.flags(), flags);
         assert_eq!(read("at = [\"1,-2,0.5\"]").at, read("at = [1, -2, 0.5]").at);
+        let triangles = read("at-triangle = [[7, 0.25, 0.5], 9]").to_toml();
+        assert!(
+            triangles.starts_with("at = [\"triangle 7,0.25,0.5\", \"triangle 9\"]"),
+            "{triangles}"
+        );
         for (text, part) in [
             ("at = [\"top\", 3]", "'3' is not a place"),
             ("at = [[1, 2], \"top\"]", "'1,2' is not a place"),
             ("at = {x = 1}", "a list of places"),
-            ("at = []", "'' is not a place"),
+            ("at = []", "an empty list has no place"),
         ] {
             assert!(message(text).contains(part), "{}", message(text));
         }

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::{Execution, Growth, Recipe, StopRule, Stopped};
-use crate::cluster::NO_PARENT;
+use crate::cluster::{Element, NO_PARENT};
 use crate::growth::{Counts, Parallel};
 use crate::substrate::Substrate;
 
@@ -23,8 +23,11 @@ pub struct RunReport {
     pub elements: usize,
     /// Colonies that these are of.
     pub colonies: usize,
-    /// Effective radius R_e.
+    /// Effective radius R_e, about the centroid of all elements.
     pub effective_radius: f64,
+    /// What `reach` is compared with: R_e, or of several colonies how far elements are from their colonies' seeds at
+    /// most.
+    pub reach: f64,
     /// Area of the elements' discs.
     pub covered_area: f64,
     /// The same as a share of the pieces that the lichen is on.
@@ -112,8 +115,9 @@ impl RunReport {
             version: env!("CARGO_PKG_VERSION"),
             mesh: MeshSummary::new(substrate, recipe),
             elements: cluster.len(),
-            colonies: recipe.at.len(),
+            colonies: seeds(growth).count(),
             effective_radius: units.length_to_file(cluster.extent().effective_radius()),
+            reach: units.length_to_file(reach(growth)),
             covered_area: units.area_to_file(cluster.covered_area()),
             covered_share: covered_share(substrate, growth),
             stopped: growth.stopped.name(),
@@ -198,11 +202,26 @@ impl Stopped {
     }
 }
 
+/// The elements that colonies began with.
+fn seeds(growth: &Growth) -> impl Iterator<Item = &Element> {
+    let elements = growth.cluster.elements().iter();
+    elements.take_while(|element| element.parent == NO_PARENT)
+}
+
+/// R_e, or of several colonies the farthest that an element is from its seed; local units.
+fn reach(growth: &Growth) -> f64 {
+    let seeds: Vec<&Element> = seeds(growth).collect();
+    if seeds.len() < 2 {
+        return growth.cluster.extent().effective_radius();
+    }
+    let from_seed = |e: &Element| e.position.distance(seeds[e.colony as usize].position);
+    let elements = growth.cluster.elements().iter();
+    elements.map(from_seed).fold(0.0, f64::max)
+}
+
 /// Share of the pieces that the lichen is on that its discs cover.
 fn covered_share(substrate: &Substrate, growth: &Growth) -> f64 {
-    let elements = growth.cluster.elements().iter();
-    let seeds = elements.take_while(|element| element.parent == NO_PARENT);
-    let area = substrate.area_of_pieces(seeds.map(|seed| seed.at.triangle));
+    let area = substrate.area_of_pieces(seeds(growth).map(|seed| seed.at.triangle));
     match growth.cluster.is_empty() {
         true => 0.0,
         false => (growth.cluster.covered_area() / area).min(1.0),

@@ -34,7 +34,7 @@ pub struct Settings {
     pub min_stick: Option<f64>,
     /// Seed of every random stream.
     pub seed: Option<u64>,
-    /// Where seed elements go, one a colony.
+    /// Where seed elements go, one a colony; all at random where the list is empty.
     pub at: Option<Vec<SeedPlace>>,
     /// How many colonies there are: those that `at` has no place for start at random.
     pub colonies: Option<u64>,

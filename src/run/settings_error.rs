@@ -90,7 +90,7 @@ pub enum SettingsError {
     },
     /// More places than colonies, or none.
     #[error(
-        "colonies {colonies} is less than the {places} places given (at): leave out the number, or some places"
+        "colonies {colonies} is less than the {places} places given (at): ask for {places} or more, or leave out some places"
     )]
     MorePlaces {
         /// Places of seed elements.

@@ -1,7 +1,7 @@
 //! A parameter that varies, and its values as people write them.
 
 use super::AxisError;
-use crate::run::{ELEMENTS, Settings};
+use crate::run::{COLONIES, ELEMENTS, Settings};
 
 /// The letters of the thesis for the parameters that it varies.
 const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
@@ -63,9 +63,7 @@ impl AxisValue {
 
     /// The same label, however a number was written. Counts are whole: 1e3 is 1000.
     fn of_toml(key: &str, value: &toml::Value) -> Self {
-        let whole = value
-            .as_float()
-            .filter(|x| key == ELEMENTS.name && is_whole(*x));
+        let whole = value.as_float().filter(|x| is_count(key) && is_whole(*x));
         let whole = whole.map(|x| toml::Value::Integer(x as i64));
         let value = whole.as_ref().unwrap_or(value);
         let label = match value {
@@ -305,9 +303,13 @@ fn plain(x: f64) -> String {
     }
 }
 
+fn is_count(key: &str) -> bool {
+    [ELEMENTS.name, COLONIES.name].contains(&key)
+}
+
 /// Counts are whole.
 fn whole_if(key: &str, x: f64) -> f64 {
-    if key == ELEMENTS.name { x.round() } else { x }
+    if is_count(key) { x.round() } else { x }
 }
 
 /// Numbers from end to end, at equal distances or ratios; the ends are exact.
@@ -382,6 +384,10 @@ mod tests {
             ["100", "464", "2154", "10000"]
         );
         assert_eq!(labels("elements", "1e3,1.5e3"), ["1000", "1500"]);
+        assert_eq!(
+            labels("colonies", "1e0,2..30/4log"),
+            ["1", "2", "5", "12", "30"]
+        );
         assert_eq!(
             labels("reach", "1e300,1e299..2e299/2,2.5e-9"),
             ["1e300", "1e299", "2e299", "2.5e-9"]

@@ -3,7 +3,7 @@
 use super::{Axis, Cell, Grid, Plan};
 use crate::analysis::SCALARS;
 use crate::export::{Table, TableColumn, TableValues};
-use crate::run::{COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
+use crate::run::{COLONIES, COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
 
 /// What a run came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -243,7 +243,12 @@ impl<'a> Results<'a> {
         let column = |key: &&str| {
             let value = |run: usize| {
                 let entry = said[run].iter().find(|(k, _)| k == key);
-                entry.map_or_else(String::new, |(_, value)| value.clone())
+                match (entry, &self.plan.runs[run].recipe) {
+                    (Some((_, value)), _) => value.clone(),
+                    // They are unsaid where each has a place of its own.
+                    (None, Ok(recipe)) if *key == COLONIES.name => recipe.at.len().to_string(),
+                    (None, _) => String::new(),
+                }
             };
             let is_number = |text: &String| text.is_empty() || text.parse::<f64>().is_ok();
             let name = column_name(key);
@@ -262,7 +267,7 @@ fn is_count(column: &str) -> bool {
     let name = said.fold(column, |name, prefix| {
         name.strip_prefix(prefix).unwrap_or(name)
     });
-    SCALARS.iter().any(|s| s.name == name && s.is_count())
+    name == COLONIES.name || SCALARS.iter().any(|s| s.name == name && s.is_count())
 }
 
 /// What a parameter is called: where growth was to stop, and where it stopped, are two things.
@@ -303,6 +308,8 @@ mod tests {
             "stop_elements",
             "axis_elements",
             "tips",
+            "colonies",
+            "axis_colonies",
             "strahler_order",
         ] {
             assert!(is_count(name), "{name}");
