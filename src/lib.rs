@@ -14,7 +14,8 @@
 //! the curvature radius L, the bias B, the seed. [`run::Settings`] make one from what a user said.
 //! An [`Execution`](run::Execution) holds what changes nothing: threads, and a flag to stop.
 //!
-//! [`run::grow`] puts down the seed **element**, a disc of radius r, and then for each next one
+//! [`run::grow`] puts down the seed **element**, a disc of radius r (or several, each of a **colony** of its own:
+//! [`Recipe::at`](run::Recipe::at)), and then for each next one
 //! lets **walkers** go, one after the other, until one sticks. A walker is launched on a circle
 //! about the lichen, steps in random directions ([`walk::trace()`] unfolds the triangles under it),
 //! and in contact with an element sticks with a probability that depends on how many others are

@@ -284,26 +284,29 @@ mod tests {
         );
     }
 
-    /// Two alike that grow in turn, far from each other, take twice as many births for the same radius as one alone.
+    /// Two unlike that grow in turn, far from each other: of all, the mean square about the centroids of each.
     #[test]
     fn several_colonies_widen_each_by_itself() {
         let one = spread(60);
         let mut two = Cluster::new(0.1);
         for element in one.elements() {
-            for (colony, away) in [(0, 0.0), (1, 1e7)] {
+            for (colony, size, away) in [(0, 1.0, 0.0), (1, 3.0, 1e7)] {
                 two.push(Element {
-                    position: element.position + DVec3::Y * away,
+                    position: size * element.position + DVec3::Y * away,
                     colony,
                     ..*element
                 });
             }
         }
-        let [one, two] = [one, two].map(|cluster| {
-            let radius = timing(30, 0.0, Clock::Radius);
-            times(&radius, &cluster)
-        });
-        for (one, two) in one.iter().zip(two) {
-            assert!((2.0 * one - two).abs() <= 1.0, "{one} {two}");
+        let [one, two] = [one, two].map(|cluster| radii(&cluster));
+        for (n, alone) in one.iter().enumerate() {
+            // The squares of the sizes are 1 and 9.
+            let expected = 5f64.sqrt() * alone;
+            let found = two[2 * n + 1];
+            assert!(
+                (found - expected).abs() < 1e-6 * (1.0 + expected),
+                "{n}: {found} {expected}"
+            );
         }
     }
 

@@ -8,7 +8,7 @@ impl Elements {
         let rows: Vec<usize> = (0..self.len())
             .filter(|&row| self.colony[row] == colony)
             .collect();
-        let mut alone = self.some(rows.iter().copied());
+        let mut alone = self.take_rows(rows.iter().copied());
         for parent in alone.parent.iter_mut().filter(|parent| **parent >= 0) {
             let row = rows.binary_search(&(*parent as usize));
             *parent = row.map_or(-1, |row| row as i32);
@@ -23,10 +23,10 @@ impl Elements {
     }
 
     pub(super) fn first(&self, count: usize) -> Self {
-        self.some(0..count)
+        self.take_rows(0..count)
     }
 
-    fn some(&self, rows: impl Iterator<Item = usize> + Clone) -> Self {
+    fn take_rows(&self, rows: impl Iterator<Item = usize> + Clone) -> Self {
         fn of<T: Copy>(column: &[T], rows: impl Iterator<Item = usize>) -> Vec<T> {
             rows.map(|row| column[row]).collect()
         }

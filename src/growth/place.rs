@@ -70,7 +70,7 @@ pub enum PlaceError {
     #[error(
         "at {point:?}: the nearest surface is {} away, more than the whole mesh's \
          diagonal ({}); its bounding box runs from {:?} to {:?}",
-        four_digits(*.distance), four_digits(*.diagonal), .low.map(four_digits), .high.map(four_digits)
+        four_digits(*.distance), four_digits(*.diagonal), low, high
     )]
     OnNothing {
         /// What was asked for, file units.

@@ -278,15 +278,7 @@ impl From<&Recipe> for Settings {
             StopRule::Reach(length) => StopSetting::Reach(Length::Units(length)),
             StopRule::Cover(share) => StopSetting::Cover(share),
         };
-        let by_chance = recipe
-            .at
-            .iter()
-            .rev()
-            .take_while(|at| **at == SeedPlace::Random);
-        // A list has one at least.
-        let placed = (recipe.at.len() - by_chance.count())
-            .max(1)
-            .min(recipe.at.len());
+        let placed = placed(&recipe.at);
         Self {
             version: Some(recipe.version.clone()),
             mesh: Some(recipe.mesh.file.clone()),
@@ -310,6 +302,14 @@ impl From<&Recipe> for Settings {
             stop: Some(stop),
         }
     }
+}
+
+/// How many places are written down: all but those of chance at the end, which the number of colonies tells, and one
+/// where there is any.
+fn placed(at: &[SeedPlace]) -> usize {
+    let by_chance = |at: &&SeedPlace| **at == SeedPlace::Random;
+    let last = at.iter().rev().take_while(by_chance).count();
+    (at.len() - last).max(1).min(at.len())
 }
 
 impl Recipe {

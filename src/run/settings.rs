@@ -141,7 +141,7 @@ impl Settings {
     /// Resolves them for a mesh, `file` being its path as the user gave it.
     ///
     /// Settings of a complete recipe may be resolved for another mesh than that was made for: whether they
-    /// suit it is asked (lengths, seed element, axis up), whether it is the same is not:
+    /// suit it is asked (lengths, seed elements, axis up), whether it is the same is not:
     /// [`check_mesh`](Self::check_mesh) asks that. The recipe names the mesh that it is resolved for.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use super::{Axis, GridError};
 use crate::run::{BIAS, Length, Places, Recipe, Settings, SettingsError, StopRule, StopSetting};
 use crate::substrate::Substrate;
 
-/// Where no size is asked for, every cell grows to this effective radius, in radii of the largest
+/// Where no size is asked for, every cell grows to this reach, in radii of the largest
 /// elements of the grid: seven times the width of branches at the widest usual L of 20 r.
 pub const REACH_RADII: f64 = 150.0;
 
@@ -207,7 +207,7 @@ impl Grid {
     }
 
     /// The runs on a mesh, `file` being its path as the user gave it. Where nothing says how large
-    /// lichens get, each grows to an effective radius of [`REACH_RADII`] radii of the largest elements
+    /// lichens get, each grows to a reach of [`REACH_RADII`] radii of the largest elements
     /// that can be grown.
     ///
     /// # Errors
