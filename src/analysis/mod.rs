@@ -8,7 +8,8 @@
 //! the number of threads.
 //!
 //! One colony is assumed: of several, mass–radius is the mean over the seeds, the size of the first elements
-//! (gyration) has no dimension, front and growth are no [`Scalar`]s, and the rest treats them as one lichen. [`Elements::of_colony`] takes one out.
+//! (gyration) has no dimension, front and growth are no [`Scalar`]s, and the rest treats them as one lichen.
+//! [`Elements::of_colony`] takes one out.
 
 mod boxes;
 mod branching;

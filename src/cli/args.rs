@@ -237,7 +237,7 @@ pub(crate) struct StopArgs {
 #[command(next_help_heading = "Place")]
 pub(crate) struct PlaceArgs {
     /// Where a lichen begins: the surface nearest to a point in mesh units; 'top', above the middle of the largest
-    /// piece; 'highest', its highest point; 'center', nearest to the bounding box's centre; 'random', anywhere by area.
+    /// piece; 'highest', its highest point; 'center', nearest to the bounding box's centre; 'random', anywhere by area;
     /// 'triangle T', as --at-triangle. Given several times, a colony begins at each [default: top]
     #[arg(
         long,
