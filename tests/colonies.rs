@@ -317,6 +317,7 @@ fn the_command_grows_and_measures_them() {
         let alone = analyzed(&format!("--colony {colony} --json"));
         let answer: serde_json::Value = serde_json::from_slice(&alone.stdout).expect("JSON");
         assert_eq!(said(&alone), "");
+        assert_eq!(answer["colony"], colony);
         answer["scalars"]["elements"].as_f64().expect("elements")
     });
     assert_eq!(sizes.sum::<f64>(), 400.0);

@@ -47,8 +47,8 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
         write_plots(folder, args.force, &analysis)?;
     }
     match args.json {
-        true => say_json(&analysis),
-        false => Ok(terminal::say_text(&text(&args.from, &analysis))?),
+        true => say_json(args, &analysis),
+        false => Ok(terminal::say_text(&text(args, &analysis))?),
     }
 }
 
@@ -133,14 +133,18 @@ fn write_plots(folder: &Path, force: bool, analysis: &Analysis) -> Result<(), Fa
 /// The JSON answer: the scalars by name, and all that they were read from.
 #[derive(Debug, Serialize)]
 struct Answer<'a> {
+    /// Which one was measured alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colony: Option<u32>,
     scalars: serde_json::Map<String, serde_json::Value>,
     #[serde(flatten)]
     analysis: &'a Analysis,
 }
 
-fn say_json(analysis: &Analysis) -> Result<(), Failure> {
+fn say_json(args: &AnalyzeArgs, analysis: &Analysis) -> Result<(), Failure> {
     let value = |(name, value): (&str, f64)| (name.to_owned(), value.into());
     let answer = Answer {
+        colony: args.colony,
         scalars: analysis.scalars().into_iter().map(value).collect(),
         analysis,
     };
@@ -149,9 +153,13 @@ fn say_json(analysis: &Analysis) -> Result<(), Failure> {
     Ok(())
 }
 
-fn text(from: &Path, analysis: &Analysis) -> String {
+fn text(args: &AnalyzeArgs, analysis: &Analysis) -> String {
     let elements = elements(analysis.elements);
-    let mut lines = vec![format!("{}: {elements}", from.display())];
+    let from = args.from.display();
+    let mut lines = vec![match args.colony {
+        None => format!("{from}: {elements}"),
+        Some(colony) => format!("{from}: {elements} of colony {colony}"),
+    }];
     let form = SCALARS.iter().filter(|s| !s.name.contains("dimension_"));
     lines.extend(form.map(|s| scalar_line(s, analysis)));
     if let Some(pace) = analysis.front.pace.filter(|_| analysis.colonies < 2) {
