@@ -22,11 +22,11 @@ pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> 
     let who = match (buried.count(), looked_at.len()) {
         (0, _) => return None,
         (1, 1) => "the lichen starts".to_owned(),
-        (some, all) if all < seeds.len() => {
-            format!("of the first {all} colonies {some} start")
+        (some, all) => {
+            let first = if all < seeds.len() { "the first " } else { "" };
+            let start = if some == 1 { "starts" } else { "start" };
+            format!("{some} of {first}{all} colonies {start}")
         }
-        (1, all) => format!("1 of {all} colonies starts"),
-        (some, all) => format!("{some} of {all} colonies start"),
     };
     let places = match recipe.at.contains(&SeedPlace::Random) {
         true => "give places that are seen with --at (X,Y,Z)",

@@ -135,6 +135,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::substrate::Soup;
 
     fn load(mesh: &str) -> Substrate {
         Substrate::load(Path::new(mesh)).expect("a mesh")
@@ -175,6 +176,33 @@ mod tests {
         let places = vec![SeedPlace::Random; colonies];
         let seeds = SeedPlace::locate_all(&places, substrate, 3, radius).expect("room");
         seeds.iter().map(|at| substrate.position(at)).collect()
+    }
+
+    /// A large square, and a small one that an element covers.
+    #[test]
+    fn random_seeds_keep_to_pieces_with_room() {
+        let square = |x: f64, side: f64| {
+            [[x, 0.0], [x + side, 0.0], [x + side, side], [x, side]].map(|[x, y]| [x, y, 0.0])
+        };
+        let soup = Soup {
+            positions: [square(0.0, 10.0), square(20.0, 3.0)].concat(),
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+            notes: Vec::new(),
+        };
+        let mesh = Substrate::from_soup(soup).expect("a mesh");
+        let on_small = |radius: f64| {
+            let radius = mesh.units().length_to_local(radius);
+            let large = mesh.components()[0].area;
+            let seeds = (1..=100).flat_map(|seed| {
+                SeedPlace::locate_all(&[SeedPlace::Random], &mesh, seed, radius).expect("a place")
+            });
+            seeds
+                .filter(|at| mesh.component_of(at.triangle).area < large)
+                .count()
+        };
+        assert!((1..30).contains(&on_small(0.01)), "both have room");
+        assert_eq!(on_small(2.0), 0, "the large one alone has room");
+        assert!((1..30).contains(&on_small(6.0)), "neither has room");
     }
 
     #[test]

@@ -145,7 +145,7 @@ impl Settings {
     /// [`check_mesh`](Self::check_mesh) asks that. The recipe names the mesh that it is resolved for.
     ///
     /// # Errors
-    /// As [`Settings::complete`]; when a length does not suit the mesh, the seed element has no place on it, or
+    /// As [`Settings::complete`]; when a length does not suit the mesh, a seed element has no place on it, or
     /// another axis is said to be up than [the substrate was told](Substrate::with_up).
     pub fn resolve(self, substrate: &Substrate, file: &str) -> Result<Recipe, SettingsError> {
         self.resolve_by(&Places::on(substrate), file)

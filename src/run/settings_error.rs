@@ -88,7 +88,7 @@ pub enum SettingsError {
         /// Kill radius.
         kill: f64,
     },
-    /// More places than colonies, or none.
+    /// More places than colonies.
     #[error(
         "colonies {colonies} is less than the {places} places given (at): ask for {places} or more, or leave out some places"
     )]

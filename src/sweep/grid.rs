@@ -7,8 +7,8 @@ use super::{Axis, GridError};
 use crate::run::{BIAS, Length, Places, Recipe, Settings, SettingsError, StopRule, StopSetting};
 use crate::substrate::Substrate;
 
-/// Where no size is asked for, every cell grows to this reach, in radii of the largest
-/// elements of the grid: seven times the width of branches at the widest usual L of 20 r.
+/// Where no size is asked for, every cell grows to this reach, in radii of the largest elements
+/// of the grid: seven times the width of branches at the widest usual L of 20 r.
 pub const REACH_RADII: f64 = 150.0;
 
 /// Most runs of a grid.
@@ -280,8 +280,7 @@ fn check_different(cells: &[Cell], runs: &[GridRun]) -> Result<(), GridError> {
 ///
 /// The number of elements is taken as that of a fractal of dimension 2 at B ≤ 0.3, falling to 1.71
 /// at B = 1, and each as 1 + 1/P at a straight front, for contacts that are refused (P = B, at least
-/// P_min and 0.05). `area` is that of the pieces it grows on, mesh
-/// units.
+/// P_min and 0.05). `area` is that of the pieces it grows on, mesh units squared.
 pub fn cost(recipe: &Recipe, area: f64) -> f64 {
     let open = ((recipe.bias - 0.3) / 0.7).clamp(0.0, 1.0);
     let room = area / (PI * recipe.radius * recipe.radius);
