@@ -74,6 +74,7 @@ pub mod cluster;
 mod color;
 pub mod export;
 pub mod growth;
+mod image;
 pub mod input;
 pub mod log;
 pub mod morphometry;

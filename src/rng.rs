@@ -19,6 +19,8 @@ pub enum Purpose {
     Walker = 1,
     /// The place of a seed element; the index is the colony.
     SeedPlace = 2,
+    /// Places looked at for how much of a surface lichen may grow on, whatever the seed.
+    Habitat = 3,
 }
 
 /// A stream of random numbers of its own.

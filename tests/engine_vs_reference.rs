@@ -52,6 +52,8 @@ fn recipe(params: &Params, elements: usize) -> Recipe {
             file: String::new(),
             hash: String::new(),
         },
+        mask: None,
+        slope: None,
         mesh_up: None,
         radius: params.radius,
         curvature_radius: params.curvature_radius,

@@ -138,6 +138,7 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
     let plane = common::plane(100.0);
     let scale = plane.units().length_to_local(1.0);
     let parameters = Parameters {
+        slope: None,
         radius: scale,
         curvature_radius: 10.0 * scale,
         bias: 0.5,

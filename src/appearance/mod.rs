@@ -1,14 +1,11 @@
 //! What a mesh looks like by its own file: colours of vertices, materials and their textures, ready to be sampled by
 //! [maps](crate::bake) and [pictures](crate::picture).
 
-mod image;
-
 use std::collections::BTreeSet;
 
 use glam::{DVec2, DVec3, Vec3};
 
-pub(crate) use image::Image;
-
+use crate::image::Image;
 use crate::picture::{Coat, Finish};
 use crate::substrate::{Material, Substrate, SurfacePoint, Texture, Texturing};
 

@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use thallus::export::{SCENE_FORMATS, SceneFormat, What};
 use thallus::growth::{Boundary, Join, Law, Steps};
-use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, StopSetting};
+use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, Slope, StopSetting};
 use thallus::substrate::UpAxis;
 
 use super::analyze_args::AnalyzeArgs;
@@ -159,6 +159,8 @@ pub(crate) struct GrowArgs {
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
     #[command(flatten)]
+    pub(crate) mask: MaskArgs,
+    #[command(flatten)]
     pub(crate) stand: StandArgs,
     #[command(flatten)]
     pub(crate) walk: WalkArgs,
@@ -167,7 +169,8 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
     /// Go on with the run in a folder, whether killed, interrupted or finished, as if it had never stopped: the files
-    /// come out the same. A larger size (--elements, --reach, --cover) extends it; MESH says where its mesh is now
+    /// come out the same. A larger size (--elements, --reach, --cover) extends it; MESH says where its mesh is now, and --mask
+    /// where its mask is
     #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "StandArgs", "WalkArgs"])]
     pub(crate) resume: Option<PathBuf>,
     /// With --resume: where run.log is damaged, go on from what is sound before that place
@@ -252,6 +255,21 @@ pub(crate) struct PlaceArgs {
     at_triangle: Vec<SeedPlace>,
     #[arg(long, value_name = "N", help = run::COLONIES.help(), allow_negative_numbers = true)]
     colonies: Option<u64>,
+    /// How steep the surface may be where lichen grows: degrees between its normal and up, from 0 for level ground over
+    /// 90 for a wall to 180 for an underside; the steepest, or the least steep and the steepest, as in 30,90
+    #[arg(long, value_name = "[LEAST,]MOST", allow_hyphen_values = true)]
+    slope: Option<Slope>,
+}
+
+/// Where lichen may grow.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Place")]
+pub(crate) struct MaskArgs {
+    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, or 'vertex-colors' for the
+    /// colours in the mesh file. White is as without a mask, on black nothing grows, and grey is a factor on the chance to
+    /// stick. 'none' is for a recipe that has one
+    #[arg(long, value_name = "IMAGE|vertex-colors|none")]
+    mask: Option<String>,
 }
 
 /// How the mesh stands.
@@ -336,7 +354,7 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
 impl GrowArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        let place = (&self.place, &self.stand);
+        let place = (&self.place, &self.mask, &self.stand);
         settings(&self.look, &self.stop, place, &self.walk)
     }
 }
@@ -345,11 +363,13 @@ impl GrowArgs {
 pub(super) fn settings(
     look: &LookArgs,
     stop: &StopArgs,
-    (place, stand): (&PlaceArgs, &StandArgs),
+    (place, mask, stand): (&PlaceArgs, &MaskArgs, &StandArgs),
     walk: &WalkArgs,
 ) -> Settings {
     Settings {
         mesh_up: stand.mesh_up,
+        mask: mask.mask.clone(),
+        slope: place.slope,
         preset: look.preset.clone(),
         radius: look.radius,
         curvature_radius: look.curvature_radius,
@@ -413,7 +433,8 @@ mod tests {
     #[test]
     fn every_flag_arrives() {
         let flags = "--preset foliose --radius 0.5% --curvature-radius 12r --bias -0.25 --gain 2 \
-                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --mesh-up z --launch 2 --kill 20 \
+                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --mask m.png --slope 10,60 \
+                     --mesh-up z --launch 2 --kill 20 \
                      --join touch --law brownian --steps small --boundary absorb --reach 30r";
         let expected = Settings {
             preset: Some("foliose".to_owned()),
@@ -424,6 +445,8 @@ mod tests {
             min_stick: Some(0.1),
             seed: Some(u64::MAX),
             at: Some(vec![SeedPlace::Point([-1.0, -2.0, 3.0])]),
+            mask: Some("m.png".to_owned()),
+            slope: Slope::new(10.0, 60.0),
             mesh_up: Some(UpAxis::Z),
             launch: Some(2.0),
             kill: Some(20.0),

@@ -67,16 +67,18 @@ fn room(substrate: &Substrate, recipe: &Recipe) -> f64 {
     area / (PI * recipe.radius * recipe.radius)
 }
 
-/// Of the pieces of the mesh that a run grows on. To find where chance puts a seed takes a look at every triangle.
+/// Of the pieces of the mesh that a run grows on, as far as it may. To find where chance puts a seed takes a look at every triangle.
 fn area(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let largest = substrate.components()[0].area;
-    if substrate.components().len() == 1 || recipe.at == [SeedPlace::Top] {
-        return largest;
+    let habitat = recipe.habitat(substrate);
+    let largest = || habitat.area(std::iter::once(0));
+    let is_on_largest = recipe.at == [SeedPlace::Top] && habitat.is_everywhere();
+    if substrate.components().len() == 1 || is_on_largest {
+        return largest();
     }
-    let seeds = recipe.seeds(substrate);
-    seeds.map_or(largest, |seeds| {
-        substrate.area_of_pieces(seeds.iter().map(|at| at.triangle))
-    })
+    match recipe.seeds(substrate) {
+        Ok(seeds) => habitat.area(seeds.iter().map(|at| at.triangle)),
+        Err(_) => largest(),
+    }
 }
 
 fn colonies(recipe: &Recipe) -> f64 {

@@ -8,7 +8,7 @@ use thallus::log::{Log, LogWriter};
 use thallus::run::{
     Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
 };
-use thallus::substrate::{Substrate, UpAxis, load_soup};
+use thallus::substrate::{Substrate, Texturing, load_soup, load_textured};
 
 use super::args::GrowArgs;
 use super::failure::Failure;
@@ -20,7 +20,7 @@ use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
-use super::{buried, check, ended, interrupt, memory, resume, warnings};
+use super::{buried, check, ended, interrupt, mask, memory, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -40,7 +40,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     }
     interrupt::listen(execution.cancel.clone());
 
-    let (substrate, seconds) = load(&mesh, settings.mesh_up)?;
+    let (substrate, seconds) = load(&mesh, &settings, args.recipe_file().as_deref(), voice)?;
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
@@ -291,22 +291,33 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
     })
 }
 
-/// The mesh, with this axis up if that is said, and the seconds that it took.
-pub(super) fn load(mesh: &Path, up: Option<UpAxis>) -> Result<(Substrate, Timings), Failure> {
+/// The mesh as settings have it, with the axis up and the mask that they say, and the seconds that it took. They may be
+/// those of a recipe file, beside which the mask may lie.
+pub(super) fn load(
+    mesh: &Path,
+    settings: &Settings,
+    recipe: Option<&Path>,
+    voice: Voice,
+) -> Result<(Substrate, Timings), Failure> {
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let room = Room::now();
-    let loaded = load_soup(mesh).map_err(|e| failed(e.into()))?;
+    let loaded = match mask::is_asked(settings) {
+        true => load_textured(mesh),
+        false => load_soup(mesh).map(|loaded| (loaded, Texturing::default())),
+    };
+    let (loaded, texturing) = loaded.map_err(|e| failed(e.into()))?;
     room.check(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
+    let mask = mask::read(settings, recipe, (mesh, &substrate, &texturing), voice)?;
     let precompute = started.elapsed().as_secs_f64() - load;
     let seconds = Timings {
         load,
         precompute,
         ..Timings::default()
     };
-    Ok((substrate.with_up(up), seconds))
+    Ok((substrate.with_up(settings.mesh_up).with_mask(mask), seconds))
 }
 
 /// The mesh as the run's recipe will name it: as the recipe does that it is grown from, where that is found from the

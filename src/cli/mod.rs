@@ -25,6 +25,7 @@ mod foreseen;
 mod grow;
 mod grown;
 mod interrupt;
+mod mask;
 mod memory;
 mod mesh_args;
 mod named_mesh;

@@ -44,7 +44,8 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         ..Execution::default()
     };
     interrupt::listen(execution.cancel.clone());
-    let (substrate, _) = grow::load(&mesh, grid.base.mesh_up)?;
+    let recipe = args.recipe.as_deref().or(is_grid(from).then_some(from));
+    let (substrate, _) = grow::load(&mesh, &grid.base, recipe, voice)?;
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;
@@ -177,6 +178,7 @@ pub(super) fn settle(
     let file = grid.base.mesh.take().filter(|_| is_same);
     grid.base.mesh = Some(file.unwrap_or(shown));
     grid.base.mesh_hash = Some(substrate.mesh_hash().to_owned());
+    grid.base.mask_hash = substrate.mask().map(|mask| mask.hash().to_owned());
     grid.base.version = Some(env!("CARGO_PKG_VERSION").to_owned());
     Ok(())
 }

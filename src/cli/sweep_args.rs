@@ -10,7 +10,7 @@ use thallus::picture::Ground;
 use thallus::run::Settings;
 use thallus::sweep::Axis;
 
-use super::args::{LookArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings};
+use super::args::{LookArgs, MaskArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings};
 use super::render_args::{Size, ground};
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs};
@@ -52,6 +52,8 @@ pub(crate) struct SweepArgs {
     pub(crate) stop: SizeArgs,
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
+    #[command(flatten)]
+    pub(crate) mask: MaskArgs,
     #[command(flatten)]
     pub(crate) stand: StandArgs,
     #[command(flatten)]
@@ -290,7 +292,7 @@ fn wrong(message: String) -> clap::Error {
 impl SweepArgs {
     /// What the flags say.
     pub(crate) fn settings(&self) -> Settings {
-        let place = (&self.place, &self.stand);
+        let place = (&self.place, &self.mask, &self.stand);
         settings(&self.look, &self.stop.0, place, &self.walk)
     }
 }

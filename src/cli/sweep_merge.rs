@@ -34,7 +34,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let cancel = Arc::default();
     interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
-    let (substrate, _) = grow::load(&mesh, grid.base.mesh_up)?;
+    let named_by = args.parts.first().map(|part| part.join(GRID));
+    let (substrate, _) = grow::load(&mesh, &grid.base, named_by.as_deref(), voice)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
     let sources = sources(&parts, &args.output, &plan, &cancel, voice)?;

@@ -60,6 +60,9 @@ pub(super) struct Far {
 /// first.
 pub(super) type Level = usize;
 
+/// The copy that hardly strays, if there is one.
+pub(super) const NEAR: Level = 1;
+
 /// Where a copy serves.
 struct Reach {
     /// For each triangle, how far from it the places on the surface are that it stands for, at most. None where
@@ -125,7 +128,7 @@ impl Far {
     /// Whether a level is a copy that hardly strays, where lichen is touched as on the surface.
     #[inline]
     pub(super) fn is_near(&self, level: Level) -> bool {
-        level == 1 && self.copies.has_near
+        level == NEAR && self.copies.has_near
     }
 
     /// The component of the copy that hardly strays that stands for one of the surface.

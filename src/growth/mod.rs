@@ -3,9 +3,11 @@
 //! A law is a [`GrowthModel`]. The one of Sumner 2001 is [`WalkerModel`]: follow
 //! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
+mod barren;
 mod brownian;
 mod far;
 mod flight;
+mod habitat;
 mod join;
 mod launch;
 mod launcher;
@@ -24,6 +26,7 @@ mod surroundings;
 mod walker;
 mod walker_model;
 
+pub use habitat::{Habitat, Slope};
 pub use join::Joined;
 pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};

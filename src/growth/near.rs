@@ -100,7 +100,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     ) -> Met {
         let way = contact.and_then(|contact| self.last_of_way(far, (from, step), &contact));
         match way {
-            Some((from, step)) => Met::End(self.join_from(&from, step, probability)),
+            Some((from, step)) => self.join_from(&from, step, probability),
             None => {
                 self.track.counts.refusals += 1;
                 Met::Refused

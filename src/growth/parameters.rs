@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Slope;
+
 /// How a walker that sticks is joined to the lichen (Sumner 2001, 6.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -72,6 +74,8 @@ pub struct Parameters {
     pub steps: Steps,
     /// What open edges do.
     pub boundary: Boundary,
+    /// How steep the surface may be where lichen grows; of any steepness without one.
+    pub slope: Option<Slope>,
     /// Seed of every random stream.
     pub seed: u64,
 }

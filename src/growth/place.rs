@@ -29,7 +29,7 @@ pub enum SeedPlace {
     Random,
 }
 
-/// Random places that are tried for a seed element.
+/// Random places where something may grow that are tried for a seed element.
 pub(super) const TRIES: usize = 1000;
 
 /// Why a seed element has no place.
@@ -100,6 +100,23 @@ pub enum PlaceError {
         /// Diameter of an element, file units.
         diameter: f64,
     },
+    /// Nothing may grow at a place that was asked for.
+    #[error(
+        "at {place}: nothing may grow there, by the mask or the slope; {}",
+        nearest_text(*.nearest)
+    )]
+    Barren {
+        /// What was asked for.
+        place: String,
+        /// The nearest place found where something may, file units.
+        nearest: Option<[f64; 3]>,
+    },
+    /// Nothing may grow anywhere.
+    #[error(
+        "mask and slope leave no place to grow on: a million places were looked at; is the mask black, made for another \
+         layout, or the wrong axis up?"
+    )]
+    NoHabitat,
     /// Chance finds no room.
     #[error(
         "colonies: none of {TRIES} random places had room for the seed of colony {colony}, counted from 0; ask for \
@@ -117,7 +134,7 @@ impl SeedPlace {
         u >= 0.0 && v >= 0.0 && u + v <= 1.0
     }
 
-    /// The place on a substrate, for the seed element of a colony.
+    /// The place on a substrate, for the seed element of a colony, wherever lichen may grow.
     ///
     /// # Errors
     /// When there is no such triangle, the weights lie outside it, or the point is nowhere near the mesh or
@@ -145,6 +162,17 @@ impl SeedPlace {
 /// A measured number with the digits that a reader needs.
 pub(crate) fn four_digits(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+/// Where to put it instead.
+fn nearest_text(nearest: Option<[f64; 3]>) -> String {
+    match nearest {
+        Some(p) => {
+            let [x, y, z] = p.map(|x| format!("{x:.7e}").parse().unwrap_or(x));
+            format!("something may at {x:?},{y:?},{z:?}")
+        }
+        None => "nor anywhere else".to_owned(),
+    }
 }
 
 fn nearest_to(substrate: &Substrate, point: [f64; 3]) -> Result<SurfacePoint, PlaceError> {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::Habitat;
 use super::launch::AreaSampler;
 use super::place::{PlaceError, SeedPlace, TRIES};
 use crate::rng::{Purpose, Stream};
@@ -14,23 +15,28 @@ impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
-    /// the mesh. Distances are those through space.
+    /// the mesh, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
+    /// are the [nearest place](Habitat::nearest) where something may grow. Distances are those through space.
     ///
     /// # Errors
-    /// As [`locate`](Self::locate); when two seeds would overlap, or chance finds no room for one.
+    /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere; when
+    /// two seeds would overlap, or chance finds no room for one.
     ///
     /// # Panics
     /// When the radius is not a positive finite number.
     pub fn locate_all(
         places: &[Self],
-        substrate: &Substrate,
+        habitat: &Habitat<'_>,
         seed: u64,
         radius: f64,
     ) -> Result<Vec<SurfacePoint>, PlaceError> {
         assert!(radius > 0.0 && radius.is_finite(), "radius {radius}");
+        let substrate = habitat.substrate;
         let mut seeds = Seeds {
+            habitat,
             substrate,
             radius,
+            tries: 0,
             places: Vec::with_capacity(places.len()),
             cells: HashMap::new(),
         };
@@ -38,9 +44,11 @@ impl SeedPlace {
         for (colony, place) in (0..).zip(places) {
             if *place == Self::Random {
                 let sampler = by_area.get_or_insert_with(|| AreaSampler::of_all(substrate));
+                seeds.set_tries()?;
                 seeds.draw(sampler, Stream::new(seed, Purpose::SeedPlace, colony))?;
             } else {
-                seeds.put(place.locate(substrate, seed, colony)?)?;
+                let at = place.locate(substrate, seed, colony)?;
+                seeds.put(seeds.suited(place, at)?)?;
             }
         }
         Ok(seeds.places)
@@ -52,14 +60,46 @@ const FARTHEST: i64 = 1 << 60;
 
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
+    habitat: &'a Habitat<'a>,
     substrate: &'a Substrate,
     radius: f64,
+    /// Random places to try for each, once it is known how many; most of them where nothing may grow, mostly.
+    tries: usize,
     places: Vec<SurfacePoint>,
     /// Their numbers, by cubes as wide as an element.
     cells: HashMap<[i64; 3], Vec<usize>>,
 }
 
 impl Seeds<'_> {
+    fn set_tries(&mut self) -> Result<(), PlaceError> {
+        if self.tries > 0 {
+            return Ok(());
+        }
+        let all = self.substrate.components().iter();
+        let share = self.habitat.share(all.map(|piece| piece.triangles.start));
+        if share == 0.0 {
+            return Err(PlaceError::NoHabitat);
+        }
+        self.tries = (TRIES as f64 / share) as usize;
+        Ok(())
+    }
+
+    /// A place that was found for one, or where nothing may grow there the nearest to it, unless it was asked for as it is.
+    fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
+        if self.habitat.at(&at) > 0.0 {
+            return Ok(at);
+        }
+        let nearest = self.habitat.nearest(&at);
+        let units = self.substrate.units();
+        match place {
+            SeedPlace::Point(_) | SeedPlace::Triangle { .. } => Err(PlaceError::Barren {
+                place: format!("{place:?}"),
+                nearest: nearest.map(|at| units.to_file(self.substrate.position(&at)).to_array()),
+            }),
+            _ => nearest.ok_or(PlaceError::NoHabitat),
+        }
+    }
+
     /// Gives the next one this place.
     fn put(&mut self, at: SurfacePoint) -> Result<(), PlaceError> {
         if let Some((first, distance)) = self.overlapped(&at) {
@@ -84,22 +124,38 @@ impl Seeds<'_> {
     /// Gives the next one the first random place with room for it. Where no piece has any, a place without: whoever
     /// asks for the room of an element says which radius would do.
     fn draw(&mut self, sampler: &AreaSampler, mut stream: Stream) -> Result<(), PlaceError> {
-        let mut covered = Vec::new();
-        for _ in 0..TRIES {
+        let (mut covered, mut overlaps) = (None, false);
+        for _ in 0..self.tries {
             let at = sampler.sample(&mut stream);
+            if !self.suits(&at, &mut stream) {
+                continue;
+            }
             if self.is_covered(&at) {
-                covered.push(at);
+                covered.get_or_insert(at);
             } else if self.overlapped(&at).is_none() {
                 self.push(at);
                 return Ok(());
+            } else {
+                overlaps = true;
             }
         }
-        if covered.len() < TRIES {
-            let colony = self.places.len();
-            return Err(PlaceError::Crowded { colony });
+        match covered.filter(|_| !overlaps) {
+            Some(at) => self.push(at),
+            None => {
+                let colony = self.places.len();
+                return Err(PlaceError::Crowded { colony });
+            }
         }
-        self.push(covered[0]);
         Ok(())
+    }
+
+    /// Whether chance lets something grow at a place.
+    fn suits(&self, at: &SurfacePoint, stream: &mut Stream) -> bool {
+        match self.habitat.at(at) {
+            0.0 => false,
+            1.0 => true,
+            factor => stream.uniform() < factor,
+        }
     }
 
     /// Whether an element would cover the whole piece of the mesh that a place is on.
@@ -174,7 +230,8 @@ mod tests {
 
     fn random(substrate: &Substrate, colonies: usize, radius: f64) -> Vec<DVec3> {
         let places = vec![SeedPlace::Random; colonies];
-        let seeds = SeedPlace::locate_all(&places, substrate, 3, radius).expect("room");
+        let habitat = Habitat::new(substrate, None);
+        let seeds = SeedPlace::locate_all(&places, &habitat, 3, radius).expect("room");
         seeds.iter().map(|at| substrate.position(at)).collect()
     }
 
@@ -194,7 +251,9 @@ mod tests {
             let radius = mesh.units().length_to_local(radius);
             let large = mesh.components()[0].area;
             let seeds = (1..=100).flat_map(|seed| {
-                SeedPlace::locate_all(&[SeedPlace::Random], &mesh, seed, radius).expect("a place")
+                let habitat = Habitat::new(&mesh, None);
+                SeedPlace::locate_all(&[SeedPlace::Random], &habitat, seed, radius)
+                    .expect("a place")
             });
             seeds
                 .filter(|at| mesh.component_of(at.triangle).area < large)
@@ -209,7 +268,8 @@ mod tests {
     fn a_colony_alone_goes_where_its_place_is() {
         let rock = load("meshes/rock.obj");
         for place in [SeedPlace::Top, SeedPlace::Highest, SeedPlace::Random] {
-            let alone = SeedPlace::locate_all(std::slice::from_ref(&place), &rock, 5, 0.01);
+            let habitat = Habitat::new(&rock, None);
+            let alone = SeedPlace::locate_all(std::slice::from_ref(&place), &habitat, 5, 0.01);
             assert_eq!(
                 alone,
                 place.locate(&rock, 5, 0).map(|at| vec![at]),
@@ -224,7 +284,8 @@ mod tests {
         let plane = load("meshes/plane.obj");
         let radius = plane.units().length_to_local(plane.units().diagonal()) / 50.0;
         let locate = |places: &[SeedPlace]| {
-            SeedPlace::locate_all(places, &plane, 1, radius).expect_err("no room")
+            let habitat = Habitat::new(&plane, None);
+            SeedPlace::locate_all(places, &habitat, 1, radius).expect_err("no room")
         };
         let twice = locate(&[SeedPlace::Top, SeedPlace::Random, SeedPlace::Top]);
         assert!(

@@ -229,6 +229,7 @@ pub(super) mod tests {
             law: Law::Thesis,
             steps: Steps::Large,
             boundary: Boundary::Reflect,
+            slope: None,
             seed: 1,
         }
     }

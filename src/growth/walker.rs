@@ -11,7 +11,7 @@ use super::patience::Patience;
 use super::step::RandomStep;
 use super::stick::{Answer, Crowd};
 use super::surroundings::Ground;
-use super::{Boundary, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
+use super::{Boundary, Habitat, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
@@ -49,6 +49,7 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) law: &'b Stickiness,
     pub(super) launcher: &'b Launcher,
     pub(super) far: Option<&'b Far>,
+    pub(super) habitat: Habitat<'b>,
     pub(super) scratch: &'b mut Connectivity,
     /// The same for a copy of the surface.
     pub(super) on_copy: &'b mut Connectivity,
@@ -226,9 +227,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                     _ => match self.meet(None, &moved.to, &mut now.stream) {
                         Meeting::Elsewhere => Met::Nothing,
                         Meeting::Refused => Met::Refused,
-                        Meeting::Sticks(probability) => {
-                            Met::End(self.join(&now.here, step, probability))
-                        }
+                        Meeting::Sticks(probability) => self.join(&now.here, step, probability),
                     },
                 };
                 match met {
@@ -317,6 +316,9 @@ impl<I: ElementIndex> Walk<'_, I> {
         if (self.interrupts.cancelled)() {
             return Some(Some(Fate::Halted(Halt::Cancelled)));
         }
+        if self.is_tired() {
+            return Some(Some(Fate::Lost));
+        }
         if !self.others_walk {
             return None;
         }
@@ -369,6 +371,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         stream: &mut Stream,
     ) -> Meeting {
         let place = (there.triangle, there.position);
+        let factor = self.factor(copy.is_some(), there);
         let (ground, scratch) = match &copy {
             Some(copy) => (copy, &mut *self.on_copy),
             None => (&self.around.mesh(), &mut *self.scratch),
@@ -377,7 +380,12 @@ impl<I: ElementIndex> Walk<'_, I> {
             return Meeting::Elsewhere;
         }
         self.track.counts.contacts += 1;
-        let chance = stream.uniform();
+        if factor == 0.0 {
+            self.track.counts.refusals += 1;
+            return Meeting::Refused;
+        }
+        // It sticks with P_s times the factor.
+        let chance = stream.uniform() / factor;
         let counting = (ground, scratch, &mut self.crowd);
         let answer = self.around.sticks(counting, self.law, place, chance);
         let Parameters {
@@ -513,27 +521,32 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 5. Join.
-    fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Fate {
+    fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Met {
         let from = from.surface_point(self.around.substrate);
         self.join_from(&from, step, probability)
     }
 
+    /// The same from a place on the surface. Where nothing may grow it is refused after all.
     pub(super) fn join_from(
         &mut self,
         from: &SurfacePoint,
         step: glam::DVec2,
         probability: f64,
-    ) -> Fate {
+    ) -> Met {
         let joined = self.around.join(self.scratch, from, step);
+        if self.is_barren(&joined.at) {
+            self.track.counts.refusals += 1;
+            return Met::Refused;
+        }
         self.track.counts.packed += u64::from(joined.packed);
         let colony = self.around.cluster.elements()[joined.touched as usize].colony;
-        Fate::Joined(Element {
+        Met::End(Fate::Joined(Element {
             at: joined.at,
             position: self.around.substrate.position(&joined.at),
             parent: joined.touched,
             colony,
             probability,
-        })
+        }))
     }
 }
 
@@ -575,6 +588,7 @@ mod tests {
             law: &Stickiness::new(&parameters),
             launcher: &launcher,
             far: None,
+            habitat: Habitat::new(&substrate, None),
             scratch: &mut Connectivity::new(),
             on_copy: &mut Connectivity::new(),
             crowd: Crowd::default(),

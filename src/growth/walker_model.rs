@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::barren;
 use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
@@ -21,7 +22,7 @@ use super::sharing::Sharing;
 use super::stick::{Crowd, widest_count};
 use super::walker::{Fate, Interrupts, Walk};
 use super::{
-    Counts, GrowthModel, Halt, Law, Parallel, Parameters, Steps, Stickiness, Surroundings,
+    Counts, GrowthModel, Habitat, Halt, Law, Parallel, Parameters, Steps, Stickiness, Surroundings,
 };
 use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use crate::substrate::Substrate;
@@ -54,6 +55,7 @@ const MOST_WAITS: u32 = 10_000;
 /// Diffusion-limited aggregation with curvature-based sticking.
 pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     substrate: &'a Substrate,
+    habitat: Habitat<'a>,
     parameters: Parameters,
     law: Stickiness,
     index: I,
@@ -116,6 +118,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let walks_on_copies =
             parameters.steps == Steps::Large && substrate.triangles().len() >= LEAST_TRIANGLES;
         Self {
+            habitat: Habitat::new(substrate, parameters.slope),
             law,
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),
@@ -290,6 +293,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             law: &self.law,
             launcher: &self.launcher,
             far: self.far.as_ref(),
+            habitat: self.habitat,
             scratch,
             on_copy,
             crowd: Crowd::default(),
@@ -365,6 +369,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         self.counts.absorbed - self.counts_at_birth.absorbed >= MOST_ABSORBED
     }
 
+    fn is_hemmed(&self, elements: usize) -> bool {
+        let counts = [&self.counts_at_birth, &self.counts];
+        !self.habitat.is_everywhere() && barren::is_hemmed(&self.parameters, elements, counts)
+    }
+
     fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
         if !matches!(flight.fate(), Some(Fate::Halted(_))) {
             self.index
@@ -412,6 +421,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
                 Fate::Halted(halt) => break halt,
                 Fate::Lost if cancelled() => break Halt::Cancelled,
                 Fate::Lost if self.is_starved() => break Halt::Starved,
+                Fate::Lost if self.is_hemmed(cluster.len()) => break Halt::Hemmed,
                 Fate::Lost => {}
             }
         };

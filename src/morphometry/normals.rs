@@ -3,10 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::substrate::{Substrate, SurfacePoint};
-
-/// Cosine of the angle between faces beyond which an edge is one of the surface itself: 35°.
-const CREASE: f64 = 0.819;
+use crate::substrate::{Substrate, SurfacePoint, corner_normals, weighted_normal};
 
 /// For each place the unit normal of the surface that the triangles approximate, on the side of
 /// [`Substrate::normal`]: the normals at the corners, interpolated by barycentric weights.
@@ -26,40 +23,9 @@ pub fn smooth_normals(substrate: &Substrate, places: &[SurfacePoint]) -> Vec<DVe
     let corners: Vec<[DVec3; 3]> = used.par_iter().map(corners).collect();
     let at = |p: &SurfacePoint| {
         let known = used.partition_point(|&t| t < p.triangle);
-        let sum: DVec3 = std::iter::zip(corners[known], p.weights())
-            .map(|(n, w)| n * w)
-            .sum();
-        sum.normalize_or(substrate.normal(p.triangle))
+        weighted_normal(substrate, p, corners[known])
     };
     places.par_iter().map(at).collect()
-}
-
-/// Faces looked at around a vertex, at most.
-const AROUND: usize = 64;
-
-fn corner_normals(substrate: &Substrate, triangle: u32) -> [DVec3; 3] {
-    let own = substrate.normal(triangle);
-    substrate.triangles()[triangle as usize].map(|vertex| {
-        let mut sum = DVec3::ZERO;
-        for &half_edge in substrate.half_edges_at(vertex).iter().take(AROUND) {
-            let face = half_edge / 3;
-            let normal = substrate.normal(face);
-            if own.dot(normal) > CREASE {
-                sum += normal * angle(substrate, face, vertex);
-            }
-        }
-        sum.normalize_or(own)
-    })
-}
-
-/// A triangle's angle at one of its corners.
-fn angle(substrate: &Substrate, triangle: u32, vertex: u32) -> f64 {
-    let numbers = substrate.triangles()[triangle as usize];
-    let k = numbers.iter().position(|&v| v == vertex).unwrap_or(0);
-    let corners = substrate.corners(triangle);
-    let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
-    let (u, v) = ((b - a).normalize_or_zero(), (c - a).normalize_or_zero());
-    libm::acos(u.dot(v).clamp(-1.0, 1.0))
 }
 
 #[cfg(test)]

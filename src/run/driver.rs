@@ -47,6 +47,8 @@ pub enum Stopped {
     Full,
     /// Open edges that absorb took ten million walkers since the last birth.
     Starved,
+    /// Where it may grow it is hemmed in: a million contacts or more since the last birth came to nothing.
+    Hemmed,
     /// It was told to stop.
     Cancelled,
     /// Its observer ended it.
@@ -68,6 +70,11 @@ pub enum GrowError {
         "the recipe has another axis up than the substrate: give its mesh_up to Substrate::with_up"
     )]
     Up,
+    /// The recipe has another mask than the substrate.
+    #[error(
+        "the recipe has another mask than the substrate, or one has none: give the recipe's to Substrate::with_mask"
+    )]
+    Mask,
     /// An element to go on from cannot be one of this run.
     #[error(
         "element {age} of those to go on from cannot have grown on this mesh by this recipe: they are another run's, or \
@@ -140,7 +147,7 @@ pub struct Run<'a> {
     rule: StopRule,
     /// One a colony.
     seeds: Vec<Element>,
-    /// Of all pieces that these are on.
+    /// Of all pieces that these are on, as far as lichen may grow there.
     area: f64,
     /// How far elements are from their colonies' seeds at most.
     reach: f64,
@@ -169,6 +176,10 @@ impl<'a> Run<'a> {
         if !substrate.has_up(recipe.mesh_up) {
             return Err(GrowError::Up);
         }
+        let found = substrate.mask().map(|mask| mask.hash());
+        if found != recipe.mask.as_ref().map(|mask| mask.hash.as_str()) {
+            return Err(GrowError::Mask);
+        }
         recipe.check(substrate)?;
         let seeds = recipe.seeds(substrate)?;
         check_room(substrate, &seeds, recipe, false)?;
@@ -176,7 +187,9 @@ impl<'a> Run<'a> {
         let mut run = Self {
             substrate,
             rule: recipe.stop,
-            area: substrate.area_of_pieces(seeds.iter().map(|at| at.triangle)),
+            area: recipe
+                .habitat(substrate)
+                .area(seeds.iter().map(|at| at.triangle)),
             seeds: (0..)
                 .zip(seeds)
                 .map(|(colony, at)| Element {
@@ -332,6 +345,7 @@ impl<'a> Run<'a> {
         next.map_err(|halt| match halt {
             Halt::NoFreeSurface => Stopped::Full,
             Halt::Starved => Stopped::Starved,
+            Halt::Hemmed => Stopped::Hemmed,
             Halt::Cancelled => Stopped::Cancelled,
         })
     }

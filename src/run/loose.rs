@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::Deserializer;
 
-use super::{SeedPlace, SeedTextError};
+use super::{SeedPlace, SeedTextError, Slope};
 
 /// A value that may also be written as the flag's text, or as a list of its numbers.
 #[derive(Deserialize)]
@@ -15,6 +15,7 @@ enum Loose {
     Text(String),
     Whole(i64),
     Large(u64),
+    Number(f64),
     List(Vec<f64>),
 }
 
@@ -25,6 +26,7 @@ impl Loose {
             Self::Text(text) => text,
             Self::Whole(number) => number.to_string(),
             Self::Large(number) => number.to_string(),
+            Self::Number(number) => number.to_string(),
             Self::List(numbers) => {
                 let numbers: Vec<_> = numbers.iter().map(f64::to_string).collect();
                 numbers.join(",")
@@ -45,6 +47,10 @@ where
 pub(super) fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D::Error> {
     let wrong = |_| "the seed must be a whole number from 0 to 18446744073709551615";
     loose(from, |text| text.parse::<u64>().map_err(wrong))
+}
+
+pub(super) fn slope<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Slope>, D::Error> {
+    loose(from, str::parse)
 }
 
 /// One place or several.

@@ -4,6 +4,7 @@ mod driver;
 mod execution;
 mod length;
 mod loose;
+mod mask;
 mod names;
 mod observer;
 mod parameter;
@@ -17,11 +18,14 @@ mod said;
 mod seed_text;
 mod settings;
 mod settings_error;
+mod slope_text;
+mod toml_values;
 
-pub use crate::growth::SeedPlace;
+pub use crate::growth::{SeedPlace, Slope};
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
 pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
+pub use mask::{MaskId, NO_MASK};
 pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
     BIAS, COLONIES, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
@@ -36,3 +40,4 @@ pub use said::{UnknownSetting, shell_path, shell_word};
 pub use seed_text::SeedTextError;
 pub use settings::{Complete, Settings, StopSetting};
 pub use settings_error::SettingsError;
+pub use slope_text::SlopeTextError;

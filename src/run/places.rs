@@ -29,11 +29,13 @@ impl<'a> Places<'a> {
         self.of_by(recipe, || recipe.seeds(self.substrate))
     }
 
-    /// The area of the pieces of the mesh that a run grows on, local units; of the largest where its seeds have no
+    /// The area of the pieces of the mesh that a run grows on, as far as it may, local units; of the largest where its seeds have no
     /// places.
     pub(crate) fn area(&self, recipe: &Recipe) -> f64 {
         match self.of(recipe) {
-            Ok(seeds) => { self.substrate }.area_of_pieces(seeds.iter().map(|at| at.triangle)),
+            Ok(seeds) => recipe
+                .habitat(self.substrate)
+                .area(seeds.iter().map(|at| at.triangle)),
             Err(_) => self.substrate.components()[0].area,
         }
     }
@@ -41,8 +43,11 @@ impl<'a> Places<'a> {
     fn of_by(&self, recipe: &Recipe, locate: impl FnOnce() -> Found) -> Found {
         // Only chance asks for the seed, and only it and colonies beside others for the radius.
         let key = match &recipe.at[..] {
-            [place] if *place != SeedPlace::Random => format!("{place:?}"),
-            places => format!("{places:?} {} {:?}", recipe.seed, recipe.radius),
+            [place] if *place != SeedPlace::Random => format!("{place:?} {:?}", recipe.slope),
+            places => format!(
+                "{places:?} {} {:?} {:?}",
+                recipe.seed, recipe.radius, recipe.slope
+            ),
         };
         let mut found = self.found.borrow_mut();
         found.entry(key).or_insert_with(locate).clone()

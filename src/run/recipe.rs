@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Settings, SettingsError};
-use crate::growth::{Boundary, Join, Law, Parameters, PlaceError, SeedPlace, Steps};
+use super::{MaskId, Settings, SettingsError};
+use crate::growth::{
+    Boundary, Habitat, Join, Law, Parameters, PlaceError, SeedPlace, Slope, Steps,
+};
 use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// Which mesh a recipe was made for.
@@ -23,7 +25,8 @@ pub enum StopRule {
     /// When the effective radius reaches this length (file units); of several colonies, when one extends as far from
     /// its seed.
     Reach(f64),
-    /// When the elements' discs cover this share of the pieces of the mesh that they are on, by area.
+    /// When the elements' discs cover this share of the pieces of the mesh that they are on, by area, as far as lichen
+    /// may grow there.
     Cover(f64),
 }
 
@@ -41,6 +44,10 @@ pub struct Recipe {
     /// Which axis of the mesh is up, where that is not the one of its format's convention: it decides where
     /// `top` and `highest` are.
     pub mesh_up: Option<UpAxis>,
+    /// Where lichen may grow, unless everywhere.
+    pub mask: Option<MaskId>,
+    /// How steep the surface may be where it grows.
+    pub slope: Option<Slope>,
     /// Element radius r.
     pub radius: f64,
     /// Curvature radius L.
@@ -87,6 +94,7 @@ impl Recipe {
             law: self.law,
             steps: self.steps,
             boundary: self.boundary,
+            slope: self.slope,
             seed: self.seed,
         }
     }
@@ -97,7 +105,12 @@ impl Recipe {
     /// As [`SeedPlace::locate_all`].
     pub fn seeds(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, PlaceError> {
         let radius = substrate.units().length_to_local(self.radius);
-        SeedPlace::locate_all(&self.at, substrate, self.seed, radius)
+        SeedPlace::locate_all(&self.at, &self.habitat(substrate), self.seed, radius)
+    }
+
+    /// Where lichen may grow on a substrate that has the recipe's mask.
+    pub fn habitat<'a>(&self, substrate: &'a Substrate) -> Habitat<'a> {
+        Habitat::new(substrate, self.slope)
     }
 
     /// Checks it as settings are checked: NaN or a stop rule that cannot be met would have walkers walk for ever.

@@ -8,11 +8,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::loose::{places, seed, triangles};
+use super::loose::{places, seed, slope, triangles};
 use super::parameter as info;
 use super::recipe_keys::{with_dashes, wrong_value};
+use super::toml_values::{
+    float, length, listed_place, name, numbers, place_text, quoted, stop_text, whole,
+};
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
-use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use crate::growth::{Boundary, Join, Law, SeedPlace, Slope, Steps};
 use crate::input;
 use crate::substrate::UpAxis;
 
@@ -22,6 +25,9 @@ pub(super) const KEYS: &[&str] = &[
     "mesh",
     "mesh-hash",
     "mesh-up",
+    "mask",
+    "mask-hash",
+    "slope",
     "preset",
     "radius",
     "curvature-radius",
@@ -105,6 +111,10 @@ struct Draft {
     mesh: Option<String>,
     mesh_hash: Option<String>,
     mesh_up: Option<UpAxis>,
+    mask: Option<String>,
+    mask_hash: Option<String>,
+    #[serde(deserialize_with = "slope")]
+    slope: Option<Slope>,
     preset: Option<String>,
     radius: Option<Length>,
     curvature_radius: Option<Length>,
@@ -170,11 +180,12 @@ impl Settings {
         text
     }
 
-    /// In what others differ, in words. The path of the mesh and the stop rule change nothing in
+    /// In what others differ, in words. The paths of mesh and mask and the stop rule change nothing in
     /// what grows, and do not count.
     pub fn differences(&self, others: &Self) -> Vec<String> {
         let growing = |settings: &Self| Self {
             mesh: None,
+            mask: None,
             stop: None,
             ..settings.clone()
         };
@@ -211,6 +222,13 @@ impl Settings {
             "mesh-up",
             self.mesh_up.map(|up| name(&up)),
             "y or z: the axis of the mesh that is up",
+        );
+        say("mask", self.mask.as_deref().map(quoted), "");
+        say("mask-hash", self.mask_hash.as_deref().map(quoted), "");
+        say(
+            "slope",
+            self.slope.map(|s| format!("[{}]", numbers(&s.angles()))),
+            "degrees: how steep it may be where lichen grows",
         );
         say("preset", self.preset.as_deref().map(quoted), "");
         say("radius", self.radius.map(length), "of an element");
@@ -284,6 +302,9 @@ impl From<&Recipe> for Settings {
             mesh: Some(recipe.mesh.file.clone()),
             mesh_hash: Some(recipe.mesh.hash.clone()),
             mesh_up: recipe.mesh_up,
+            mask: recipe.mask.as_ref().map(|mask| mask.file.clone()),
+            mask_hash: recipe.mask.as_ref().map(|mask| mask.hash.clone()),
+            slope: recipe.slope,
             preset: None,
             radius: Some(Length::Units(recipe.radius)),
             curvature_radius: Some(Length::Units(recipe.curvature_radius)),
@@ -339,6 +360,9 @@ impl TryFrom<Draft> for Settings {
             mesh: draft.mesh,
             mesh_hash: draft.mesh_hash,
             mesh_up: draft.mesh_up,
+            mask: draft.mask,
+            mask_hash: draft.mask_hash,
+            slope: draft.slope,
             preset: draft.preset,
             radius: draft.radius,
             curvature_radius: draft.curvature_radius,
@@ -374,71 +398,10 @@ fn one_of<T, const N: usize>(
     Ok(given.pop().and_then(|(_, value)| value))
 }
 
-/// Shortest decimal that reads back to the same bits, and TOML's word for what has none.
-fn float(value: f64) -> String {
-    format!("{value:?}").to_ascii_lowercase()
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::from(text).to_string()
-}
-
-fn length(length: Length) -> String {
-    match length {
-        Length::Units(units) => float(units),
-        other => quoted(&other.to_string()),
-    }
-}
-
-/// TOML's integers end at 2⁶³: larger seeds are written as text.
-fn whole(value: u64) -> String {
-    match i64::try_from(value) {
-        Ok(value) => value.to_string(),
-        Err(_) => quoted(&value.to_string()),
-    }
-}
-
-fn name(value: &impl serde::Serialize) -> String {
-    toml::Value::try_from(value).map_or_else(|_| String::new(), |name| name.to_string())
-}
-
-/// Under which key a place alone is written, and how.
-fn place_text(place: &SeedPlace) -> (&'static str, String) {
-    match place {
-        SeedPlace::Triangle { triangle, uv } => {
-            let uv = uv.map_or_else(String::new, |uv| format!(", {}", numbers(&uv)));
-            ("at-triangle", format!("[{triangle}{uv}]"))
-        }
-        other => ("at", listed_place(other)),
-    }
-}
-
-/// A place among others.
-fn listed_place(place: &SeedPlace) -> String {
-    match place {
-        SeedPlace::Point(p) => format!("[{}]", numbers(p)),
-        other => quoted(&other.to_string()),
-    }
-}
-
-fn numbers(all: &[f64]) -> String {
-    let all: Vec<String> = all.iter().copied().map(float).collect();
-    all.join(", ")
-}
-
-fn stop_text(stop: Option<&StopSetting>) -> (&'static str, Option<String>) {
-    match stop {
-        None => (info::ELEMENTS.name, None),
-        Some(StopSetting::Elements(n)) => (info::ELEMENTS.name, Some(n.to_string())),
-        Some(StopSetting::Reach(reach)) => (info::REACH.name, Some(length(*reach))),
-        Some(StopSetting::Cover(share)) => (info::COVER.name, Some(float(*share))),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::MeshId;
+    use crate::run::{MaskId, MeshId};
     use proptest::prelude::*;
 
     fn read(text: &str) -> Settings {
@@ -651,11 +614,15 @@ mod tests {
             stop in stop(),
             choices in (any::<bool>(), steps(), any::<bool>(), any::<bool>()),
             mesh_up in prop_oneof![Just(None), Just(Some(UpAxis::Y)), Just(Some(UpAxis::Z))],
+            mask in proptest::option::of("\\PC{0,20}"),
+            slope in proptest::option::of((0.0..100.0f64, 101.0..180.0f64)),
         ) -> Recipe {
             Recipe {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 mesh: MeshId { file, hash: "ab12".to_owned() },
                 mesh_up,
+                mask: mask.map(|file| MaskId { file, hash: "cd34".to_owned() }),
+                slope: slope.and_then(|(least, most)| Slope::new(least, most)),
                 radius,
                 curvature_radius: radii * radius,
                 bias: numbers.0,

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{Execution, Growth, Recipe, StopRule, Stopped};
 use crate::cluster::{Element, NO_PARENT};
-use crate::growth::{Counts, Parallel};
+use crate::growth::{Counts, Habitat, Parallel};
 use crate::substrate::Substrate;
 
 /// What a run took and came to. Lengths and areas are in the mesh file's units.
@@ -30,9 +30,11 @@ pub struct RunReport {
     pub reach: f64,
     /// Area of the elements' discs.
     pub covered_area: f64,
-    /// The same as a share of the pieces that the lichen is on.
+    /// The same as a share of the pieces that the lichen is on, as far as it may grow there.
     pub covered_share: f64,
-    /// Why it ended: `elements`, `reach`, `cover`, `full`, `starved`, `cancelled` or
+    /// The share of the area of these pieces on which it may grow, by mask and slope, as far as 20,000 places tell.
+    pub habitat_share: f64,
+    /// Why it ended: `elements`, `reach`, `cover`, `full`, `starved`, `hemmed`, `cancelled` or
     /// `observer`.
     pub stopped: &'static str,
     /// The same in words.
@@ -119,7 +121,8 @@ impl RunReport {
             effective_radius: units.length_to_file(cluster.extent().effective_radius()),
             reach: units.length_to_file(reach(growth)),
             covered_area: units.area_to_file(cluster.covered_area()),
-            covered_share: covered_share(substrate, growth),
+            covered_share: covered_share(&recipe.habitat(substrate), growth),
+            habitat_share: recipe.habitat(substrate).share(pieces(growth)),
             stopped: growth.stopped.name(),
             stopped_because: growth.stopped.words(recipe),
             counts: counts.clone(),
@@ -167,6 +170,7 @@ impl Stopped {
             Self::Cover => "cover",
             Self::Full => "full",
             Self::Starved => "starved",
+            Self::Hemmed => "hemmed",
             Self::Cancelled => "cancelled",
             Self::Observer => "observer",
         }
@@ -196,6 +200,10 @@ impl Stopped {
                 "open edges took ten million walkers since the last birth; a boundary that reflects loses none"
                     .to_owned()
             }
+            (Self::Hemmed, _) => {
+                "mask and slope hem it in: a million contacts or more came to nothing since the last birth"
+                    .to_owned()
+            }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),
             (Self::Observer, _) => "its observer ended it".to_owned(),
         }
@@ -203,7 +211,7 @@ impl Stopped {
 }
 
 /// The elements that colonies began with.
-fn seeds(growth: &Growth) -> impl Iterator<Item = &Element> {
+fn seeds(growth: &Growth) -> impl Iterator<Item = &Element> + Clone {
     let elements = growth.cluster.elements().iter();
     elements.take_while(|element| element.parent == NO_PARENT)
 }
@@ -219,9 +227,14 @@ fn reach(growth: &Growth) -> f64 {
     elements.map(from_seed).fold(0.0, f64::max)
 }
 
-/// Share of the pieces that the lichen is on that its discs cover.
-fn covered_share(substrate: &Substrate, growth: &Growth) -> f64 {
-    let area = substrate.area_of_pieces(seeds(growth).map(|seed| seed.at.triangle));
+/// A triangle of each piece that the lichen is on, or several.
+fn pieces(growth: &Growth) -> impl Iterator<Item = u32> + Clone {
+    seeds(growth).map(|seed| seed.at.triangle)
+}
+
+/// Share of those pieces that its discs cover, as far as it may grow there.
+fn covered_share(habitat: &Habitat<'_>, growth: &Growth) -> f64 {
+    let area = habitat.area(pieces(growth));
     match growth.cluster.is_empty() {
         true => 0.0,
         false => (growth.cluster.covered_area() / area).min(1.0),

@@ -46,9 +46,9 @@ impl Settings {
     }
 
     /// What is said as flags of `thallus grow`, each with its value in one word of a POSIX shell.
-    /// Version and mesh are no flags.
+    /// Version, mesh and hashes are no flags.
     pub fn flags(&self) -> String {
-        let is_flag = |key: &str| !["version", "mesh", "mesh-hash"].contains(&key);
+        let is_flag = |key: &str| !["version", "mesh", "mesh-hash", "mask-hash"].contains(&key);
         let said = self.said().into_iter().filter(|(key, _)| is_flag(key));
         let flag = |key: &str, word: &str| format!("--{key}={}", shell_word(word));
         let flags = said.flat_map(|(key, value)| {

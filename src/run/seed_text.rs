@@ -97,7 +97,7 @@ impl FromStr for SeedPlace {
 }
 
 /// Exactly N finite numbers between commas.
-fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+pub(super) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let parsed = text.split(',').map(|part| part.trim().parse::<f64>());
     let numbers: Vec<f64> = parsed.collect::<Result<_, _>>().ok()?;
     let finite = numbers.iter().all(|x| x.is_finite());

@@ -5,8 +5,8 @@
 use super::parameter::{self as info, ParameterInfo};
 use super::preset;
 use super::settings_error::SettingsError;
-use super::{Length, MeshId, Places, Recipe, StopRule};
-use crate::growth::{Boundary, Join, Law, SeedPlace, Steps};
+use super::{Length, MaskId, MeshId, Places, Recipe, StopRule};
+use crate::growth::{Boundary, Join, Law, SeedPlace, Slope, Steps};
 use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// What decides the result, as far as it has been said. Lengths are not resolved yet.
@@ -20,6 +20,13 @@ pub struct Settings {
     pub mesh_hash: Option<String>,
     /// Which axis of the mesh is up, where its file does not keep to its format's convention.
     pub mesh_up: Option<UpAxis>,
+    /// What the mask is made of that says where lichen may grow: the path of an image, or a word for something else;
+    /// or [`NO_MASK`](super::NO_MASK).
+    pub mask: Option<String>,
+    /// Hash of the mask that they were resolved for.
+    pub mask_hash: Option<String>,
+    /// How steep the surface may be where lichen grows.
+    pub slope: Option<Slope>,
     /// Name of a preset that lies under them.
     pub preset: Option<String>,
     /// Element radius r.
@@ -74,6 +81,12 @@ impl Settings {
             mesh: self.mesh.or(base.mesh),
             mesh_hash: self.mesh_hash.or(base.mesh_hash),
             mesh_up: self.mesh_up.or(base.mesh_up),
+            // The hash is that of the mask beside it.
+            mask_hash: self
+                .mask_hash
+                .or(base.mask_hash.filter(|_| self.mask.is_none())),
+            mask: self.mask.or(base.mask),
+            slope: self.slope.or(base.slope),
             preset: self.preset.or(base.preset),
             radius: self.radius.or(base.radius),
             curvature_radius: self.curvature_radius.or(base.curvature_radius),
@@ -104,6 +117,9 @@ impl Settings {
             mesh: left(self.mesh, others.mesh.as_ref()),
             mesh_hash: left(self.mesh_hash, others.mesh_hash.as_ref()),
             mesh_up: left(self.mesh_up, others.mesh_up.as_ref()),
+            mask: left(self.mask, others.mask.as_ref()),
+            mask_hash: left(self.mask_hash, others.mask_hash.as_ref()),
+            slope: left(self.slope, others.slope.as_ref()),
             preset: left(self.preset, others.preset.as_ref()),
             radius: left(self.radius, others.radius.as_ref()),
             curvature_radius: left(self.curvature_radius, others.curvature_radius.as_ref()),
@@ -146,7 +162,8 @@ impl Settings {
     ///
     /// # Errors
     /// As [`Settings::complete`]; when a length does not suit the mesh, a seed element has no place on it, or
-    /// another axis is said to be up than [the substrate was told](Substrate::with_up).
+    /// another axis is said to be up than [the substrate was told](Substrate::with_up), or a mask that it
+    /// [does not have](Substrate::with_mask).
     pub fn resolve(self, substrate: &Substrate, file: &str) -> Result<Recipe, SettingsError> {
         self.resolve_by(&Places::on(substrate), file)
     }
@@ -164,10 +181,12 @@ impl Settings {
             file: file.to_owned(),
             hash: substrate.mesh_hash().to_owned(),
         };
+        let mask = self.mask_id(substrate)?;
         let complete = self.complete()?;
         let is_auto = complete.radius == Length::Auto;
         let recipe = Recipe {
             mesh_up: substrate.unusual_up(),
+            mask,
             ..complete.measured(substrate.units().diagonal(), mesh)?
         };
         let seeds = places.of(&recipe)?;
@@ -195,6 +214,9 @@ impl Settings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complete {
     mesh_up: Option<UpAxis>,
+    /// That of a complete recipe.
+    mask: Option<MaskId>,
+    slope: Option<Slope>,
     radius: Length,
     curvature_radius: Length,
     bias: f64,
@@ -219,6 +241,10 @@ impl Complete {
         let at = settings.at.unwrap_or_else(|| vec![SeedPlace::Top]);
         Self {
             mesh_up: settings.mesh_up,
+            mask: { settings.mask.zip(settings.mask_hash) }
+                .map(|(file, hash)| MaskId { file, hash }),
+            // Of any steepness is what holds without one.
+            slope: settings.slope.filter(|s| s.angles() != [0.0, 180.0]),
             radius: settings.radius.unwrap_or(Length::Auto),
             curvature_radius: settings.curvature_radius.unwrap_or(Length::Radii(10.0)),
             bias: settings.bias.unwrap_or(0.5),
@@ -315,6 +341,8 @@ impl Complete {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             mesh,
             mesh_up: self.mesh_up,
+            mask: self.mask,
+            slope: self.slope,
             radius,
             curvature_radius,
             bias: self.bias,

@@ -122,6 +122,25 @@ pub enum SettingsError {
         /// What was said.
         said: UpAxis,
     },
+    /// A mask is said, and the substrate has none.
+    #[error("mask is {said:?}, and the substrate has none: give it with Substrate::with_mask")]
+    NoSuchMask {
+        /// What was said.
+        said: String,
+    },
+    /// The mask is not the one that the recipe was made for.
+    #[error(
+        "{file} is not the mask that the recipe was made for: its hash is {found}, the recipe's {expected}; name the right \
+         file, or name this one with --mask to grow by it all the same"
+    )]
+    OtherMask {
+        /// What it was made of.
+        file: String,
+        /// Its hash.
+        found: String,
+        /// The recipe's.
+        expected: String,
+    },
     /// The mesh is not the one that the recipe was made for.
     #[error(
         "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's \

@@ -16,10 +16,12 @@ mod coarse;
 mod geometry;
 mod junctions;
 mod load;
+mod mask;
 mod order;
 mod report;
 mod seams;
 mod simplify;
+mod smooth;
 mod soup;
 mod surface_point;
 mod texturing;
@@ -32,10 +34,11 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
+pub use crate::image::Wrap;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
 pub use geometry::{Chart, Crossing, Frame};
@@ -43,11 +46,13 @@ pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment
 pub use load::{
     Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
 };
+pub use mask::{Mask, MaskError};
 pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
+pub(crate) use smooth::{corner_normals, weighted_normal};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
-pub use texturing::{Material, Texture, Texturing, Wrap};
+pub use texturing::{Material, Texture, Texturing};
 pub use units::Units;
 pub use up::UpAxis;
 pub(crate) use winding::Winding;
@@ -157,6 +162,9 @@ pub struct Substrate {
     /// Whether some neighbours are wound differently.
     winds_differently: bool,
     winding: OnceLock<Winding>,
+    /// Those of the smooth surface at the corners, once somebody asks for them.
+    normals: OnceLock<Vec<[Vec3; 3]>>,
+    mask: Option<Mask>,
 }
 
 impl std::fmt::Debug for Substrate {
@@ -205,6 +213,23 @@ impl Substrate {
     pub fn with_up(self, up: Option<UpAxis>) -> Self {
         let up = up.unwrap_or(self.usual_up);
         Self { up, ..self }
+    }
+
+    /// The same where lichen may only grow as a mask has it, or without one everywhere.
+    ///
+    /// # Panics
+    /// When the mask was made for another number of triangles.
+    #[must_use]
+    pub fn with_mask(self, mask: Option<Mask>) -> Self {
+        let triangles = self.triangles.len();
+        let is_for_it = |mask: &Mask| mask.triangles() == triangles;
+        assert!(mask.as_ref().is_none_or(is_for_it), "another mesh's mask");
+        Self { mask, ..self }
+    }
+
+    /// Where lichen may grow, if not everywhere.
+    pub fn mask(&self) -> Option<&Mask> {
+        self.mask.as_ref()
     }
 
     /// Cleans and prepares triangles from anywhere. Up is +Y, unless [told](Self::with_up) otherwise.
@@ -284,6 +309,8 @@ impl Substrate {
             coarser: coarse::Kept::default(),
             winds_differently: adjacency.winds_differently,
             winding: OnceLock::new(),
+            normals: OnceLock::new(),
+            mask: None,
         }
     }
 
@@ -468,6 +495,19 @@ impl Substrate {
     pub fn normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
+    }
+
+    /// The unit normal of the smooth surface that the triangles approximate, on the side of [`normal`](Self::normal);
+    /// [`smooth_normals`](crate::morphometry::smooth_normals) says what that is. The first call finds it for all corners,
+    /// which takes 36 bytes a triangle.
+    pub fn smooth_normal(&self, at: &SurfacePoint) -> DVec3 {
+        let of_triangle = |t| corner_normals(self, t).map(|normal| normal.as_vec3());
+        let all = self.normals.get_or_init(|| {
+            let triangles = 0..self.triangles.len() as u32;
+            triangles.into_par_iter().map(of_triangle).collect()
+        });
+        let corners = all[at.triangle as usize].map(|normal| normal.as_dvec3());
+        weighted_normal(self, at, corners)
     }
 
     /// Which triangles are turned for that, found at the first call.

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::Substrate;
+use crate::image::Wrap;
 
 /// Texture coordinates, normals, colours and materials, by the number that a triangle has in the file
 /// ([`Substrate::source_triangle`](super::Substrate::source_triangle)).
@@ -47,18 +48,6 @@ pub struct Material {
     pub normal_texture: Option<Texture>,
     /// Red.
     pub occlusion_texture: Option<Texture>,
-}
-
-/// How an image goes on beyond its borders, along its rows or its columns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// It begins anew.
-    #[default]
-    Repeat,
-    /// It begins anew the other way round.
-    Mirror,
-    /// As it is at the border.
-    Clamp,
 }
 
 /// An image on a surface.

@@ -7,7 +7,7 @@ use crate::run::{COLONIES, ELEMENTS, Settings};
 const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
 
 /// Settings that are no axes, and what to do instead.
-const FIXED: [(&str, &str); 5] = [
+const FIXED: [(&str, &str); 7] = [
     (
         "seed",
         "several seeds a cell are --seeds N (seeds = N in a grid file)",
@@ -15,6 +15,8 @@ const FIXED: [(&str, &str); 5] = [
     ("mesh", "a sweep is on one mesh"),
     ("mesh-hash", "a sweep is on one mesh"),
     ("mesh-up", "a sweep is on one mesh"),
+    ("mask", "a sweep has one mask"),
+    ("mask-hash", "a sweep has one mask"),
     ("version", "it says which program made a recipe"),
 ];
 

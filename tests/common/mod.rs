@@ -17,6 +17,8 @@ pub(crate) fn recipe(r: f64, elements: u64) -> Recipe {
             hash: String::new(),
         },
         mesh_up: None,
+        mask: None,
+        slope: None,
         radius: r,
         curvature_radius: 10.0 * r,
         bias: 0.5,

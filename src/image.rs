@@ -1,4 +1,4 @@
-//! Images of the substrate's material: PNG and JPEG to texels.
+//! Images on a surface: PNG and JPEG to texels.
 
 use std::io::Cursor;
 
@@ -9,13 +9,32 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::color::to_linear;
-use crate::substrate::Wrap;
+
+/// How an image goes on beyond its borders, along its rows or its columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// It begins anew.
+    #[default]
+    Repeat,
+    /// It begins anew the other way round.
+    Mirror,
+    /// As it is at the border.
+    Clamp,
+}
 
 /// Texels of 8 bits a channel, rows from the top.
+#[derive(Clone)]
 pub(crate) struct Image {
     width: usize,
     height: usize,
     rgb: Vec<[u8; 3]>,
+}
+
+impl std::fmt::Debug for Image {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { width, height, .. } = self;
+        write!(f, "Image({width} x {height})")
+    }
 }
 
 /// Texels of the largest image that is read.

@@ -1,0 +1,73 @@
+//! The mask that settings name: where lichen may grow.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use thallus::input;
+use thallus::run::{NO_MASK, Settings, SettingsError};
+use thallus::substrate::{Mask, Substrate, Texturing};
+
+use super::failure::Failure;
+use super::named_mesh::named_mesh;
+use super::number::{percent, plural};
+use super::terminal::Voice;
+
+/// The mask that is made of the colours at the mesh's vertices.
+pub(super) const VERTEX_COLORS: &str = "vertex-colors";
+
+/// Whether these settings ask for a mask, for which the mesh's UVs or colours are read.
+pub(super) fn is_asked(settings: &Settings) -> bool {
+    settings.mask.as_deref().is_some_and(|mask| mask != NO_MASK)
+}
+
+/// The mask that settings ask for, if they do. Where a recipe file names it, its image is looked for beside that too.
+pub(super) fn read(
+    settings: &Settings,
+    recipe: Option<&Path>,
+    (mesh, substrate, texturing): (&Path, &Substrate, &Texturing),
+    voice: Voice,
+) -> Result<Option<Mask>, Failure> {
+    let Some(named) = settings.mask.as_deref().filter(|_| is_asked(settings)) else {
+        return Ok(None);
+    };
+    let mask = match named {
+        VERTEX_COLORS => {
+            Mask::from_colors(substrate, texturing).with_context(|| mesh.display().to_string())?
+        }
+        _ => {
+            let file = place(named, recipe, settings.mask_hash.as_deref());
+            let of_file = || file.display().to_string();
+            let bytes = input::bytes(&file)
+                .with_context(|| format!("{}: reading the mask failed", file.display()))?;
+            Mask::from_image(substrate, texturing, &bytes).with_context(of_file)?
+        }
+    };
+    if let Some(expected) = settings
+        .mask_hash
+        .as_ref()
+        .filter(|hash| **hash != mask.hash())
+    {
+        return Err(Failure::Failed(anyhow::Error::new(
+            SettingsError::OtherMask {
+                file: named.to_owned(),
+                found: mask.hash().to_owned(),
+                expected: expected.clone(),
+            },
+        )));
+    }
+    if mask.unpainted() > 0 {
+        let share = mask.unpainted() as f64 / substrate.triangles().len() as f64;
+        voice.warn(&format!(
+            "{named}: {} ({}) {} nothing to go by in the mask, so nothing grows there",
+            plural(mask.unpainted(), "triangle", "triangles"),
+            percent(share),
+            if mask.unpainted() == 1 { "has" } else { "have" },
+        ));
+    }
+    Ok(Some(mask))
+}
+
+fn place(named: &str, recipe: Option<&Path>, hash: Option<&str>) -> PathBuf {
+    let found = recipe.and_then(|recipe| named_mesh(recipe, named, hash));
+    found.unwrap_or_else(|| PathBuf::from(named))
+}

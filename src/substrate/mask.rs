@@ -1,0 +1,150 @@
+//! Where on a surface lichen may grow, as somebody has painted it.
+
+use glam::Vec3;
+
+use super::{Substrate, SurfacePoint, Texturing};
+use crate::image::Image;
+
+/// What is darker counts as black, and what is lighter as white: an image that was compressed has few texels of either.
+const BLACK: f32 = 1.0 / 16.0;
+const WHITE: f32 = 15.0 / 16.0;
+
+/// A mask for the triangles of one [`Substrate`]: black where nothing grows, white where lichen grows as anywhere; what
+/// is grey in between is a factor on the chance to stick. See [`Substrate::with_mask`].
+#[derive(Clone, Debug)]
+pub struct Mask {
+    paint: Paint,
+    hash: String,
+}
+
+/// By the substrate's triangles; none where a triangle has nothing to go by, which is as good as black.
+#[derive(Clone, Debug)]
+enum Paint {
+    /// Brightness at the corners.
+    Corners(Vec<Option<[f32; 3]>>),
+    /// Coordinates of the corners in an image.
+    Image(Image, Vec<Option<[[f32; 2]; 3]>>),
+}
+
+/// Why something is no mask for a substrate.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaskError {
+    /// The image cannot be read.
+    #[error("the mask cannot be read: {0}; save it as PNG or JPEG")]
+    Image(String),
+    /// Images need coordinates.
+    #[error(
+        "an image is a mask for a mesh with UVs, and this one has none: unwrap it and export it with its UVs, or paint its \
+         vertices and use their colours"
+    )]
+    NoUvs,
+    /// No vertex has a colour.
+    #[error("the mesh has no colours at its vertices: export it with its colour attribute")]
+    NoColors,
+}
+
+impl Mask {
+    /// Of an encoded PNG or JPEG image in the layout of the mesh's UVs, repeated beyond its borders. What counts is
+    /// how bright it is, 0.2126 R + 0.7152 G + 0.0722 B of its numbers as they are, without regard to a transparency.
+    ///
+    /// # Errors
+    /// When it is no such image, or no triangle has UVs.
+    pub fn from_image(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        bytes: &[u8],
+    ) -> Result<Self, MaskError> {
+        let image = Image::decode(bytes).map_err(MaskError::Image)?;
+        let uvs = |t| {
+            Some(
+                texturing
+                    .uvs_of(substrate, t)?
+                    .map(|uv| uv.map(|x| x as f32)),
+            )
+        };
+        let uvs: Vec<_> = all(substrate).map(uvs).collect();
+        match uvs.iter().all(Option::is_none) {
+            true => Err(MaskError::NoUvs),
+            false => Ok(Self {
+                paint: Paint::Image(image, uvs),
+                hash: blake3::hash(bytes).to_hex().to_string(),
+            }),
+        }
+    }
+
+    /// Of the colours at the mesh's vertices: how bright they are, as above, of linear light.
+    ///
+    /// # Errors
+    /// When no triangle has colours.
+    pub fn from_colors(substrate: &Substrate, texturing: &Texturing) -> Result<Self, MaskError> {
+        let at_corners = |t| Some(texturing.colors_of(substrate, t)?.map(brightness_of));
+        let corners: Vec<_> = all(substrate).map(at_corners).collect();
+        if corners.iter().all(Option::is_none) {
+            return Err(MaskError::NoColors);
+        }
+        let mut hasher = blake3::Hasher::new();
+        for value in corners.iter().flat_map(|c| c.unwrap_or([f32::NAN; 3])) {
+            hasher.update(&value.to_le_bytes());
+        }
+        Ok(Self {
+            paint: Paint::Corners(corners),
+            hash: hasher.finalize().to_hex().to_string(),
+        })
+    }
+
+    /// BLAKE3 hash of the image's file, or of the brightness at the corners; hexadecimal.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// How many triangles have neither UVs nor colours, as the mask goes by the ones or the others: nothing grows on them.
+    pub fn unpainted(&self) -> usize {
+        match &self.paint {
+            Paint::Corners(corners) => corners.iter().filter(|c| c.is_none()).count(),
+            Paint::Image(_, uvs) => uvs.iter().filter(|uvs| uvs.is_none()).count(),
+        }
+    }
+
+    /// From 0, where nothing grows, to 1.
+    ///
+    /// # Panics
+    /// When the substrate that it was made for has no such triangle.
+    pub fn at(&self, at: &SurfacePoint) -> f64 {
+        let triangle = at.triangle as usize;
+        let brightness = match &self.paint {
+            Paint::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
+            Paint::Image(image, uvs) => uvs[triangle].map(|uvs| {
+                let place = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
+                brightness_of(image.values(place).to_array())
+            }),
+        };
+        match brightness {
+            Some(x) if x > WHITE => 1.0,
+            Some(x) if x >= BLACK => f64::from(x),
+            _ => 0.0,
+        }
+    }
+
+    pub(super) fn triangles(&self) -> usize {
+        match &self.paint {
+            Paint::Corners(corners) => corners.len(),
+            Paint::Image(_, uvs) => uvs.len(),
+        }
+    }
+}
+
+fn all(substrate: &Substrate) -> std::ops::Range<u32> {
+    0..substrate.triangles().len() as u32
+}
+
+/// Luma, as ITU-R BT.709 weighs it.
+fn brightness_of(color: [f32; 3]) -> f32 {
+    Vec3::from_array(color).dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// The mean of a triangle's corners by weight.
+fn mean(corners: [f32; 3], at: &SurfacePoint) -> f32 {
+    let weighted = std::iter::zip(corners, at.weights()).map(|(x, weight)| f64::from(x) * weight);
+    weighted.sum::<f64>() as f32
+}
