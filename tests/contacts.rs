@@ -281,6 +281,7 @@ fn both_sides_of_a_sharp_fold_are_joined_where_the_ball_reaches_its_edge() {
 fn parameters(radius: f64) -> Parameters {
     let recipe = common::recipe(radius, 1);
     Parameters {
+        slope: None,
         radius,
         curvature_radius: recipe.curvature_radius,
         bias: recipe.bias,

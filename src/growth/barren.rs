@@ -1,9 +1,14 @@
 //! Walkers where lichen may not grow everywhere: see [`Habitat`](super::Habitat).
 
-use super::far::NEAR;
-use super::walker::Walk;
+use super::far::{Level, NEAR, on_mesh};
+use super::flight::Way;
+use super::habitat::MOST_PLACES;
+use super::launch::AreaSampler;
+use super::near::Met;
+use super::walker::{MOST_TRIES, Walk};
 use super::{Counts, Parameters};
-use crate::cluster::ElementIndex;
+use crate::cluster::{ElementIndex, Look};
+use crate::rng::Stream;
 use crate::substrate::SurfacePoint;
 use crate::walk::Stand;
 
@@ -19,6 +24,22 @@ const MOST_IN_VAIN: f64 = 1e8;
 /// each contact that the least chance to stick takes.
 const IN_VAIN: f64 = 200.0;
 
+/// A walker counts as so many of them.
+const WALKER: f64 = 10.0;
+
+/// Curvature radii, of so many radii at least, within which the border of the habitat is one to walkers.
+const NEAR_RADII: f64 = 2.0;
+const NEAR_AT_LEAST: f64 = 10.0;
+
+/// How often a walker is kept from leaving the habitat, at most: it may be in a crumb of it that nothing leads out of.
+const MOST_KEPT: u32 = 1 << 12;
+
+/// Walkers lost since the last birth before others are launched inside the launch sphere.
+pub(super) const MOST_LOST: u64 = 64;
+
+/// Places on the launch sphere that are tried.
+const LAUNCHES: usize = 32;
+
 impl<I: ElementIndex> Walk<'_, I> {
     /// The factor on the chance to stick where a walker may be in contact, on the surface or on the copy of it that
     /// hardly strays.
@@ -26,19 +47,80 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn factor(&self, on_copy: bool, there: &Stand) -> f64 {
         match self.habitat.is_everywhere() {
             true => 1.0,
-            false => self.factor_there(on_copy, there),
+            false => self.factor_there(if on_copy { NEAR } else { 0 }, there),
         }
     }
 
     #[inline(never)]
-    fn factor_there(&self, on_copy: bool, there: &Stand) -> f64 {
+    fn factor_there(&self, level: Level, there: &Stand) -> f64 {
+        let on_mesh = on_mesh(self.far, self.around.substrate, level, there);
+        on_mesh.map_or(0.0, |at| self.habitat.at(&at))
+    }
+
+    /// Sends a walker back that is about to leave the habitat near the lichen, and drops one that comes near over
+    /// barren ground.
+    #[inline(always)]
+    pub(super) fn keeps_to_habitat(&mut self, now: &mut Way, there: &Stand, look: &Look) -> Met {
+        match self.habitat.is_everywhere() {
+            true => Met::Nothing,
+            false => self.met_border(now, there, look),
+        }
+    }
+
+    #[inline(never)]
+    fn met_border(&mut self, now: &mut Way, there: &Stand, look: &Look) -> Met {
+        let Parameters {
+            radius,
+            curvature_radius,
+            ..
+        } = *self.around.parameters;
+        let near = NEAR_RADII * curvature_radius.max(NEAR_AT_LEAST * radius);
+        if look.clear > near || self.factor_there(now.level, there) > 0.0 {
+            return Met::Nothing;
+        }
+        if now.kept >= MOST_KEPT || self.factor_there(now.level, &now.here) == 0.0 {
+            return Met::End(self.kill());
+        }
+        now.kept += 1;
+        // A shorter step may stay within a narrow place.
+        if now.bound > radius {
+            now.bound *= 0.5;
+        }
+        Met::Refused
+    }
+
+    /// Launches a walker where something may grow, as far as places tried say so. What is launched elsewhere is mostly
+    /// dropped where it comes near the lichen.
+    pub(super) fn launch_on_habitat(&mut self, stream: &mut Stream) -> Option<(Level, Stand)> {
+        if self.habitat.is_everywhere() {
+            return self.launch(stream);
+        }
+        if let Some(enclosed) = self.launcher.enclosed() {
+            let start = self.free_habitat(enclosed, stream)?;
+            let here = Stand::new(self.around.substrate, &start);
+            self.asked(here.position, self.around.contact_distance(), 0);
+            return Some((0, here));
+        }
+        let mut start = self.launch(stream)?;
+        for _ in 1..LAUNCHES {
+            if self.factor_there(start.0, &start.1) > 0.0 {
+                break;
+            }
+            start = self.launch(stream)?;
+        }
+        Some(start)
+    }
+
+    /// A place of the habitat that is in contact with nothing, uniform by area; none where so many are not that it counts
+    /// as full.
+    fn free_habitat(&mut self, area: &AreaSampler, stream: &mut Stream) -> Option<SurfacePoint> {
         let substrate = self.around.substrate;
-        let on_mesh = match self.far.filter(|_| on_copy) {
-            None => Some(*there),
-            Some(far) => far.landed(NEAR, substrate, there),
-        };
-        let factor = |there: Stand| self.habitat.at(&there.surface_point(substrate));
-        on_mesh.map_or(0.0, factor)
+        let places = (0..MOST_PLACES).map(|_| area.sample(stream));
+        let mut suited = places.filter(|at| self.habitat.at(at) > 0.0);
+        let suited = suited.by_ref().take(MOST_TRIES);
+        let place = |at: &SurfacePoint| (at.triangle, substrate.position(at));
+        let is_free = |at: &SurfacePoint| !self.around.in_contact(self.scratch, place(at));
+        { suited }.find(is_free)
     }
 
     /// Whether nothing may grow at a place.
@@ -62,5 +144,7 @@ pub(super) fn is_hemmed(
 ) -> bool {
     let rim = (elements as f64).sqrt();
     let in_vain = (IN_VAIN * rim / parameters.min_stick).clamp(LEAST_IN_VAIN, MOST_IN_VAIN);
-    (now.contacts - then.contacts) as f64 >= in_vain
+    let walkers = (now.walkers - then.walkers) as f64;
+    let contacts = (now.contacts - then.contacts) as f64;
+    contacts + WALKER * walkers >= in_vain
 }

@@ -225,6 +225,18 @@ pub(super) fn outset<'a>(far: Option<&'a Far>, substrate: &'a Substrate) -> (Lev
     }
 }
 
+/// The place on the surface that one on a copy stands for.
+pub(super) fn on_mesh(
+    far: Option<&Far>,
+    substrate: &Substrate,
+    level: Level,
+    there: &Stand,
+) -> Option<SurfacePoint> {
+    let down = |here: Stand, level| far?.landed(level, substrate, &here);
+    let on_mesh = (1..=level).rev().try_fold(*there, down)?;
+    Some(on_mesh.surface_point(substrate))
+}
+
 /// Short walks over a surface, each towards a place, as long as they lead nearer.
 fn walk_to(surface: &Substrate, there: Stand, to: DVec3) -> Stand {
     walk(surface, there, |there, frame| {

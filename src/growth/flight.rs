@@ -49,6 +49,8 @@ pub(super) struct Way {
     pub(super) patience: Patience,
     /// Whether it was refused just now. Only Brownian motion asks.
     pub(super) thrown_back: bool,
+    /// How often it was kept from leaving the habitat.
+    pub(super) kept: u32,
     pub(super) stream: Stream,
 }
 

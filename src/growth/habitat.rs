@@ -14,7 +14,7 @@ use crate::substrate::{Substrate, SurfacePoint};
 const PLACES: usize = 20_000;
 
 /// The same where none of these is.
-const MOST_PLACES: usize = 1 << 20;
+pub(super) const MOST_PLACES: usize = 1 << 20;
 
 /// How steep the surface may be that lichen grows on: angles between its smooth normal and up, in degrees. 0 is level,
 /// 90 upright, 180 the underside of something level.

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::Parameters;
-use super::far::{Far, outset};
+use super::far::{self, Far, outset};
 use super::launch::{AreaSampler, LaunchRing};
+use super::{Habitat, Parameters};
 use crate::cluster::Cluster;
+use crate::rng::{Purpose, Stream};
 use crate::substrate::Substrate;
+use crate::walk::Stand;
 
 /// R_e counts as at least this many radii: that of a single seed is 0.
 const LEAST_EXTENT: f64 = 4.0;
@@ -24,6 +26,9 @@ const AROUND: f64 = 2.5;
 
 /// Where the sphere gives a bound of so many edges, a longer step saves crossings worth a look at the index.
 const EDGES: f64 = 2.0;
+
+/// Places on the arcs of each component that are looked at for whether lichen may grow there.
+const PLACES: usize = 256;
 
 /// Where walkers start at present, and how far they may go.
 #[derive(Default)]
@@ -47,6 +52,11 @@ pub(super) struct Launcher {
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
     area: Option<AreaSampler>,
+    /// Whether walkers start inside the sphere, until the next birth.
+    is_inside: bool,
+    /// What the sphere encloses, where lichen may not grow everywhere and none of its arcs seems to be where it may, or
+    /// nothing comes in.
+    enclosed: Option<AreaSampler>,
     /// How often these were worked out anew.
     pub(super) version: u64,
 }
@@ -63,6 +73,9 @@ impl Launcher {
             return;
         };
         let is_new = self.takes_in(substrate, last.at.triangle);
+        if std::mem::take(&mut self.is_inside) {
+            self.change();
+        }
         let extent = cluster.extent();
         let radius = launch_radius(parameters, extent.effective_radius());
         let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
@@ -86,6 +99,13 @@ impl Launcher {
         place.is_err()
     }
 
+    /// Walkers start inside the sphere until the next birth.
+    pub(super) fn launch_inside(&mut self) {
+        if !std::mem::replace(&mut self.is_inside, true) {
+            self.change();
+        }
+    }
+
     /// Walkers start elsewhere from now on.
     pub(super) fn change(&mut self) {
         self.version += 1;
@@ -94,7 +114,8 @@ impl Launcher {
 
     /// Cuts the surface with the sphere, or the copy that walkers then set out on, if that has not been done. Before
     /// a walker starts, not at each birth: a run that goes on takes in many before.
-    pub(super) fn cut(&mut self, substrate: &Substrate, far: Option<&Far>) {
+    pub(super) fn cut(&mut self, habitat: &Habitat<'_>, far: Option<&Far>) {
+        let substrate = habitat.substrate;
         if self.is_cut {
             return;
         }
@@ -112,6 +133,13 @@ impl Launcher {
             let triangles = self.components.iter().flat_map(Clone::clone);
             self.area = Some(AreaSampler::new(substrate, triangles));
         }
+        let is_enclosed =
+            !habitat.is_everywhere() && (self.is_inside || !self.cuts_habitat(habitat, far));
+        self.enclosed = is_enclosed.then(|| {
+            let within = substrate.triangles_within(self.centre, self.radius);
+            let is_on = |t: &u32| self.components.iter().any(|c| c.contains(t));
+            AreaSampler::new(substrate, within.into_iter().filter(is_on))
+        });
     }
 
     fn goes_by_area(&self) -> bool {
@@ -121,6 +149,26 @@ impl Launcher {
     /// Chooses among all that carries lichen: where the sphere encloses that, or between several components.
     pub(super) fn by_area(&self) -> Option<&AreaSampler> {
         self.area.as_ref().filter(|_| self.goes_by_area())
+    }
+
+    /// Chooses among what the sphere encloses, where that is all the habitat there is about the lichen.
+    pub(super) fn enclosed(&self) -> Option<&AreaSampler> {
+        self.enclosed.as_ref()
+    }
+
+    /// Whether lichen may grow at one of some places on the arcs.
+    fn cuts_habitat(&self, habitat: &Habitat<'_>, far: Option<&Far>) -> bool {
+        let (level, surface) = outset(far, habitat.substrate);
+        let mut stream = Stream::new(0, Purpose::Habitat, 1);
+        let mut is_habitat = |ring: &LaunchRing| {
+            let at = ring.sample(surface, &mut stream);
+            let there = at.map(|at| Stand::new(surface, &at));
+            let on_mesh =
+                there.and_then(|there| far::on_mesh(far, habitat.substrate, level, &there));
+            on_mesh.is_some_and(|on_mesh| habitat.at(&on_mesh) > 0.0)
+        };
+        self.rings()
+            .any(|ring| (0..PLACES).any(|_| is_habitat(ring)))
     }
 
     /// The arcs on the component that a triangle is in; none where the sphere encloses it.

@@ -113,8 +113,8 @@ pub enum PlaceError {
     },
     /// Nothing may grow anywhere.
     #[error(
-        "mask and slope leave no place to grow on: a million places were looked at; is the mask black, made for another \
-         layout, or the wrong axis up?"
+        "nothing may grow anywhere, by mask and slope: of a million places none was suited; is the mask black, or made \
+         for another layout, or another axis up?"
     )]
     NoHabitat,
     /// Chance finds no room.

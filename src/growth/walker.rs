@@ -18,7 +18,7 @@ use crate::substrate::SurfacePoint;
 use crate::walk::{Ball, Connectivity, End, Stand};
 
 /// Places tried in a row before the surface counts as full.
-const MOST_TRIES: usize = 20_000;
+pub(super) const MOST_TRIES: usize = 20_000;
 
 /// Places that are read ahead together, after as many have been tried one by one.
 const TOGETHER: usize = 8;
@@ -122,7 +122,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn set_out(&mut self, number: u64) -> Result<Way, Fate> {
         self.track.begin(self.around.index, self.others_walk);
         let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
-        let Some((level, here)) = self.launch(&mut stream) else {
+        let Some((level, here)) = self.launch_on_habitat(&mut stream) else {
             return Err(Fate::Halted(Halt::NoFreeSurface));
         };
         let Some(look) = self.look(here.position) else {
@@ -137,6 +137,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             random,
             patience: Patience::default(),
             thrown_back: false,
+            kept: 0,
             stream,
         };
         if let Some(far) = self.far {
@@ -146,7 +147,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.
-    fn launch(&mut self, stream: &mut Stream) -> Option<(Level, Stand)> {
+    pub(super) fn launch(&mut self, stream: &mut Stream) -> Option<(Level, Stand)> {
         let (substrate, launcher) = (self.around.substrate, self.launcher);
         let Some(area) = launcher.by_area() else {
             return self.launch_on(launcher.rings().next()?, stream);
@@ -220,6 +221,11 @@ impl<I: ElementIndex> Walk<'_, I> {
             let Some(look) = self.look(moved.to.position) else {
                 return Some(self.kill());
             };
+            match self.keeps_to_habitat(&mut now, &moved.to, &look) {
+                Met::Nothing => {}
+                Met::End(fate) => return Some(fate),
+                _ => continue,
+            }
             // 4. Contact: stick, or go back to the last position and walk on.
             if look.touching {
                 let met = match self.far {
@@ -380,12 +386,12 @@ impl<I: ElementIndex> Walk<'_, I> {
             return Meeting::Elsewhere;
         }
         self.track.counts.contacts += 1;
-        if factor == 0.0 {
+        // It sticks with P_s times the factor.
+        let chance = stream.uniform() / factor;
+        if factor == 0.0 || chance >= 1.0 {
             self.track.counts.refusals += 1;
             return Meeting::Refused;
         }
-        // It sticks with P_s times the factor.
-        let chance = stream.uniform() / factor;
         let counting = (ground, scratch, &mut self.crowd);
         let answer = self.around.sticks(counting, self.law, place, chance);
         let Parameters {
@@ -515,7 +521,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 3. Kill: dropped, and the next one is launched.
-    fn kill(&mut self) -> Fate {
+    pub(super) fn kill(&mut self) -> Fate {
         self.track.counts.killed += 1;
         Fate::Lost
     }

@@ -374,6 +374,15 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         !self.habitat.is_everywhere() && barren::is_hemmed(&self.parameters, elements, counts)
     }
 
+    /// Launches walkers inside the launch sphere, until the next birth, when many from outside were lost: they seem to find
+    /// no way over habitat.
+    fn weigh_enclosed(&mut self) {
+        let lost = self.counts.walkers - self.counts_at_birth.walkers;
+        if !self.habitat.is_everywhere() && lost >= barren::MOST_LOST {
+            self.launcher.launch_inside();
+        }
+    }
+
     fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
         if !matches!(flight.fate(), Some(Fate::Halted(_))) {
             self.index
@@ -414,15 +423,15 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         self.weigh_far();
-        self.launcher.cut(self.substrate, self.far.as_ref());
         let halt = loop {
+            self.launcher.cut(&self.habitat, self.far.as_ref());
             match self.take(cluster, cancelled) {
                 Fate::Joined(element) => return Ok(element),
                 Fate::Halted(halt) => break halt,
                 Fate::Lost if cancelled() => break Halt::Cancelled,
                 Fate::Lost if self.is_starved() => break Halt::Starved,
                 Fate::Lost if self.is_hemmed(cluster.len()) => break Halt::Hemmed,
-                Fate::Lost => {}
+                Fate::Lost => self.weigh_enclosed(),
             }
         };
         // The others may have been told to stop too: if it goes on they begin anew, under their own numbers.
