@@ -24,8 +24,8 @@ const MOST_IN_VAIN: f64 = 1e8;
 /// each contact that the least chance to stick takes.
 const IN_VAIN: f64 = 200.0;
 
-/// A walker counts as so many of them.
-const WALKER: f64 = 10.0;
+/// The same for walkers: those launched inside the launch sphere come to whatever can be reached there.
+const WALKERS_IN_VAIN: u64 = 10_000;
 
 /// Curvature radii, of so many radii at least, within which the border of the habitat is one to walkers.
 const NEAR_RADII: f64 = 2.0;
@@ -144,7 +144,6 @@ pub(super) fn is_hemmed(
 ) -> bool {
     let rim = (elements as f64).sqrt();
     let in_vain = (IN_VAIN * rim / parameters.min_stick).clamp(LEAST_IN_VAIN, MOST_IN_VAIN);
-    let walkers = (now.walkers - then.walkers) as f64;
     let contacts = (now.contacts - then.contacts) as f64;
-    contacts + WALKER * walkers >= in_vain
+    contacts >= in_vain || now.walkers - then.walkers >= WALKERS_IN_VAIN
 }

@@ -154,12 +154,15 @@ impl<I: ElementIndex> Flight<I> {
     /// was nothing of the kind.
     pub(super) fn catch_up(&mut self, index: &I, elements: &[Element], launcher: u64) -> bool {
         let known = std::mem::replace(&mut self.elements, elements.len());
-        if matches!(self.stage, Stage::Ready) || known == elements.len() {
+        if matches!(self.stage, Stage::Ready) {
             return false;
         }
         if launcher != self.launcher {
             self.stage = Stage::Ready;
             return true;
+        }
+        if known == elements.len() {
+            return false;
         }
         let births = &elements[known..];
         let (held, asked) = (

@@ -52,10 +52,11 @@ pub(super) struct Launcher {
     /// Walkers farther from the centre are dropped.
     pub(super) kill: f64,
     area: Option<AreaSampler>,
-    /// Whether walkers start inside the sphere, until the next birth.
+    /// Whether walkers start inside the sphere: where lichen may not grow everywhere, and none of the arcs seems to be
+    /// where it may; or, until the next birth, because none comes in from outside.
+    is_enclosed: bool,
     is_inside: bool,
-    /// What the sphere encloses, where lichen may not grow everywhere and none of its arcs seems to be where it may, or
-    /// nothing comes in.
+    /// What the sphere encloses, once they do.
     enclosed: Option<AreaSampler>,
     /// How often these were worked out anew.
     pub(super) version: u64,
@@ -74,7 +75,7 @@ impl Launcher {
         };
         let is_new = self.takes_in(substrate, last.at.triangle);
         if std::mem::take(&mut self.is_inside) {
-            self.change();
+            self.version += 1;
         }
         let extent = cluster.extent();
         let radius = launch_radius(parameters, extent.effective_radius());
@@ -102,7 +103,7 @@ impl Launcher {
     /// Walkers start inside the sphere until the next birth.
     pub(super) fn launch_inside(&mut self) {
         if !std::mem::replace(&mut self.is_inside, true) {
-            self.change();
+            self.version += 1;
         }
     }
 
@@ -114,7 +115,7 @@ impl Launcher {
 
     /// Cuts the surface with the sphere, or the copy that walkers then set out on, if that has not been done. Before
     /// a walker starts, not at each birth: a run that goes on takes in many before.
-    pub(super) fn cut(&mut self, habitat: &Habitat<'_>, far: Option<&Far>) {
+    fn cut(&mut self, habitat: &Habitat<'_>, far: Option<&Far>) {
         let substrate = habitat.substrate;
         if self.is_cut {
             return;
@@ -133,13 +134,23 @@ impl Launcher {
             let triangles = self.components.iter().flat_map(Clone::clone);
             self.area = Some(AreaSampler::new(substrate, triangles));
         }
-        let is_enclosed =
-            !habitat.is_everywhere() && (self.is_inside || !self.cuts_habitat(habitat, far));
-        self.enclosed = is_enclosed.then(|| {
-            let within = substrate.triangles_within(self.centre, self.radius);
+        self.is_enclosed = !habitat.is_everywhere() && !self.cuts_habitat(habitat, far);
+        self.enclosed = None;
+    }
+
+    /// Makes ready for the next walkers: [cuts](Self::cut), and finds what the sphere encloses if they start there.
+    pub(super) fn make_ready(&mut self, habitat: &Habitat<'_>, far: Option<&Far>) {
+        self.cut(habitat, far);
+        if self.launches_inside() && self.enclosed.is_none() {
+            let within = { habitat.substrate }.triangles_within(self.centre, self.radius);
             let is_on = |t: &u32| self.components.iter().any(|c| c.contains(t));
-            AreaSampler::new(substrate, within.into_iter().filter(is_on))
-        });
+            let within = within.into_iter().filter(is_on);
+            self.enclosed = Some(AreaSampler::new(habitat.substrate, within));
+        }
+    }
+
+    fn launches_inside(&self) -> bool {
+        self.is_enclosed || self.is_inside
     }
 
     fn goes_by_area(&self) -> bool {
@@ -153,7 +164,7 @@ impl Launcher {
 
     /// Chooses among what the sphere encloses, where that is all the habitat there is about the lichen.
     pub(super) fn enclosed(&self) -> Option<&AreaSampler> {
-        self.enclosed.as_ref()
+        self.enclosed.as_ref().filter(|_| self.launches_inside())
     }
 
     /// Whether lichen may grow at one of some places on the arcs.

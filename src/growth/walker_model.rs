@@ -424,7 +424,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         self.weigh_far();
         let halt = loop {
-            self.launcher.cut(&self.habitat, self.far.as_ref());
+            self.launcher.make_ready(&self.habitat, self.far.as_ref());
             match self.take(cluster, cancelled) {
                 Fate::Joined(element) => return Ok(element),
                 Fate::Halted(halt) => break halt,

@@ -201,7 +201,7 @@ impl Stopped {
                     .to_owned()
             }
             (Self::Hemmed, _) => {
-                "mask and slope hem it in: a million contacts or more came to nothing since the last birth"
+                "mask or slope hem it in: ten thousand walkers since the last birth found no place"
                     .to_owned()
             }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),
