@@ -43,6 +43,10 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let (substrate, seconds) = load(&mesh, &settings, args.recipe_file().as_deref(), voice)?;
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
+    let settings = Settings {
+        mask: mask_name(&args, &settings, output.path()),
+        ..settings
+    };
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
     let warnings = warnings::warnings(&substrate, recipe.radius);
     let hidden = buried::warning(&substrate, &recipe);
@@ -320,21 +324,42 @@ pub(super) fn load(
     Ok((substrate.with_up(settings.mesh_up).with_mask(mask), seconds))
 }
 
-/// The mesh as the run's recipe will name it: as the recipe does that it is grown from, where that is found from the
-/// run's folder too. So the same files are written, wherever the program was called from.
+/// The mesh as the run's recipe will name it.
 fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -> String {
+    let named = settings.mesh.as_deref().filter(|_| args.mesh.is_none());
+    name_for(folder, named, settings.mesh_hash.as_deref(), mesh, args)
+}
+
+/// The mask as the run's recipe will name it.
+fn mask_name(args: &GrowArgs, settings: &Settings, folder: &Path) -> Option<String> {
+    let file = mask::file(settings, args.recipe_file().as_deref());
+    let (Some(file), None) = (file, args.settings().mask) else {
+        return settings.mask.clone();
+    };
+    let (named, hash) = (settings.mask.as_deref(), settings.mask_hash.as_deref());
+    Some(name_for(folder, named, hash, &file, args))
+}
+
+/// A file as a run's recipe will name it: as the recipe does that it is grown from, where that is found from the run's
+/// folder too. So the same files are written, wherever the program was called from.
+fn name_for(
+    folder: &Path,
+    named: Option<&str>,
+    hash: Option<&str>,
+    file: &Path,
+    args: &GrowArgs,
+) -> String {
     let place = |file: &Path| file.canonicalize().ok();
-    let is_found = |named: &&String| {
+    let is_found = |named: &&str| {
         if args.resume.is_some() {
             return true;
         }
-        let found = named_mesh(&folder.join(RECIPE), named, settings.mesh_hash.as_deref());
-        found.and_then(|found| place(&found)) == place(mesh)
+        let found = named_mesh(&folder.join(RECIPE), named, hash);
+        found.and_then(|found| place(&found)) == place(file)
     };
-    let named = settings.mesh.as_ref().filter(|_| args.mesh.is_none());
     match named.filter(is_found) {
-        Some(named) => named.clone(),
-        None => mesh.display().to_string(),
+        Some(named) => named.to_owned(),
+        None => file.display().to_string(),
     }
 }
 

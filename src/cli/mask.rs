@@ -35,7 +35,7 @@ pub(super) fn read(
             Mask::from_colors(substrate, texturing).with_context(|| mesh.display().to_string())?
         }
         _ => {
-            let file = place(named, recipe, settings.mask_hash.as_deref());
+            let file = file(settings, recipe).unwrap_or_else(|| PathBuf::from(named));
             let of_file = || file.display().to_string();
             let bytes = input::bytes(&file)
                 .with_context(|| format!("{}: reading the mask failed", file.display()))?;
@@ -67,7 +67,12 @@ pub(super) fn read(
     Ok(Some(mask))
 }
 
-fn place(named: &str, recipe: Option<&Path>, hash: Option<&str>) -> PathBuf {
+/// The image of the mask that settings ask for, if it is one: seen from here, or else found as the mesh is that a recipe
+/// names.
+pub(super) fn file(settings: &Settings, recipe: Option<&Path>) -> Option<PathBuf> {
+    let is_image = |named: &&str| is_asked(settings) && *named != VERTEX_COLORS;
+    let named = settings.mask.as_deref().filter(is_image)?;
+    let hash = settings.mask_hash.as_deref();
     let found = recipe.and_then(|recipe| named_mesh(recipe, named, hash));
-    found.unwrap_or_else(|| PathBuf::from(named))
+    Some(found.unwrap_or_else(|| PathBuf::from(named)))
 }

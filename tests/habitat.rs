@@ -1,0 +1,381 @@
+//! Where lichen may grow: by a mask, and by the slope.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use thallus::glam::DVec3;
+use thallus::growth::{Habitat, Join, PlaceError, SeedPlace, Slope};
+use thallus::run::{
+    Begun, Execution, GrowError, Growth, MaskId, Recipe, Run, StopRule, Stopped, grow,
+};
+use thallus::substrate::{Mask, MaskError, Soup, Substrate, Texturing};
+
+/// Texels of a mask along a side.
+const TEXELS: u32 = 256;
+
+/// A PNG of square texels, by how bright they are at (u, v).
+fn image(brightness: impl Fn(f64, f64) -> f64) -> Vec<u8> {
+    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(TEXELS);
+    let row = |y: u32| (0..TEXELS).map(move |x| (x, y));
+    let texel = |(x, y)| (255.0 * brightness(place(x), place(y))).round() as u8;
+    let texels: Vec<u8> = (0..TEXELS).flat_map(row).map(texel).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, TEXELS, TEXELS);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().expect("a header");
+    writer.write_image_data(&texels).expect("texels");
+    writer.finish().expect("an image");
+    bytes
+}
+
+/// A square of side 1 in the plane y = 0, of 2 cells² triangles; u is x and v is z, from 0 to 1.
+fn square(cells: u32) -> (Substrate, Texturing) {
+    let at = |i: u32| f64::from(i) / f64::from(cells);
+    let mut positions = Vec::new();
+    for i in 0..=cells {
+        positions.extend((0..=cells).map(|j| [at(i), 0.0, at(j)]));
+    }
+    let mut triangles = Vec::new();
+    for corner in (0..cells).flat_map(|i| (0..cells).map(move |j| i * (cells + 1) + j)) {
+        let [a, b, c, d] = [corner, corner + 1, corner + cells + 2, corner + cells + 1];
+        triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    let uvs: Vec<[f32; 2]> = positions
+        .iter()
+        .map(|p| [p[0] as f32, p[2] as f32])
+        .collect();
+    let texturing = Texturing::from_vertices(&triangles, &uvs);
+    (common::substrate(positions, triangles), texturing)
+}
+
+/// Such a square with a mask.
+fn masked(cells: u32, brightness: impl Fn(f64, f64) -> f64) -> Substrate {
+    let (substrate, texturing) = square(cells);
+    let mask = Mask::from_image(&substrate, &texturing, &image(brightness)).expect("a mask");
+    substrate.with_mask(Some(mask))
+}
+
+fn disc(radius: f64) -> impl Fn(f64, f64) -> f64 {
+    move |u, v| f64::from((u - 0.5).hypot(v - 0.5) < radius)
+}
+
+/// A recipe for a substrate with whatever mask it has.
+fn recipe(substrate: &Substrate, radius: f64, elements: u64) -> Recipe {
+    let id = |mask: &Mask| MaskId {
+        file: "mask.png".to_owned(),
+        hash: mask.hash().to_owned(),
+    };
+    Recipe {
+        mask: substrate.mask().map(id),
+        ..common::recipe(radius, elements)
+    }
+}
+
+fn grown(substrate: &Substrate, recipe: &Recipe) -> Growth {
+    grow(substrate, recipe, &Execution::default(), &mut ()).expect("grows")
+}
+
+fn places(substrate: &Substrate, growth: &Growth) -> Vec<DVec3> {
+    let elements = growth.cluster.elements().iter();
+    elements
+        .map(|e| substrate.units().to_file(e.position))
+        .collect()
+}
+
+#[test]
+fn nothing_grows_on_black_and_what_is_white_fills() {
+    for cells in [1, 160] {
+        let substrate = masked(cells, disc(0.2));
+        let recipe = recipe(&substrate, 0.004, 20_000);
+        let growth = grown(&substrate, &recipe);
+        let habitat = recipe.habitat(&substrate);
+        let elements = growth.cluster.elements();
+        assert!(elements.iter().all(|e| habitat.at(&e.at) > 0.0), "{cells}");
+        // Texels at the rim are grey.
+        let all = places(&substrate, &growth);
+        let out = |p: &&DVec3| (p.x - 0.5).hypot(p.z - 0.5) > 0.2 + 1.0 / f64::from(TEXELS);
+        assert_eq!(all.iter().filter(out).count(), 0, "{cells}");
+        assert!(
+            matches!(growth.stopped, Stopped::Hemmed | Stopped::Full),
+            "{:?}",
+            growth.stopped
+        );
+        let share = all.len() as f64 * PI * 0.004f64.powi(2) / (PI * 0.04);
+        assert!(share > 0.7, "{cells}: {share} covered");
+    }
+}
+
+/// White is as without a mask, to the bit.
+#[test]
+fn a_white_mask_changes_nothing() {
+    for (cells, white) in [(1, 1.0), (160, 0.95)] {
+        let (bare, _) = square(cells);
+        let substrate = masked(cells, |_, _| white);
+        let with = grown(&substrate, &recipe(&substrate, 0.002, 6000));
+        let without = grown(&bare, &recipe(&bare, 0.002, 6000));
+        assert!(with.cluster.elements() == without.cluster.elements());
+        assert_eq!(with.counts, without.counts);
+    }
+}
+
+/// Where all stick at first contact without it, a grey of g refuses 1/g − 1 times for each element: n of them as
+/// often as a negative binomial says, of standard deviation √(n (1 − g)) / g. Beyond 4 of these it is once in 16,000.
+#[test]
+fn grey_is_a_factor_on_the_chance_to_stick() {
+    for texel in [51, 128, 204] {
+        let grey = f64::from(texel) / 255.0;
+        let substrate = masked(1, |_, _| grey);
+        let recipe = Recipe {
+            min_stick: 1.0,
+            join: Join::Touch,
+            ..recipe(&substrate, 0.002, 4000)
+        };
+        let growth = grown(&substrate, &recipe);
+        let n = growth.counts.contacts - growth.counts.refusals;
+        assert_eq!(n, 3999);
+        let expected = n as f64 * (1.0 / grey - 1.0);
+        let deviation = (n as f64 * (1.0 - grey)).sqrt() / grey;
+        let off = (growth.counts.refusals as f64 - expected) / deviation;
+        assert!(off.abs() < 4.0, "{texel}: {off}");
+    }
+}
+
+#[test]
+fn the_darkest_greys_are_black_and_the_lightest_white() {
+    let factor = |brightness: f64| {
+        let substrate = masked(1, |_, _| brightness);
+        let at = substrate.nearest(DVec3::ZERO).0;
+        Habitat::new(&substrate, None).at(&at)
+    };
+    assert_eq!([0.0, 0.06].map(factor), [0.0; 2]);
+    assert_eq!([0.95, 1.0].map(factor), [1.0; 2]);
+    assert!((factor(0.5) - 128.0 / 255.0).abs() < 1e-6);
+}
+
+/// A border across the middle of a square is to the lichen about as the open edge of half the square is, which reflects:
+/// means over seeds of how many elements are within 20 radii of it.
+#[test]
+fn a_border_is_as_an_open_edge() {
+    const R: f64 = 0.004;
+    let half = common::substrate(
+        vec![[0.0; 3], [0.0, 0.0, 1.0], [0.5, 0.0, 1.0], [0.5, 0.0, 0.0]],
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let substrate = masked(1, |u, _| f64::from(u < 0.5));
+    let near = |substrate: &Substrate| {
+        let counts = (1..=24).map(|seed| {
+            let recipe = Recipe {
+                seed,
+                at: vec![SeedPlace::Point([0.4, 0.0, 0.5])],
+                ..recipe(substrate, R, 2500)
+            };
+            let all = places(substrate, &grown(substrate, &recipe));
+            all.iter().filter(|p| p.x > 0.5 - 20.0 * R).count() as f64
+        });
+        let counts: Vec<f64> = counts.collect();
+        let n = counts.len() as f64;
+        let mean = counts.iter().sum::<f64>() / n;
+        let variance = counts.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        (mean, variance / n)
+    };
+    let ((with, a), (without, b)) = (near(&substrate), near(&half));
+    let off = (with - without) / (a + b).sqrt();
+    assert!(off.abs() < 4.0, "{with} and {without}: {off}");
+    assert!(with > 200.0, "{with}");
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
+    let patches = |u: f64, v: f64| {
+        let wave = (23.0 * u).sin() * (19.0 * v + 1.0).cos() + 0.6 * (61.0 * u + 3.0 * v).sin();
+        (0.5 + 2.0 * wave).clamp(0.0, 1.0)
+    };
+    let patched = masked(1, patches);
+    let disc = masked(1, disc(0.12));
+    for (substrate, elements) in [(&patched, 5000), (&disc, 3000)] {
+        let mut recipe = recipe(substrate, 0.002, elements);
+        recipe.at = vec![SeedPlace::Top; 1];
+        let alone = grown(substrate, &recipe);
+        for threads in [2, 3, 8] {
+            let execution = Execution {
+                threads,
+                uses_all_threads: true,
+                ..Execution::default()
+            };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let together = { pool.expect("threads") }
+                .install(|| grow(substrate, &recipe, &execution, &mut ()))
+                .expect("grows");
+            assert!(
+                together.cluster.elements() == alone.cluster.elements(),
+                "{threads}"
+            );
+            assert_eq!(together.counts, alone.counts, "{threads}");
+        }
+        for share in [0.3, 0.8, 0.98] {
+            let part = Recipe {
+                stop: StopRule::Elements((share * alone.cluster.len() as f64) as u64),
+                ..recipe.clone()
+            };
+            let begun = grown(substrate, &part).begun();
+            let run = Run::new(substrate, &recipe, begun).expect("goes on");
+            let whole = run.grow(&Execution::default(), &mut ());
+            assert!(
+                whole.cluster.elements() == alone.cluster.elements(),
+                "{share}"
+            );
+            assert_eq!(whole.stopped, alone.stopped, "{share}");
+        }
+    }
+}
+
+/// On a sphere the slope of the smooth surface is the angle from the pole.
+#[test]
+fn slopes_are_those_of_the_smooth_surface() {
+    let sphere = common::sphere(40);
+    for [least, most] in [[0.0, 50.0], [30.0, 90.0], [120.0, 180.0]] {
+        let recipe = Recipe {
+            slope: Slope::new(least, most),
+            ..recipe(&sphere, 0.01, 4000)
+        };
+        let growth = grown(&sphere, &recipe);
+        for p in places(&sphere, &growth) {
+            let angle = (p.y / p.length()).acos().to_degrees();
+            assert!((least - 0.2..most + 0.2).contains(&angle), "{angle}");
+        }
+        let share = recipe.habitat(&sphere).share([0].into_iter());
+        let cap = |angle: f64| (1.0 - angle.to_radians().cos()) / 2.0;
+        let off = share - (cap(most) - cap(least));
+        assert!(off.abs() < 0.015, "{least} to {most}: {share}");
+    }
+}
+
+/// Chi-square of 4 degrees of freedom is beyond 23.5 once in 10,000.
+#[test]
+fn random_seeds_are_as_frequent_as_it_is_bright() {
+    let substrate = masked(1, |u, _| (5.0 * u).floor() / 4.0);
+    let habitat = Habitat::new(&substrate, None);
+    let seeds = SeedPlace::locate_all(&vec![SeedPlace::Random; 4000], &habitat, 7, 1e-7);
+    let mut counts = [0.0; 5];
+    for at in seeds.expect("room") {
+        let x = substrate.units().to_file(substrate.position(&at)).x;
+        // Texels in between are of no fifth.
+        let fifth = (5.0 * x).floor();
+        let inside = ((5.0 * x).fract() - 0.5).abs() < 0.45;
+        counts[fifth as usize] += f64::from(inside);
+    }
+    assert_eq!(counts[0], 0.0, "black");
+    let all: f64 = counts.iter().sum();
+    let expected = |i: usize| all * i as f64 / 10.0;
+    let off = (1..5).map(|i| (counts[i] - expected(i)).powi(2) / expected(i));
+    assert!(off.clone().sum::<f64>() < 23.5, "{counts:?}");
+}
+
+#[test]
+fn seeds_go_where_something_may_grow() {
+    // An image goes on at its borders: white there would be at both.
+    let substrate = masked(1, |u, _| f64::from((0.1..0.25).contains(&u)));
+    let seeds = |place: SeedPlace| {
+        let recipe = Recipe {
+            at: vec![place],
+            ..recipe(&substrate, 0.002, 10)
+        };
+        recipe.seeds(&substrate)
+    };
+    for place in [SeedPlace::Top, SeedPlace::Center, SeedPlace::Highest] {
+        let at = seeds(place.clone()).expect("a place")[0];
+        let x = substrate.units().to_file(substrate.position(&at)).x;
+        assert!(x < 0.255, "{place:?}: {x}");
+    }
+    let top = seeds(SeedPlace::Top).expect("a place")[0];
+    let top = substrate.units().to_file(substrate.position(&top));
+    assert!(top.distance(DVec3::new(0.25, 0.0, 0.5)) < 0.03, "{top}");
+    let barren = seeds(SeedPlace::Point([0.75, 0.0, 0.5]));
+    let Err(PlaceError::Barren {
+        nearest: Some([x, ..]),
+        ..
+    }) = barren
+    else {
+        panic!("{barren:?}");
+    };
+    assert!((0.22..0.255).contains(&x), "{x}");
+    let black = masked(1, |_, _| 0.0);
+    for place in [SeedPlace::Top, SeedPlace::Random] {
+        let recipe = Recipe {
+            at: vec![place],
+            ..recipe(&black, 0.002, 10)
+        };
+        assert_eq!(recipe.seeds(&black), Err(PlaceError::NoHabitat));
+    }
+}
+
+#[test]
+fn a_cover_is_of_what_may_be_covered() {
+    let substrate = masked(1, disc(0.2));
+    let recipe = Recipe {
+        stop: StopRule::Cover(0.4),
+        ..recipe(&substrate, 0.002, 1)
+    };
+    let growth = grown(&substrate, &recipe);
+    assert_eq!(growth.stopped, Stopped::Cover);
+    let each = 0.002f64.powi(2) / 0.2f64.powi(2);
+    let covered = each * growth.cluster.len() as f64;
+    assert!((0.38..0.42).contains(&covered), "{covered}");
+}
+
+#[test]
+fn masks_are_told_from_one_another() {
+    let (bare, texturing) = square(1);
+    let [left, right] = [(0.0, 0.5), (0.5, 1.0)]
+        .map(|(low, high)| masked(1, move |u, _| f64::from((low..high).contains(&u))));
+    let of_left = recipe(&left, 0.002, 10);
+    for other in [&bare, &right] {
+        let run = Run::new(other, &of_left, Begun::default());
+        assert!(matches!(run, Err(GrowError::Mask)), "{run:?}");
+    }
+    assert!(Run::new(&left, &of_left, Begun::default()).is_ok());
+    let no_uvs = Mask::from_image(&bare, &Texturing::default(), &image(|_, _| 1.0));
+    assert_eq!(no_uvs.err(), Some(MaskError::NoUvs));
+    let no_image = Mask::from_image(&bare, &texturing, b"P5 1 1 255 0");
+    assert!(matches!(no_image, Err(MaskError::Image(_))));
+    let no_colors = Mask::from_colors(&bare, &texturing);
+    assert_eq!(no_colors.err(), Some(MaskError::NoColors));
+}
+
+#[test]
+fn colours_of_vertices_are_a_mask() {
+    let soup = Soup {
+        positions: vec![[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        notes: Vec::new(),
+    };
+    let substrate = Substrate::from_soup(soup).expect("a mesh");
+    // Brightness rises with x.
+    let texturing = Texturing {
+        colors: vec![
+            Some([[0.0; 3], [0.0; 3], [1.0; 3]]),
+            Some([[0.0; 3], [1.0; 3], [1.0; 3]]),
+        ],
+        ..Texturing::default()
+    };
+    let mask = Mask::from_colors(&substrate, &texturing).expect("colours");
+    assert_eq!(mask.unpainted(), 0);
+    let half_painted = Texturing {
+        colors: vec![None, texturing.colors[1]],
+        ..Texturing::default()
+    };
+    let other = Mask::from_colors(&substrate, &half_painted).expect("colours");
+    assert_eq!(other.unpainted(), 1);
+    assert_ne!(mask.hash(), other.hash());
+    for x in [0.01, 0.3, 0.5, 0.9, 0.99] {
+        let p = substrate.units().to_local([x, 0.0, 0.4]);
+        let found = mask.at(&substrate.nearest(p).0);
+        let expected = match x {
+            x if x < 1.0 / 16.0 => 0.0,
+            x if x > 15.0 / 16.0 => 1.0,
+            x => x,
+        };
+        assert!((found - expected).abs() < 1e-6, "{x}: {found}");
+    }
+}
