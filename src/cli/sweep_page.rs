@@ -28,7 +28,7 @@ struct Early {
     cure: &'static str,
 }
 
-const EARLY: [Early; 2] = [
+const EARLY: [Early; 3] = [
     Early {
         why: Stopped::Full,
         words: "no free surface was left",
@@ -38,6 +38,11 @@ const EARLY: [Early; 2] = [
         why: Stopped::Starved,
         words: "open edges took all walkers",
         cure: "--boundary reflect loses none",
+    },
+    Early {
+        why: Stopped::Hemmed,
+        words: "mask or slope left no place",
+        cure: "ask for a smaller one, or take smaller elements",
     },
 ];
 

@@ -34,8 +34,11 @@ const NEAR_AT_LEAST: f64 = 10.0;
 /// How often a walker is kept from leaving the habitat, at most: it may be in a crumb of it that nothing leads out of.
 const MOST_KEPT: u32 = 1 << 12;
 
-/// Walkers lost since the last birth before others are launched inside the launch sphere.
-pub(super) const MOST_LOST: u64 = 64;
+/// Walkers lost since the last birth before others are launched inside the launch sphere; and the same where an element
+/// has taken more than so many walkers, on average: most come in nowhere.
+const MOST_LOST: u64 = 64;
+const MOST_LOST_OF_MANY: u64 = 8;
+const MANY: u64 = 16;
 
 /// Places on the launch sphere that are tried.
 const LAUNCHES: usize = 32;
@@ -134,6 +137,15 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn is_tired(&self) -> bool {
         self.track.counts.contacts >= MOST_CONTACTS && !self.habitat.is_everywhere()
     }
+}
+
+/// Whether so many walkers from outside are lost in a row that others had better start inside the launch sphere.
+pub(super) fn comes_in(elements: usize, [then, now]: [&Counts; 2]) -> bool {
+    let most = match then.walkers > MANY * elements as u64 {
+        true => MOST_LOST_OF_MANY,
+        false => MOST_LOST,
+    };
+    now.walkers - then.walkers < most
 }
 
 /// Whether so much has come to nothing since the last birth that a lichen counts as hemmed in.

@@ -93,7 +93,7 @@ impl Seeds<'_> {
         let units = self.substrate.units();
         match place {
             SeedPlace::Point(_) | SeedPlace::Triangle { .. } => Err(PlaceError::Barren {
-                place: format!("{place:?}"),
+                place: place.to_string(),
                 nearest: nearest.map(|at| units.to_file(self.substrate.position(&at)).to_array()),
             }),
             _ => nearest.ok_or(PlaceError::NoHabitat),

@@ -376,9 +376,9 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
 
     /// Launches walkers inside the launch sphere, until the next birth, when many from outside were lost: they seem to find
     /// no way over habitat.
-    fn weigh_enclosed(&mut self) {
-        let lost = self.counts.walkers - self.counts_at_birth.walkers;
-        if !self.habitat.is_everywhere() && lost >= barren::MOST_LOST {
+    fn weigh_enclosed(&mut self, elements: usize) {
+        let counts = [&self.counts_at_birth, &self.counts];
+        if !self.habitat.is_everywhere() && !barren::comes_in(elements, counts) {
             self.launcher.launch_inside();
         }
     }
@@ -431,7 +431,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
                 Fate::Lost if cancelled() => break Halt::Cancelled,
                 Fate::Lost if self.is_starved() => break Halt::Starved,
                 Fate::Lost if self.is_hemmed(cluster.len()) => break Halt::Hemmed,
-                Fate::Lost => self.weigh_enclosed(),
+                Fate::Lost => self.weigh_enclosed(cluster.len()),
             }
         };
         // The others may have been told to stop too: if it goes on they begin anew, under their own numbers.

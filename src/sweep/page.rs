@@ -197,8 +197,8 @@ pub fn captions(results: &Results, cell: usize) -> Vec<String> {
         lines.push(format!("n {}", counted(&elements)));
     }
     let runs = results.runs_of(cell).len();
-    let short =
-        [Stopped::Full, Stopped::Starved].map(|why| (results.stopped(cell, why), why.name()));
+    let early = [Stopped::Full, Stopped::Starved, Stopped::Hemmed];
+    let short = early.map(|why| (results.stopped(cell, why), why.name()));
     for (some, word) in short.into_iter().chain([(results.failed(cell), FAILED)]) {
         match some {
             0 => {}

@@ -1,0 +1,238 @@
+//! `--mask` and `--slope`, as typed.
+
+mod common;
+#[path = "common/desk.rs"]
+mod desk;
+#[path = "common/png.rs"]
+mod png;
+
+use std::fs;
+
+use desk::{Desk, assert_refused_in_a_line, said};
+use png::image;
+use thallus::export::{Elements, read_elements};
+
+/// A desk with a square of side 1 in the plane y = 0, whose image is x by z, and a mask: white where x is from 0.1 to
+/// 0.5.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    let square = "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nvt 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n\
+                  f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+    fs::write(desk.path("square.obj"), square).unwrap();
+    let left = |u: f64, _| f64::from((0.1..0.5).contains(&u));
+    fs::write(desk.path("left.png"), image(left)).unwrap();
+    desk
+}
+
+const SQUARE: &str = "square.obj --radius 0.004 --elements 600";
+
+fn elements(desk: &Desk, folder: &str) -> Elements {
+    read_elements(&desk.path(folder).join("elements.ply")).unwrap()
+}
+
+fn recipe(desk: &Desk, folder: &str) -> toml::Table {
+    let text = String::from_utf8(desk.read(&format!("{folder}/recipe.toml"))).unwrap();
+    text.parse().unwrap()
+}
+
+#[test]
+fn masks_and_slopes_are_kept_to_and_kept_in_the_recipe() {
+    let desk = desk();
+    desk.done(&format!("{SQUARE} --mask left.png --at random -o left"));
+    let elements = elements(&desk, "left");
+    assert_eq!(elements.len(), 600);
+    assert!(
+        elements
+            .positions
+            .iter()
+            .all(|p| (0.09..0.51).contains(&p[0]))
+    );
+    let recipe = recipe(&desk, "left");
+    assert_eq!(recipe["mask"].as_str(), Some("left.png"));
+    assert_eq!(recipe["mask-hash"].as_str().map(str::len), Some(64));
+    let share = desk.report("left")["habitat_share"].as_f64().unwrap();
+    assert!((share - 0.4).abs() < 0.02, "{share}");
+    desk.done("rock.obj --radius 0.2% --elements 300 --slope 20,70 --at random -o steep");
+    let text = String::from_utf8(desk.read("steep/recipe.toml")).unwrap();
+    assert!(text.contains("slope = [20.0, 70.0]"), "{text}");
+    desk.done("--recipe steep/recipe.toml -o steep-again");
+    desk.assert_same("steep-again", "steep");
+    desk.done("--recipe steep --slope 0,180 --mask none --at top -o anywhere");
+    desk.done("rock.obj --radius 0.2% --elements 300 -o bare");
+    assert_eq!(
+        desk.read("anywhere/elements.ply"),
+        desk.read("bare/elements.ply")
+    );
+}
+
+#[test]
+fn a_run_with_a_mask_is_repeated_and_gone_on_with() {
+    let desk = desk();
+    desk.done(&format!("{SQUARE} --mask left.png -o whole"));
+    desk.done_on(3, &format!("{SQUARE} --mask left.png -o threads"));
+    desk.assert_same("threads", "whole");
+    desk.done("square.obj --radius 0.004 --elements 250 --mask left.png -o part");
+    desk.done("--resume part --elements 600");
+    desk.assert_same("part", "whole");
+    // From another folder, by the mask beside the recipe's.
+    fs::create_dir(desk.path("away")).unwrap();
+    let mut away = desk.call(
+        "grow --preview 32",
+        "--recipe ../whole/recipe.toml -o ../again",
+    );
+    let output = away.current_dir(desk.path("away")).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    desk.assert_same("again", "whole");
+    // Moved.
+    desk.done("square.obj --radius 0.004 --elements 250 --mask left.png -o moved");
+    fs::rename(desk.path("left.png"), desk.path("there.png")).unwrap();
+    desk.fails(
+        "--resume moved --elements 600",
+        1,
+        &["left.png", "reading the mask failed"],
+    );
+    desk.done("--resume moved --elements 600 --mask there.png");
+    assert_eq!(
+        desk.read("moved/elements.ply"),
+        desk.read("whole/elements.ply")
+    );
+    // Changed.
+    fs::write(desk.path("left.png"), image(|_, _| 1.0)).unwrap();
+    desk.fails(
+        "--recipe whole -o changed",
+        1,
+        &["left.png is not the mask", "--mask"],
+    );
+    desk.fails(
+        "--resume part --elements 700",
+        1,
+        &["left.png is not the mask"],
+    );
+    desk.fails(
+        "--resume part --elements 700 --mask left.png",
+        1,
+        &["mask-hash was"],
+    );
+    desk.done("--recipe whole --mask left.png -o changed");
+}
+
+#[test]
+fn what_is_no_mask_is_refused_in_a_line() {
+    let desk = desk();
+    fs::write(desk.path("black.png"), image(|_, _| 0.0)).unwrap();
+    fs::write(desk.path("text.png"), "white").unwrap();
+    fs::create_dir(desk.path("folder")).unwrap();
+    for (words, code, parts) in [
+        (
+            "square.obj --mask none.png",
+            1,
+            ["none.png: reading the mask failed", ""],
+        ),
+        (
+            "square.obj --mask folder",
+            1,
+            ["folder: reading the mask failed", ""],
+        ),
+        (
+            "square.obj --mask text.png",
+            1,
+            ["text.png: ", "PNG or JPEG"],
+        ),
+        ("rock.obj --mask left.png", 1, ["left.png: ", "UVs"]),
+        (
+            "rock.obj --mask vertex-colors",
+            1,
+            ["rock.obj: ", "colours"],
+        ),
+        (
+            "square.obj --mask black.png",
+            2,
+            ["nothing may grow anywhere", "black"],
+        ),
+        (
+            "square.obj --slope 90,180",
+            2,
+            ["nothing may grow anywhere", ""],
+        ),
+        (
+            "square.obj --mask left.png --at 0.9,0,0.5",
+            2,
+            ["at 0.9,0.0,0.5", "something may at 0.5"],
+        ),
+    ] {
+        let words = format!("{words} --quiet -o refused");
+        assert_refused_in_a_line(&desk.command(&words).output().unwrap(), code, &parts);
+        assert!(!desk.path("refused").exists(), "{words}");
+    }
+    desk.fails("square.obj --slope 60,30", 2, &["'60,30' is not a slope"]);
+    fs::write(
+        desk.path("r.toml"),
+        "mesh = \"square.obj\"\nslope = [60, 30]\n",
+    )
+    .unwrap();
+    desk.fails(
+        "--recipe r.toml",
+        2,
+        &["r.toml", "line 2: slope", "'60,30' is not a slope"],
+    );
+}
+
+#[test]
+fn colours_of_vertices_are_masks() {
+    let desk = desk();
+    let vertex = |x: f64, z: f64, grey: u8| format!("{x} 0 {z} {grey} {grey} {grey}\n");
+    let ply = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
+               property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 4\n\
+               property list uchar int vertex_indices\nend_header\n";
+    let vertices = [(0.0, 255), (0.5, 255), (1.0, 0)];
+    let rows = vertices.map(|(x, grey)| vertex(x, 0.0, grey) + &vertex(x, 1.0, grey));
+    let faces = "3 0 1 3\n3 0 3 2\n3 2 3 5\n3 2 5 4\n";
+    fs::write(
+        desk.path("painted.ply"),
+        ply.to_owned() + &rows.concat() + faces,
+    )
+    .unwrap();
+    desk.done(
+        "painted.ply --mesh-up y --radius 0.01 --elements 700 --mask vertex-colors -o painted",
+    );
+    let elements = elements(&desk, "painted");
+    let farthest = elements.positions.iter().map(|p| p[0]).fold(0.0, f64::max);
+    assert!((0.5..0.98).contains(&farthest), "{farthest}");
+    let recipe = recipe(&desk, "painted");
+    assert_eq!(recipe["mask"].as_str(), Some("vertex-colors"));
+    desk.done("--recipe painted -o again");
+    desk.assert_same("again", "painted");
+}
+
+#[test]
+fn sweeps_have_masks_and_slopes() {
+    let desk = desk();
+    let sweep = |words: &str| {
+        let words = format!("{words} --quiet --size 32x32 --samples 1");
+        desk.call("sweep", &words).output().unwrap()
+    };
+    let flags = "square.obj --radius 0.004 --elements 200 --mask left.png --B 0.3,0.5 -o grid";
+    let output = sweep(flags);
+    assert!(output.status.success(), "{}", said(&output));
+    desk.done("square.obj --radius 0.004 --elements 200 --mask left.png --bias 0.3 -o alone");
+    let cell = desk.read("grid/cells/B=0.3/seed-1/elements.ply");
+    assert_eq!(cell, desk.read("alone/elements.ply"));
+    // The same again finds all of it done; by its grid too, and not with another mask.
+    for words in [flags, "grid/grid.toml -o grid"] {
+        let output = sweep(words);
+        assert!(output.status.success(), "{words}: {}", said(&output));
+    }
+    fs::write(desk.path("left.png"), image(|_, _| 1.0)).unwrap();
+    assert_refused_in_a_line(
+        &sweep("grid/grid.toml -o other"),
+        1,
+        &["left.png is not the mask"],
+    );
+    let slopes = sweep("rock.obj --elements 60 --axis slope=0,30;30,60 -o slopes");
+    assert!(slopes.status.success(), "{}", said(&slopes));
+    assert_refused_in_a_line(
+        &sweep("square.obj --axis mask=a.png -o no"),
+        2,
+        &["one mask"],
+    );
+}
