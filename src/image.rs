@@ -42,15 +42,30 @@ const MOST_TEXELS: usize = 1 << 28;
 
 impl Image {
     pub(crate) fn decode(bytes: &[u8]) -> Result<Self, String> {
+        Self::decode_as(bytes, false)
+    }
+
+    /// The same of an image that must be whole, and is black where it is transparent.
+    pub(crate) fn decode_mask(bytes: &[u8]) -> Result<Self, String> {
+        Self::decode_as(bytes, true)
+    }
+
+    fn decode_as(bytes: &[u8], is_mask: bool) -> Result<Self, String> {
         let image = match bytes {
-            [0x89, b'P', b'N', b'G', ..] => png(bytes)?,
-            [0xff, 0xd8, ..] => jpeg(bytes)?,
+            [0x89, b'P', b'N', b'G', ..] => png(bytes, is_mask)?,
+            [0xff, 0xd8, ..] => jpeg(bytes, is_mask)?,
             _ => return Err("it is neither PNG nor JPEG".into()),
         };
         match image.rgb.len() == image.width * image.height && !image.rgb.is_empty() {
             true => Ok(image),
             false => Err("it has no texels".into()),
         }
+    }
+
+    /// The least number of a texel.
+    pub(crate) fn least(&self) -> f32 {
+        let least = self.rgb.as_flattened().iter().min();
+        f32::from(least.copied().unwrap_or(0)) / 255.0
     }
 
     /// Linear light at a place from (0, 0), the upper left corner, to (1, 1), and repeated beyond.
@@ -110,7 +125,7 @@ impl Image {
     }
 }
 
-fn png(bytes: &[u8]) -> Result<Image, String> {
+fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
@@ -119,7 +134,13 @@ fn png(bytes: &[u8]) -> Result<Image, String> {
     let mut raw = vec![0; length.ok_or("it is too large")?];
     let info = reader.next_frame(&mut raw).map_err(|e| e.to_string())?;
     let channels = info.color_type.samples();
+    let over_black = |x: u8, alpha: u8| match over_black {
+        true => (u16::from(x) * u16::from(alpha) / 255) as u8,
+        false => x,
+    };
     let texel = |texel: &[u8]| match *texel {
+        [r, g, b, alpha] => [r, g, b].map(|x| over_black(x, alpha)),
+        [grey, alpha] => [over_black(grey, alpha); 3],
         [r, g, b, ..] => [r, g, b],
         [grey, ..] => [grey; 3],
         [] => [0; 3],
@@ -134,9 +155,11 @@ fn png(bytes: &[u8]) -> Result<Image, String> {
     })
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Image, String> {
+fn jpeg(bytes: &[u8], is_strict: bool) -> Result<Image, String> {
     // Without the processor's own instructions, whose rounding may differ.
-    let options = DecoderOptions::new_safe().jpeg_set_out_colorspace(ColorSpace::RGB);
+    let options = DecoderOptions::new_safe()
+        .jpeg_set_out_colorspace(ColorSpace::RGB)
+        .set_strict_mode(is_strict);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     let raw = decoder.decode().map_err(|e| e.to_string())?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use png::{TEXELS, image};
 use thallus::glam::DVec3;
-use thallus::growth::{Habitat, Join, PlaceError, SeedPlace, Slope};
+use thallus::growth::{Habitat, Join, Law, PlaceError, SeedPlace, Slope};
 use thallus::run::{
     Begun, Execution, GrowError, Growth, MaskId, Recipe, Run, StopRule, Stopped, grow,
 };
@@ -91,12 +91,13 @@ fn nothing_grows_on_black_and_what_is_white_fills() {
     }
 }
 
-/// White is as without a mask, to the bit.
+/// White is as without a mask, to the bit, also where there is black far away.
 #[test]
 fn a_white_mask_changes_nothing() {
     for (cells, white) in [(1, 1.0), (160, 0.95)] {
         let (bare, _) = square(cells);
-        let substrate = masked(cells, |_, _| white);
+        let corner = |u: f64, v: f64| f64::from(u.max(v) > 0.01) * white;
+        let substrate = masked(cells, corner);
         let with = grown(&substrate, &recipe(&substrate, 0.002, 6000));
         let without = grown(&bare, &recipe(&bare, 0.002, 6000));
         assert!(with.cluster.elements() == without.cluster.elements());
@@ -104,25 +105,101 @@ fn a_white_mask_changes_nothing() {
     }
 }
 
-/// Where all stick at first contact without it, a grey of g refuses 1/g − 1 times for each element: n of them as
-/// often as a negative binomial says, of standard deviation √(n (1 − g)) / g. Beyond 4 of these it is once in 16,000.
+/// Where all stick with probability P without it, a grey of g refuses 1 / (g P) − 1 times for each element: n of them as
+/// often as a negative binomial says, of standard deviation √(n (1 − g P)) / (g P). Beyond 4 of these it is once in
+/// 16,000.
 #[test]
 fn grey_is_a_factor_on_the_chance_to_stick() {
-    for texel in [51, 128, 204] {
+    for (texel, bias) in [(51, 1.0), (128, 1.0), (204, 1.0), (102, 0.5)] {
         let grey = f64::from(texel) / 255.0;
         let substrate = masked(1, |_, _| grey);
         let recipe = Recipe {
-            min_stick: 1.0,
+            gain: 0.0,
+            bias,
             join: Join::Touch,
             ..recipe(&substrate, 0.002, 4000)
         };
         let growth = grown(&substrate, &recipe);
         let n = growth.counts.contacts - growth.counts.refusals;
         assert_eq!(n, 3999);
-        let expected = n as f64 * (1.0 / grey - 1.0);
-        let deviation = (n as f64 * (1.0 - grey)).sqrt() / grey;
-        let off = (growth.counts.refusals as f64 - expected) / deviation;
+        let (n, chance) = (n as f64, grey * bias);
+        let deviation = (n * (1.0 - chance)).sqrt() / chance;
+        let off = (growth.counts.refusals as f64 - n * (1.0 / chance - 1.0)) / deviation;
         assert!(off.abs() < 4.0, "{texel}: {off}");
+    }
+}
+
+/// Rows of an image are from the top, where v is 0, and nothing of the lowest is seen above it.
+#[test]
+fn images_are_the_right_way_up() {
+    let substrate = masked(1, |_, v| f64::from(v < 0.25));
+    let recipe = Recipe {
+        at: vec![SeedPlace::Random],
+        ..recipe(&substrate, 0.004, 1500)
+    };
+    let all = places(&substrate, &grown(&substrate, &recipe));
+    let highest = all.iter().map(|p| p.z).fold(0.0, f64::max);
+    assert!((0.2..0.255).contains(&highest), "{highest}");
+    let place = |z| {
+        substrate
+            .nearest(substrate.units().to_local([0.5, 0.0, z]))
+            .0
+    };
+    let habitat = recipe.habitat(&substrate);
+    assert_eq!([0.0001, 0.9999].map(|z| habitat.at(&place(z))), [1.0, 0.0]);
+}
+
+/// A patch that is a ten-thousandth of a mesh of two triangles, with others beside it.
+#[test]
+fn small_patches_fill_on_large_triangles_too() {
+    let patches = |u: f64, v: f64| {
+        let within = |x: f64| ((8.0 * x).fract() - 0.5).abs() < 0.08;
+        f64::from(within(u) && within(v))
+    };
+    let sizes = [1, 160].map(|cells| {
+        let substrate = masked(cells, patches);
+        let recipe = Recipe {
+            at: vec![SeedPlace::Point([0.5625, 0.0, 0.5625])],
+            ..recipe(&substrate, 0.0005, 20_000)
+        };
+        let growth = grown(&substrate, &recipe);
+        assert!(growth.stopped != Stopped::Elements, "{cells}");
+        growth.cluster.len() as f64 * PI * 0.0005f64.powi(2) / 0.0004
+    });
+    assert!(
+        sizes.iter().all(|share| (0.6..0.85).contains(share)),
+        "{sizes:?}"
+    );
+}
+
+/// A line one and a half elements wide: what would be packed beside it stays where it touched.
+#[test]
+fn narrow_lines_are_followed() {
+    let substrate = masked(1, |_, v| f64::from((v - 0.5).abs() < 0.006));
+    let recipe = recipe(&substrate, 0.004, 2000);
+    let all = places(&substrate, &grown(&substrate, &recipe));
+    let [low, high] = [f64::min, f64::max].map(|f| all.iter().map(|p| p.x).fold(0.5, f));
+    assert!(high - low > 0.8, "{low} to {high}: {}", all.len());
+}
+
+/// Walls are among the slopes up to 90 degrees and from them.
+#[test]
+fn the_limits_of_a_slope_are_of_it() {
+    let slab = common::slab(4, 1.0, 0.5);
+    let at = |p: [f64; 3]| slab.nearest(slab.units().to_local(p)).0;
+    let (top, wall, below) = (
+        at([0.0, 0.3, 0.0]),
+        at([0.6, 0.0, 0.0]),
+        at([0.0, -0.3, 0.0]),
+    );
+    for (least, most, expected) in [
+        (0.0, 90.0, [1.0, 1.0, 0.0]),
+        (90.0, 180.0, [0.0, 1.0, 1.0]),
+        (30.0, 60.0, [0.0; 3]),
+        (0.0, 180.0, [1.0; 3]),
+    ] {
+        let habitat = Habitat::new(&slab, Slope::new(least, most));
+        assert_eq!([&top, &wall, &below].map(|at| habitat.at(at)), expected);
     }
 }
 
@@ -177,11 +254,27 @@ fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
         (0.5 + 2.0 * wave).clamp(0.0, 1.0)
     };
     let patched = masked(1, patches);
-    let disc = masked(1, disc(0.12));
-    for (substrate, elements) in [(&patched, 5000), (&disc, 3000)] {
-        let mut recipe = recipe(substrate, 0.002, elements);
-        recipe.at = vec![SeedPlace::Top; 1];
+    let [disc, fine] = [1, 160].map(|cells| masked(cells, disc(0.12)));
+    let rock = common::rock(60);
+    for (substrate, law, elements) in [
+        (&patched, Law::Thesis, 5000),
+        (&patched, Law::Brownian, 2000),
+        (&disc, Law::Thesis, 3000),
+        (&fine, Law::Thesis, 3000),
+        (&rock, Law::Thesis, 4000),
+    ] {
+        let recipe = Recipe {
+            law,
+            slope: Slope::new(0.0, 55.0),
+            ..recipe(substrate, 0.002, elements)
+        };
         let alone = grown(substrate, &recipe);
+        let habitat = recipe.habitat(substrate);
+        let all = alone.cluster.elements();
+        assert!(
+            all.iter().all(|e| habitat.at(&e.at) > 0.0),
+            "{law:?} {elements}"
+        );
         for threads in [2, 3, 8] {
             let execution = Execution {
                 threads,
@@ -197,6 +290,7 @@ fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
                 "{threads}"
             );
             assert_eq!(together.counts, alone.counts, "{threads}");
+            assert_eq!(together.stopped, alone.stopped, "{threads}");
         }
         for share in [0.3, 0.8, 0.98] {
             let part = Recipe {

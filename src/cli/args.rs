@@ -256,7 +256,7 @@ pub(crate) struct PlaceArgs {
     #[arg(long, value_name = "N", help = run::COLONIES.help(), allow_negative_numbers = true)]
     colonies: Option<u64>,
     /// How steep the surface may be where lichen grows: degrees between its normal and up, from 0 for level ground over
-    /// 90 for a wall to 180 for an underside; the steepest, or the least steep and the steepest, as in 30,90
+    /// 90 for a wall to 180 for an underside; the steepest, or the least steep and the steepest, as in 30,90 [default: 0,180]
     #[arg(long, value_name = "[LEAST,]MOST", allow_hyphen_values = true)]
     slope: Option<Slope>,
 }
@@ -266,8 +266,8 @@ pub(crate) struct PlaceArgs {
 #[command(next_help_heading = "Place")]
 pub(crate) struct MaskArgs {
     /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, or 'vertex-colors' for the
-    /// colours in the mesh file. White is as without a mask, on black nothing grows, and grey is a factor on the chance to
-    /// stick. 'none' is for a recipe that has one
+    /// colours in the mesh file. White is as without a mask, on black and where it is transparent nothing grows, and grey
+    /// is a factor on the chance to stick: growth is slower and denser there. 'none' is for a recipe that has one
     #[arg(long, value_name = "IMAGE|vertex-colors|none")]
     mask: Option<String>,
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use thallus::export::OutputError;
+use thallus::growth::PlaceError;
 use thallus::log::{LOG, LogError};
 use thallus::run::{GrowError, RecipeFileError, SettingsError, shell_path};
 use thallus::sweep::{GridError, GridFileError};
@@ -202,8 +203,9 @@ fn with_flags(error: &SettingsError) -> String {
         | SettingsError::RadiusLargerThanSurface { .. }
         | SettingsError::KillInsideLaunch { .. }
         | SettingsError::MorePlaces { .. }
-        | SettingsError::MoreColonies { .. }
-        | SettingsError::Place(_) => format!("--{text}"),
+        | SettingsError::MoreColonies { .. } => format!("--{text}"),
+        SettingsError::Place(PlaceError::NoHabitat) => return text,
+        SettingsError::Place(_) => format!("--{text}"),
         SettingsError::AutoLargerThanSurface { .. } => text,
         _ => return text,
     };
@@ -250,8 +252,6 @@ impl From<GridFileError> for Failure {
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-
-    use thallus::growth::PlaceError;
 
     use super::{Failure, GrowError, LogError, OutputError, SettingsError, one_line, with_causes};
 

@@ -404,7 +404,7 @@ enum How {
 /// What came of it, and how the command ends.
 fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result<(), Failure> {
     let summary = format!(
-        "{}: {}{}, covering {}, grown in {}; it ended because {}",
+        "{}: {}{}, covering {}{}, grown in {}; it ended because {}",
         folder.display(),
         elements(report.elements),
         match report.colonies {
@@ -412,6 +412,10 @@ fn conclude(report: &RunReport, how: How, folder: &Path, voice: Voice) -> Result
             several => format!(" in {} colonies", count(several as u64)),
         },
         percent(report.covered_share),
+        match report.habitat_share < 1.0 {
+            true => " of where it may grow",
+            false => "",
+        },
         duration(report.seconds.grow),
         report.stopped_because,
     );

@@ -1,19 +1,17 @@
 //! The mask that settings name: where lichen may grow.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::input;
-use thallus::run::{NO_MASK, Settings, SettingsError};
+use thallus::run::{NO_MASK, Settings, SettingsError, VERTEX_COLORS};
 use thallus::substrate::{Mask, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::named_mesh::named_mesh;
 use super::number::{percent, plural};
 use super::terminal::Voice;
-
-/// The mask that is made of the colours at the mesh's vertices.
-pub(super) const VERTEX_COLORS: &str = "vertex-colors";
 
 /// Whether these settings ask for a mask, for which the mesh's UVs or colours are read.
 pub(super) fn is_asked(settings: &Settings) -> bool {
@@ -30,6 +28,11 @@ pub(super) fn read(
     let Some(named) = settings.mask.as_deref().filter(|_| is_asked(settings)) else {
         return Ok(None);
     };
+    if named.is_empty() {
+        return Err(Failure::usage(
+            "--mask is empty: name an image, vertex-colors or none",
+        ));
+    }
     let mask = match named {
         VERTEX_COLORS => {
             Mask::from_colors(substrate, texturing).with_context(|| mesh.display().to_string())?
@@ -37,8 +40,7 @@ pub(super) fn read(
         _ => {
             let file = file(settings, recipe).unwrap_or_else(|| PathBuf::from(named));
             let of_file = || file.display().to_string();
-            let bytes = input::bytes(&file)
-                .with_context(|| format!("{}: reading the mask failed", file.display()))?;
+            let bytes = input::bytes(&file).map_err(|e| unread(&file, &e))?;
             Mask::from_image(substrate, texturing, &bytes).with_context(of_file)?
         }
     };
@@ -65,6 +67,24 @@ pub(super) fn read(
         ));
     }
     Ok(Some(mask))
+}
+
+fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
+    let is_colors = |name: &str| name.to_lowercase().starts_with("vertex");
+    let cure = match file.to_str() {
+        Some(name) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
+        _ => "name it with --mask".to_owned(),
+    };
+    let file = file.display();
+    anyhow::anyhow!("{file}: reading the mask failed: {problem}; {cure}")
+}
+
+/// The mask as a sweep's grid names it: found from the folder that the program is called from, unless it is known by its
+/// hash.
+pub(super) fn settled(settings: &Settings, recipe: Option<&Path>) -> Option<String> {
+    let found = file(settings, recipe).filter(|_| settings.mask_hash.is_none());
+    let found = found.map(|file| file.display().to_string());
+    found.or_else(|| settings.mask.clone())
 }
 
 /// The image of the mask that settings ask for, if it is one: seen from here, or else found as the mesh is that a recipe

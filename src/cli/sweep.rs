@@ -19,7 +19,7 @@ use super::sweep_record as record;
 use super::sweep_run::{End, Ends, Replace, Sweep};
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
-use super::{grow, interrupt, memory, sweep_merge, sweep_part, warnings};
+use super::{grow, interrupt, mask, memory, sweep_merge, sweep_part, warnings};
 
 pub(crate) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
     match (&args.command, &args.from, &args.output) {
@@ -44,8 +44,9 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         ..Execution::default()
     };
     interrupt::listen(execution.cancel.clone());
-    let recipe = args.recipe.as_deref().or(is_grid(from).then_some(from));
-    let (substrate, _) = grow::load(&mesh, &grid.base, recipe, voice)?;
+    let named_by = args.recipe.as_deref().or(is_grid(from).then_some(from));
+    let (substrate, _) = grow::load(&mesh, &grid.base, named_by, voice)?;
+    grid.base.mask = mask::settled(&grid.base, named_by);
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;

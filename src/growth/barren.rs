@@ -1,9 +1,9 @@
 //! Walkers where lichen may not grow everywhere: see [`Habitat`](super::Habitat).
 
+use super::enclosed::Enclosed;
 use super::far::{Level, NEAR, on_mesh};
 use super::flight::Way;
 use super::habitat::MOST_PLACES;
-use super::launch::AreaSampler;
 use super::near::Met;
 use super::walker::{MOST_TRIES, Walk};
 use super::{Counts, Parameters};
@@ -57,21 +57,32 @@ impl<I: ElementIndex> Walk<'_, I> {
     #[inline(never)]
     fn factor_there(&self, level: Level, there: &Stand) -> f64 {
         let on_mesh = on_mesh(self.far, self.around.substrate, level, there);
-        on_mesh.map_or(0.0, |at| self.habitat.at(&at))
+        // Where none is known the place at which it comes to rest decides.
+        on_mesh.map_or(1.0, |at| self.habitat.at(&at))
     }
 
     /// Sends a walker back that is about to leave the habitat near the lichen, and drops one that comes near over
     /// barren ground.
     #[inline(always)]
-    pub(super) fn keeps_to_habitat(&mut self, now: &mut Way, there: &Stand, look: &Look) -> Met {
+    pub(super) fn keeps_to_habitat(
+        &mut self,
+        now: &mut Way,
+        (from, there): (Option<Stand>, &Stand),
+        look: &Look,
+    ) -> Met {
         match self.habitat.is_everywhere() {
             true => Met::Nothing,
-            false => self.met_border(now, there, look),
+            false => self.met_border(now, (from, there), look),
         }
     }
 
     #[inline(never)]
-    fn met_border(&mut self, now: &mut Way, there: &Stand, look: &Look) -> Met {
+    fn met_border(
+        &mut self,
+        now: &mut Way,
+        (from, there): (Option<Stand>, &Stand),
+        look: &Look,
+    ) -> Met {
         let Parameters {
             radius,
             curvature_radius,
@@ -81,13 +92,14 @@ impl<I: ElementIndex> Walk<'_, I> {
         if look.clear > near || self.factor_there(now.level, there) > 0.0 {
             return Met::Nothing;
         }
+        now.here = from.unwrap_or(now.here);
         if now.kept >= MOST_KEPT || self.factor_there(now.level, &now.here) == 0.0 {
             return Met::End(self.kill());
         }
         now.kept += 1;
         // A shorter step may stay within a narrow place.
         if now.bound > radius {
-            now.bound *= 0.5;
+            now.bound = (0.5 * now.bound).max(radius);
         }
         Met::Refused
     }
@@ -99,10 +111,14 @@ impl<I: ElementIndex> Walk<'_, I> {
             return self.launch(stream);
         }
         if let Some(enclosed) = self.launcher.enclosed() {
-            let start = self.free_habitat(enclosed, stream)?;
-            let here = Stand::new(self.around.substrate, &start);
-            self.asked(here.position, self.around.contact_distance(), 0);
-            return Some((0, here));
+            if let Some(start) = self.free_habitat(enclosed, stream) {
+                let here = Stand::new(self.around.substrate, &start);
+                self.asked(here.position, self.around.contact_distance(), 0);
+                return Some((0, here));
+            }
+            if self.launcher.encloses_habitat() {
+                return None;
+            }
         }
         let mut start = self.launch(stream)?;
         for _ in 1..LAUNCHES {
@@ -116,9 +132,9 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// A place of the habitat that is in contact with nothing, uniform by area; none where so many are not that it counts
     /// as full.
-    fn free_habitat(&mut self, area: &AreaSampler, stream: &mut Stream) -> Option<SurfacePoint> {
+    fn free_habitat(&mut self, inside: &Enclosed, stream: &mut Stream) -> Option<SurfacePoint> {
         let substrate = self.around.substrate;
-        let places = (0..MOST_PLACES).map(|_| area.sample(stream));
+        let places = (0..MOST_PLACES).filter_map(|_| inside.sample(substrate, stream));
         let mut suited = places.filter(|at| self.habitat.at(at) > 0.0);
         let suited = suited.by_ref().take(MOST_TRIES);
         let place = |at: &SurfacePoint| (at.triangle, substrate.position(at));
@@ -126,16 +142,12 @@ impl<I: ElementIndex> Walk<'_, I> {
         { suited }.find(is_free)
     }
 
-    /// Whether nothing may grow at a place.
-    #[inline(always)]
-    pub(super) fn is_barren(&self, at: &SurfacePoint) -> bool {
-        !self.habitat.is_everywhere() && self.habitat.at(at) == 0.0
-    }
-
-    /// Whether a walker has been refused so often that another one may have better luck.
+    /// Whether a walker has come into contact so often that another one may have better luck.
     #[inline(always)]
     pub(super) fn is_tired(&self) -> bool {
-        self.track.counts.contacts >= MOST_CONTACTS && !self.habitat.is_everywhere()
+        self.track.counts.contacts >= MOST_CONTACTS
+            && !self.habitat.is_everywhere()
+            && self.track.counts.contacts as f64 * self.around.parameters.min_stick >= 100.0
     }
 }
 
@@ -145,7 +157,12 @@ pub(super) fn comes_in(elements: usize, [then, now]: [&Counts; 2]) -> bool {
         true => MOST_LOST_OF_MANY,
         false => MOST_LOST,
     };
-    now.walkers - then.walkers < most
+    lost(then, now) < most
+}
+
+/// Walkers since then, but for those that open edges took: they say nothing of the habitat.
+fn lost(then: &Counts, now: &Counts) -> u64 {
+    now.walkers - then.walkers - (now.absorbed - then.absorbed)
 }
 
 /// Whether so much has come to nothing since the last birth that a lichen counts as hemmed in.
@@ -157,5 +174,5 @@ pub(super) fn is_hemmed(
     let rim = (elements as f64).sqrt();
     let in_vain = (IN_VAIN * rim / parameters.min_stick).clamp(LEAST_IN_VAIN, MOST_IN_VAIN);
     let contacts = (now.contacts - then.contacts) as f64;
-    contacts >= in_vain || now.walkers - then.walkers >= WALKERS_IN_VAIN
+    contacts >= in_vain || lost(then, now) >= WALKERS_IN_VAIN
 }

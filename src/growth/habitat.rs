@@ -8,13 +8,16 @@ use libm::cos;
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{Mask, Substrate, SurfacePoint};
 
 /// Places looked at to measure how much of a surface is habitat.
 const PLACES: usize = 20_000;
 
 /// The same where none of these is.
 pub(super) const MOST_PLACES: usize = 1 << 20;
+
+/// What rounding may do to the cosine of a slope: normals are kept in 32 bits.
+const ROUNDED: f64 = 1e-6;
 
 /// How steep the surface may be that lichen grows on: angles between its smooth normal and up, in degrees. 0 is level,
 /// 90 upright, 180 the underside of something level.
@@ -36,17 +39,10 @@ impl Slope {
         [self.least, self.most]
     }
 
-    /// Cosines of the steepest and the least steep; beyond those that there are where everything is meant.
+    /// Cosines of the steepest and the least steep.
     fn cosines(self) -> [f64; 2] {
-        let least = match self.most < 180.0 {
-            true => cos(self.most.to_radians()),
-            false => f64::NEG_INFINITY,
-        };
-        let most = match self.least > 0.0 {
-            true => cos(self.least.to_radians()),
-            false => f64::INFINITY,
-        };
-        [least, most]
+        let cosine = |angle: f64| cos(angle.to_radians());
+        [cosine(self.most) - ROUNDED, cosine(self.least) + ROUNDED]
     }
 }
 
@@ -61,6 +57,9 @@ pub struct Habitat<'a> {
 impl<'a> Habitat<'a> {
     /// By the substrate's [mask](Substrate::mask), if it has one, and a slope.
     pub fn new(substrate: &'a Substrate, slope: Option<Slope>) -> Self {
+        if slope.is_some() {
+            substrate.find_normals();
+        }
         Self {
             substrate,
             cosines: slope.map(Slope::cosines),
@@ -70,7 +69,7 @@ impl<'a> Habitat<'a> {
     /// Whether nothing keeps lichen from growing anywhere.
     #[inline(always)]
     pub fn is_everywhere(&self) -> bool {
-        self.cosines.is_none() && self.substrate.mask().is_none()
+        self.cosines.is_none() && self.substrate.mask().is_none_or(Mask::is_white)
     }
 
     /// The factor on the chance to stick at a place: 0 where nothing may grow, at most 1.
@@ -99,20 +98,17 @@ impl<'a> Habitat<'a> {
         pieces.sort_unstable();
         pieces.dedup();
         let of_piece = |&t: &u32| self.substrate.component_of(t).triangles.clone();
-        let suited = self.suited_places(pieces.iter().flat_map(of_piece), PLACES);
-        match suited.len() {
-            0 => 0.0,
-            n if n == PLACES => 1.0,
-            n => n as f64 / PLACES as f64,
-        }
+        let (suited, tried) = self.suited_places(pieces.iter().flat_map(of_piece));
+        suited.len() as f64 / tried as f64
     }
 
-    /// The area of that share of these pieces, local units.
+    /// The area of that share of these pieces, or of a millionth of them where it is 0; local units.
     ///
     /// # Panics
     /// When there is no such triangle.
     pub fn area(&self, triangles: impl Iterator<Item = u32> + Clone) -> f64 {
-        self.share(triangles.clone()) * self.substrate.area_of_pieces(triangles)
+        let share = self.share(triangles.clone()).max(1.0 / MOST_PLACES as f64);
+        share * self.substrate.area_of_pieces(triangles)
     }
 
     /// The place nearest to one, through space, of those looked at on which lichen may grow: on its own piece, or else
@@ -123,25 +119,23 @@ impl<'a> Habitat<'a> {
         let goal = self.substrate.position(to);
         let distance = |at: &SurfacePoint| self.substrate.position(at).distance_squared(goal);
         [piece, all].into_iter().find_map(|among| {
-            let places = self.suited_places(among, PLACES).into_iter();
+            let places = self.suited_places(among).0.into_iter();
             places.min_by(|a, b| distance(a).total_cmp(&distance(b)))
         })
     }
 
-    /// Those of some places, uniform by area on triangles, on which lichen may grow; one of a million if there is none
-    /// among them.
-    fn suited_places(&self, among: impl Iterator<Item = u32>, places: usize) -> Vec<SurfacePoint> {
+    /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried; one of a
+    /// million if there is none among them.
+    fn suited_places(&self, among: impl Iterator<Item = u32>) -> (Vec<SurfacePoint>, usize) {
         let area = AreaSampler::new(self.substrate, among);
         let mut stream = Stream::new(0, Purpose::Habitat, 0);
         let mut place = || area.sample(&mut stream);
         let is_suited = |at: &SurfacePoint| self.at(at) > 0.0;
-        let suited: Vec<_> = { (0..places).map(|_| place()) }.filter(is_suited).collect();
-        match suited.is_empty() {
-            false => suited,
-            true => { (places..MOST_PLACES).map(|_| place()) }
-                .find(is_suited)
-                .into_iter()
-                .collect(),
+        let suited: Vec<_> = { (0..PLACES).map(|_| place()) }.filter(is_suited).collect();
+        if !suited.is_empty() {
+            return (suited, PLACES);
         }
+        let mut more = (PLACES..MOST_PLACES).map(|_| place());
+        (more.find(is_suited).into_iter().collect(), MOST_PLACES)
     }
 }

@@ -28,6 +28,16 @@ const OVERLAP: f64 = 1e-9;
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// The resting place of a walker whose step from `from` ended in contact.
     pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
+        self.join_where(scratch, (from, step), |_| true)
+    }
+
+    /// The same; it is not packed to a place that does not suit.
+    pub(super) fn join_where(
+        &self,
+        scratch: &mut Connectivity,
+        (from, step): (&SurfacePoint, DVec2),
+        suits: impl Fn(&SurfacePoint) -> bool,
+    ) -> Joined {
         let path = Path::follow(self.substrate, from, step);
         let (at, touched, at_distance) = self.first_touch(scratch, &path);
         let first = Joined {
@@ -40,11 +50,14 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         }
         let packed = Orbit::new(self, touched).second_touch(scratch, &at);
         let clear = |at: &SurfacePoint| !self.overlaps(scratch, at);
-        packed.filter(clear).map_or(first, |at| Joined {
-            at,
-            packed: true,
-            ..first
-        })
+        packed
+            .filter(&suits)
+            .filter(clear)
+            .map_or(first, |at| Joined {
+                at,
+                packed: true,
+                ..first
+            })
     }
 
     /// After packing on a curved mesh, check again.

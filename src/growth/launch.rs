@@ -212,10 +212,15 @@ impl AreaSampler {
     }
 
     pub(super) fn new(substrate: &Substrate, triangles: impl Iterator<Item = u32>) -> Self {
+        Self::by_areas(triangles.map(|t| (t, substrate.area(t))))
+    }
+
+    /// Of triangles that count as much as these areas.
+    pub(super) fn by_areas(triangles: impl Iterator<Item = (u32, f64)>) -> Self {
         let mut sampler = Self::default();
         let mut total = 0.0;
-        for t in triangles {
-            total += substrate.area(t);
+        for (t, area) in triangles {
+            total += area;
             sampler.triangles.push(t);
             sampler.areas.push(total);
         }
@@ -247,19 +252,26 @@ impl AreaSampler {
 
     /// A point uniform by area.
     pub(super) fn sample(&self, stream: &mut Stream) -> SurfacePoint {
-        let target = stream.uniform() * self.areas.last().copied().unwrap_or(0.0);
+        let triangle = self.triangle(stream);
+        Self::in_triangle(triangle.unwrap_or(0), stream)
+    }
+
+    /// A triangle by area, if there is any.
+    pub(super) fn triangle(&self, stream: &mut Stream) -> Option<u32> {
+        let target = stream.uniform() * self.areas.last()?;
         let i = self.no_larger(target).min(self.triangles.len() - 1);
+        Some(self.triangles[i])
+    }
+
+    /// A point uniform by area in a triangle.
+    pub(super) fn in_triangle(triangle: u32, stream: &mut Stream) -> SurfacePoint {
         let (u, v) = (stream.uniform(), stream.uniform());
         let (u, v) = if u + v > 1.0 {
             (1.0 - u, 1.0 - v)
         } else {
             (u, v)
         };
-        SurfacePoint {
-            triangle: self.triangles[i],
-            u,
-            v,
-        }
+        SurfacePoint { triangle, u, v }
     }
 }
 

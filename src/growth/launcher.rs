@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::enclosed::Enclosed;
 use super::far::{self, Far, outset};
 use super::launch::{AreaSampler, LaunchRing};
 use super::{Habitat, Parameters};
@@ -57,7 +58,7 @@ pub(super) struct Launcher {
     is_enclosed: bool,
     is_inside: bool,
     /// What the sphere encloses, once they do.
-    enclosed: Option<AreaSampler>,
+    enclosed: Option<Enclosed>,
     /// How often these were worked out anew.
     pub(super) version: u64,
 }
@@ -145,7 +146,8 @@ impl Launcher {
             let within = { habitat.substrate }.triangles_within(self.centre, self.radius);
             let is_on = |t: &u32| self.components.iter().any(|c| c.contains(t));
             let within = within.into_iter().filter(is_on);
-            self.enclosed = Some(AreaSampler::new(habitat.substrate, within));
+            let sphere = (self.centre, self.radius);
+            self.enclosed = Some(Enclosed::new(habitat.substrate, sphere, within));
         }
     }
 
@@ -163,7 +165,7 @@ impl Launcher {
     }
 
     /// Chooses among what the sphere encloses, where that is all the habitat there is about the lichen.
-    pub(super) fn enclosed(&self) -> Option<&AreaSampler> {
+    pub(super) fn enclosed(&self) -> Option<&Enclosed> {
         self.enclosed.as_ref().filter(|_| self.launches_inside())
     }
 
@@ -212,6 +214,11 @@ impl Launcher {
     /// surface the lichen fills little of the sphere, and is up to twice as far as that.
     pub(super) fn asks_index(&self, from_centre: f64) -> bool {
         self.better_by_index.contains(&from_centre)
+    }
+
+    /// Whether all habitat about the lichen seems to be inside the sphere.
+    pub(super) fn encloses_habitat(&self) -> bool {
+        self.is_enclosed
     }
 
     /// Whether the launch sphere encloses all that carries lichen.

@@ -5,6 +5,7 @@
 
 mod barren;
 mod brownian;
+mod enclosed;
 mod far;
 mod flight;
 mod habitat;

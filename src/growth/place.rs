@@ -113,13 +113,13 @@ pub enum PlaceError {
     },
     /// Nothing may grow anywhere.
     #[error(
-        "nothing may grow anywhere, by mask and slope: of a million places none was suited; is the mask black, or made \
-         for another layout, or another axis up?"
+        "nothing may grow anywhere, by mask and slope: of a million places none was suited; is the mask black or made for \
+         another layout, or another axis up?"
     )]
     NoHabitat,
     /// Chance finds no room.
     #[error(
-        "colonies: none of {TRIES} random places had room for the seed of colony {colony}, counted from 0; ask for \
+        "colonies: none of {TRIES} random places where lichen may grow had room for the seed of colony {colony}, counted from 0; ask for \
          fewer colonies, or for smaller elements (radius)"
     )]
     Crowded {

@@ -202,6 +202,8 @@ impl<I: ElementIndex> Walk<'_, I> {
             }
             // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
             // next one is drawn while the processor waits for what the index says of this one.
+            // A Brownian step may set out from beside a contact.
+            let from = brownian.then_some(now.here);
             let step = match brownian {
                 true => self.brownian_step(&mut now),
                 false => now.random.within(now.bound, parameters.radius),
@@ -221,7 +223,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             let Some(look) = self.look(moved.to.position) else {
                 return Some(self.kill());
             };
-            match self.keeps_to_habitat(&mut now, &moved.to, &look) {
+            match self.keeps_to_habitat(&mut now, (from, &moved.to), &look) {
                 Met::Nothing => {}
                 Met::End(fate) => return Some(fate),
                 _ => continue,
@@ -539,8 +541,10 @@ impl<I: ElementIndex> Walk<'_, I> {
         step: glam::DVec2,
         probability: f64,
     ) -> Met {
-        let joined = self.around.join(self.scratch, from, step);
-        if self.is_barren(&joined.at) {
+        let habitat = self.habitat;
+        let suits = |at: &SurfacePoint| habitat.is_everywhere() || habitat.at(at) > 0.0;
+        let joined = self.around.join_where(self.scratch, (from, step), suits);
+        if !suits(&joined.at) {
             self.track.counts.refusals += 1;
             return Met::Refused;
         }

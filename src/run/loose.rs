@@ -15,7 +15,6 @@ enum Loose {
     Text(String),
     Whole(i64),
     Large(u64),
-    Number(f64),
     List(Vec<f64>),
 }
 
@@ -26,7 +25,6 @@ impl Loose {
             Self::Text(text) => text,
             Self::Whole(number) => number.to_string(),
             Self::Large(number) => number.to_string(),
-            Self::Number(number) => number.to_string(),
             Self::List(numbers) => {
                 let numbers: Vec<_> = numbers.iter().map(f64::to_string).collect();
                 numbers.join(",")
@@ -49,8 +47,20 @@ pub(super) fn seed<'de, D: Deserializer<'de>>(from: D) -> Result<Option<u64>, D:
     loose(from, |text| text.parse::<u64>().map_err(wrong))
 }
 
+/// An angle, or whatever else a slope is written as.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "an angle, or a list of two, is needed here")]
+enum LooseSlope {
+    Steepest(f64),
+    Other(Loose),
+}
+
 pub(super) fn slope<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Slope>, D::Error> {
-    loose(from, str::parse)
+    let text = match LooseSlope::deserialize(from)? {
+        LooseSlope::Steepest(angle) => angle.to_string(),
+        LooseSlope::Other(other) => other.into_text(),
+    };
+    text.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
 /// One place or several.

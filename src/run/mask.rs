@@ -6,6 +6,9 @@ use crate::substrate::Substrate;
 /// The mask that is none: for settings that lie over others with one.
 pub const NO_MASK: &str = "none";
 
+/// The mask that is made of the [colours](crate::substrate::Mask::from_colors) in the mesh's file.
+pub const VERTEX_COLORS: &str = "vertex-colors";
+
 /// Which mask a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskId {
@@ -21,6 +24,9 @@ impl Settings {
         let said = self.mask.as_deref().filter(|said| *said != NO_MASK);
         let found = substrate.mask().map(|mask| mask.hash().to_owned());
         match (said, found, &self.mask_hash) {
+            (None, None, Some(hash)) if self.mask.is_none() => Err(SettingsError::NoSuchMask {
+                said: format!("of hash {hash}"),
+            }),
             (Some(said), None, _) => Err(SettingsError::NoSuchMask {
                 said: said.to_owned(),
             }),

@@ -25,7 +25,7 @@ pub use crate::growth::{SeedPlace, Slope};
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
 pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
-pub use mask::{MaskId, NO_MASK};
+pub use mask::{MaskId, NO_MASK, VERTEX_COLORS};
 pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
     BIAS, COLONIES, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,

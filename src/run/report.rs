@@ -194,6 +194,9 @@ impl Stopped {
             (Self::Elements | Self::Reach | Self::Cover, _) => {
                 "it has the size asked for".to_owned()
             }
+            (Self::Full, _) if recipe.mask.is_some() || recipe.slope.is_some() => {
+                "no free surface is left where it may grow".to_owned()
+            }
             (Self::Full, _) if is_alone => "no free surface is left on its piece of the mesh".to_owned(),
             (Self::Full, _) => "no free surface is left on the pieces of the mesh that it is on".to_owned(),
             (Self::Starved, _) => {
@@ -201,7 +204,8 @@ impl Stopped {
                     .to_owned()
             }
             (Self::Hemmed, _) => {
-                "mask or slope hem it in: ten thousand walkers since the last birth found no place"
+                "mask or slope hem it in: many walkers since the last birth found no place; other habitat is reached by \
+                 colonies, or from elsewhere (at)"
                     .to_owned()
             }
             (Self::Cancelled, _) => "it was interrupted".to_owned(),

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{Substrate, SurfacePoint, Texturing};
-use crate::image::Image;
+use crate::image::{Image, Wrap};
 
 /// What is darker counts as black, and what is lighter as white: an image that was compressed has few texels of either.
 const BLACK: f32 = 1.0 / 16.0;
@@ -15,6 +15,8 @@ const WHITE: f32 = 15.0 / 16.0;
 pub struct Mask {
     paint: Paint,
     hash: String,
+    /// Whether it is all white, as far as triangles go by it.
+    is_white: bool,
 }
 
 /// By the substrate's triangles; none where a triangle has nothing to go by, which is as good as black.
@@ -46,7 +48,7 @@ pub enum MaskError {
 
 impl Mask {
     /// Of an encoded PNG or JPEG image in the layout of the mesh's UVs, repeated beyond its borders. What counts is
-    /// how bright it is, 0.2126 R + 0.7152 G + 0.0722 B of its numbers as they are, without regard to a transparency.
+    /// how bright it is, 0.2126 R + 0.7152 G + 0.0722 B of its numbers as they are; what is transparent is black.
     ///
     /// # Errors
     /// When it is no such image, or no triangle has UVs.
@@ -55,7 +57,7 @@ impl Mask {
         texturing: &Texturing,
         bytes: &[u8],
     ) -> Result<Self, MaskError> {
-        let image = Image::decode(bytes).map_err(MaskError::Image)?;
+        let image = Image::decode_mask(bytes).map_err(MaskError::Image)?;
         let uvs = |t| {
             Some(
                 texturing
@@ -67,6 +69,7 @@ impl Mask {
         match uvs.iter().all(Option::is_none) {
             true => Err(MaskError::NoUvs),
             false => Ok(Self {
+                is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
                 paint: Paint::Image(image, uvs),
                 hash: blake3::hash(bytes).to_hex().to_string(),
             }),
@@ -87,7 +90,11 @@ impl Mask {
         for value in corners.iter().flat_map(|c| c.unwrap_or([f32::NAN; 3])) {
             hasher.update(&value.to_le_bytes());
         }
+        let is_white = |corners: &Option<[f32; 3]>| {
+            corners.is_some_and(|corners| corners.into_iter().all(|x| x > WHITE))
+        };
         Ok(Self {
+            is_white: corners.iter().all(is_white),
             paint: Paint::Corners(corners),
             hash: hasher.finalize().to_hex().to_string(),
         })
@@ -96,6 +103,11 @@ impl Mask {
     /// BLAKE3 hash of the image's file, or of the brightness at the corners; hexadecimal.
     pub fn hash(&self) -> &str {
         &self.hash
+    }
+
+    /// Whether it keeps lichen from growing nowhere.
+    pub(crate) fn is_white(&self) -> bool {
+        self.is_white
     }
 
     /// How many triangles have neither UVs nor colours, as the mask goes by the ones or the others: nothing grows on them.
@@ -116,6 +128,12 @@ impl Mask {
             Paint::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
             Paint::Image(image, uvs) => uvs[triangle].map(|uvs| {
                 let place = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
+                // Only what is laid out beyond its borders is meant to repeat it.
+                let is_within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));
+                let place = match is_within {
+                    true => image.wrapped(place, [Wrap::Clamp; 2]),
+                    false => place,
+                };
                 brightness_of(image.values(place).to_array())
             }),
         };

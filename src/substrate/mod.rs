@@ -501,13 +501,20 @@ impl Substrate {
     /// [`smooth_normals`](crate::morphometry::smooth_normals) says what that is. The first call finds it for all corners,
     /// which takes 36 bytes a triangle.
     pub fn smooth_normal(&self, at: &SurfacePoint) -> DVec3 {
-        let of_triangle = |t| corner_normals(self, t).map(|normal| normal.as_vec3());
-        let all = self.normals.get_or_init(|| {
-            let triangles = 0..self.triangles.len() as u32;
-            triangles.into_par_iter().map(of_triangle).collect()
-        });
+        let all = self.find_normals();
         let corners = all[at.triangle as usize].map(|normal| normal.as_dvec3());
         weighted_normal(self, at, corners)
+    }
+
+    /// Finds them. Not while others wait: a thread that does may take up work that asks for them too.
+    pub(crate) fn find_normals(&self) -> &[[Vec3; 3]] {
+        if let Some(found) = self.normals.get() {
+            return found;
+        }
+        let of_triangle = |t| corner_normals(self, t).map(|normal| normal.as_vec3());
+        let triangles = 0..self.triangles.len() as u32;
+        let found = triangles.into_par_iter().map(of_triangle).collect();
+        self.normals.get_or_init(|| found)
     }
 
     /// Which triangles are turned for that, found at the first call.

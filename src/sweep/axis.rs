@@ -244,6 +244,7 @@ fn key_of(name: &str) -> Result<&'static str, AxisError> {
 fn separator_advice(key: &str) -> &'static str {
     match key {
         "at" | "at-triangle" => "; separate places by ';', as in 0,1,0; 0,0,1",
+        "slope" => "; separate slopes by ';', as in 0,45; 45,90",
         _ => "",
     }
 }
