@@ -202,4 +202,19 @@ mod tests {
             assert_eq!(found, [repeated, mirrored, clamped], "{u}");
         }
     }
+
+    #[test]
+    fn masks_are_black_where_they_are_transparent() {
+        let mut bytes = Vec::new();
+        let mut encoder = ::png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(::png::ColorType::GrayscaleAlpha);
+        let mut writer = encoder.write_header().expect("a header");
+        writer
+            .write_image_data(&[255, 0, 200, 128])
+            .expect("texels");
+        writer.finish().expect("an image");
+        let texels = |image: Result<Image, String>| image.expect("an image").rgb;
+        assert_eq!(texels(Image::decode(&bytes)), [[255; 3], [200; 3]]);
+        assert_eq!(texels(Image::decode_mask(&bytes)), [[0; 3], [100; 3]]);
+    }
 }

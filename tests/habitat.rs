@@ -149,7 +149,7 @@ fn images_are_the_right_way_up() {
     assert_eq!([0.0001, 0.9999].map(|z| habitat.at(&place(z))), [1.0, 0.0]);
 }
 
-/// A patch that is a ten-thousandth of a mesh of two triangles, with others beside it.
+/// A patch that is less than a thousandth of a mesh of two triangles, with others beside it.
 #[test]
 fn small_patches_fill_on_large_triangles_too() {
     let patches = |u: f64, v: f64| {
@@ -164,7 +164,8 @@ fn small_patches_fill_on_large_triangles_too() {
         };
         let growth = grown(&substrate, &recipe);
         assert!(growth.stopped != Stopped::Elements, "{cells}");
-        growth.cluster.len() as f64 * PI * 0.0005f64.powi(2) / 0.0004
+        let patch = recipe.habitat(&substrate).share([0].into_iter()) / 64.0;
+        growth.cluster.len() as f64 * PI * 0.0005f64.powi(2) / patch
     });
     assert!(
         sizes.iter().all(|share| (0.6..0.85).contains(share)),

@@ -122,7 +122,25 @@ fn what_is_no_mask_is_refused_in_a_line() {
     fs::write(desk.path("black.png"), image(|_, _| 0.0)).unwrap();
     fs::write(desk.path("text.png"), "white").unwrap();
     fs::create_dir(desk.path("folder")).unwrap();
+    let mut jpeg = Vec::new();
+    let encoder = jpeg_encoder::Encoder::new(&mut jpeg, 90);
+    let grey = vec![200; 256 * 256];
+    let encoded = encoder.encode(&grey, 256, 256, jpeg_encoder::ColorType::Luma);
+    encoded.unwrap();
+    fs::write(desk.path("whole.jpg"), &jpeg).unwrap();
+    fs::write(desk.path("torn.jpg"), &jpeg[..jpeg.len() / 2]).unwrap();
+    desk.done("square.obj --radius 0.004 --elements 20 --mask whole.jpg -o jpeg");
     for (words, code, parts) in [
+        (
+            "square.obj --mask torn.jpg",
+            1,
+            ["torn.jpg: the mask cannot be read", ""],
+        ),
+        (
+            "square.obj --mask Vertex-Colours",
+            1,
+            ["did you mean vertex-colors?", ""],
+        ),
         (
             "square.obj --mask none.png",
             1,

@@ -253,7 +253,9 @@ impl From<GridFileError> for Failure {
 mod tests {
     use std::path::PathBuf;
 
-    use super::{Failure, GrowError, LogError, OutputError, SettingsError, one_line, with_causes};
+    use super::{
+        Failure, GrowError, LogError, OutputError, PlaceError, SettingsError, one_line, with_causes,
+    };
 
     #[test]
     fn many_lines_become_one() {

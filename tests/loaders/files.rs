@@ -194,3 +194,32 @@ fn sizes_and_outsides_survive() {
     assert_eq!(total_area(&soup), 6.0);
     assert_eq!(bounds(&soup), ([0.0; 3], [1.0; 3]));
 }
+
+/// Of a glTF whose texture coordinates are in a file of their own.
+#[test]
+fn the_hash_is_the_same_with_looks_and_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let floats = |all: &[f32]| {
+        all.iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect::<Vec<u8>>()
+    };
+    let places = floats(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0]);
+    std::fs::write(folder.path().join("places.bin"), places).unwrap();
+    std::fs::write(
+        folder.path().join("uvs.bin"),
+        floats(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]),
+    )
+    .unwrap();
+    let path = folder.path().join("scene.gltf");
+    let scene = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}}]}],
+        "buffers": [{"uri": "places.bin", "byteLength": 36}, {"uri": "uvs.bin", "byteLength": 24}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 1, "byteLength": 24}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                      {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}]}"#;
+    std::fs::write(&path, scene).unwrap();
+    let (textured, texturing) = load_textured(&path).unwrap();
+    assert_eq!(texturing.uvs.len(), 1);
+    assert_eq!(textured.hash, load_soup(&path).unwrap().hash);
+}

@@ -1,6 +1,6 @@
 //! glTF buffers and buffer views: where the bytes come from, fetched only when asked for.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,9 @@ pub(super) struct Buffers<'a> {
     base: Option<&'a Path>,
     fetched: Vec<OnceCell<Vec<u8>>>,
     decoded: Vec<OnceCell<Vec<u8>>>,
+    /// Which of them triangles are read from, and whether something else is being read.
+    of_triangles: Vec<Cell<bool>>,
+    reads_looks: Cell<bool>,
 }
 
 /// The bytes of a buffer view, decompressed.
@@ -50,14 +53,23 @@ impl<'a> Buffers<'a> {
             base,
             fetched: root.buffers.iter().map(|_| OnceCell::new()).collect(),
             decoded: root.buffer_views.iter().map(|_| OnceCell::new()).collect(),
+            of_triangles: vec![Cell::new(false); root.buffers.len()],
+            reads_looks: Cell::new(false),
         }
     }
 
-    /// Feeds the external files that were read to the hash, in the document's order.
+    /// Whether what is read from now on is only for the looks of a mesh.
+    pub(super) fn read_looks(&self, reads_looks: bool) {
+        self.reads_looks.set(reads_looks);
+    }
+
+    /// Feeds the external files that triangles were read from to the hash, in the document's order: so it is the same
+    /// with looks and without.
     pub(super) fn hash_external(&self, hasher: &mut blake3::Hasher) {
-        for (buffer, bytes) in self.root.buffers.iter().zip(&self.fetched) {
+        let fetched = self.fetched.iter().zip(&self.of_triangles);
+        for (buffer, (bytes, of_triangles)) in self.root.buffers.iter().zip(fetched) {
             let external = buffer.uri.as_ref().is_some_and(|uri| !is_data(&uri.0));
-            if let Some(bytes) = bytes.get().filter(|_| external) {
+            if let Some(bytes) = bytes.get().filter(|_| external && of_triangles.get()) {
                 hasher.update(bytes);
             }
         }
@@ -121,6 +133,7 @@ impl<'a> Buffers<'a> {
         let place = format!("bufferView {index} ({extension})");
         let stride = Some(compressed.byte_stride);
         if let Some(bytes) = self.decoded[index].get() {
+            self.note_use(compressed.buffer);
             return Ok(View { bytes, stride });
         }
         let source = self.range(
@@ -158,7 +171,14 @@ impl<'a> Buffers<'a> {
         })
     }
 
+    fn note_use(&self, buffer: usize) {
+        if let Some(of_triangles) = self.of_triangles.get(buffer) {
+            of_triangles.set(of_triangles.get() || !self.reads_looks.get());
+        }
+    }
+
     fn buffer(&self, index: usize, place: &str) -> Parsed<&[u8]> {
+        self.note_use(index);
         let Some(buffer) = self.root.buffers.get(index) else {
             return Err(self.fault(place, format!("there is no buffer {index}")));
         };

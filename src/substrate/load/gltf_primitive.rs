@@ -236,9 +236,11 @@ impl<'a> Collector<'a> {
         let Some(mut texturing) = self.texturing.take() else {
             return Ok(());
         };
+        self.accessors.buffers.read_looks(true);
         let uvs = self.texcoords(primitive, vertices, place)?;
         let normals = self.normals(primitive, place, &placing.morphs);
         let colors = self.colors(primitive, place);
+        self.accessors.buffers.read_looks(false);
         for copy in copies {
             let mut triangles = Vec::new();
             assemble(primitive.mode, corners, &mut triangles, |corners| {
