@@ -67,7 +67,8 @@ fn room(substrate: &Substrate, recipe: &Recipe) -> f64 {
     area / (PI * recipe.radius * recipe.radius)
 }
 
-/// Of the pieces of the mesh that a run grows on, as far as it may. To find where chance puts a seed takes a look at every triangle.
+/// Of the pieces of the mesh that a run grows on, as far as it may. To find where chance puts a seed takes a look at
+/// every triangle.
 fn area(substrate: &Substrate, recipe: &Recipe) -> f64 {
     let habitat = recipe.habitat(substrate);
     let largest = || habitat.area(std::iter::once(0));

@@ -16,6 +16,9 @@ use crate::walk::Stand;
 /// about a lichen that is hemmed in.
 const MOST_CONTACTS: u64 = 1 << 14;
 
+/// It has so many times as many at least as sticking by the least chance takes.
+const PATIENCE: f64 = 100.0;
+
 /// Contacts that come to nothing in a row before growth ends: a second at least, and a minute or two at most.
 const LEAST_IN_VAIN: f64 = 1e6;
 const MOST_IN_VAIN: f64 = 1e8;
@@ -135,11 +138,10 @@ impl<I: ElementIndex> Walk<'_, I> {
     fn free_habitat(&mut self, inside: &Enclosed, stream: &mut Stream) -> Option<SurfacePoint> {
         let substrate = self.around.substrate;
         let places = (0..MOST_PLACES).filter_map(|_| inside.sample(substrate, stream));
-        let mut suited = places.filter(|at| self.habitat.at(at) > 0.0);
-        let suited = suited.by_ref().take(MOST_TRIES);
+        let suited = places.filter(|at| self.habitat.at(at) > 0.0);
         let place = |at: &SurfacePoint| (at.triangle, substrate.position(at));
         let is_free = |at: &SurfacePoint| !self.around.in_contact(self.scratch, place(at));
-        { suited }.find(is_free)
+        suited.take(MOST_TRIES).find(is_free)
     }
 
     /// Whether a walker has come into contact so often that another one may have better luck.
@@ -147,7 +149,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     pub(super) fn is_tired(&self) -> bool {
         self.track.counts.contacts >= MOST_CONTACTS
             && !self.habitat.is_everywhere()
-            && self.track.counts.contacts as f64 * self.around.parameters.min_stick >= 100.0
+            && self.track.counts.contacts as f64 * self.around.parameters.min_stick >= PATIENCE
     }
 }
 

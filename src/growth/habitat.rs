@@ -92,13 +92,9 @@ impl<'a> Habitat<'a> {
         if self.is_everywhere() {
             return 1.0;
         }
-        let mut pieces: Vec<u32> = { triangles.map(|t| self.substrate.component_of(t)) }
-            .map(|piece| piece.triangles.start)
-            .collect();
-        pieces.sort_unstable();
-        pieces.dedup();
-        let of_piece = |&t: &u32| self.substrate.component_of(t).triangles.clone();
-        let (suited, tried) = self.suited_places(pieces.iter().flat_map(of_piece));
+        let pieces = self.substrate.pieces_of(triangles);
+        let among = pieces.iter().flat_map(|piece| piece.triangles.clone());
+        let (suited, tried) = self.suited_places(among);
         suited.len() as f64 / tried as f64
     }
 

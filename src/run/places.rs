@@ -29,8 +29,8 @@ impl<'a> Places<'a> {
         self.of_by(recipe, || recipe.seeds(self.substrate))
     }
 
-    /// The area of the pieces of the mesh that a run grows on, as far as it may, local units; of the largest where its seeds have no
-    /// places.
+    /// The area of the pieces of the mesh that a run grows on, as far as it may, local units; of the largest where its
+    /// seeds have no places.
     pub(crate) fn area(&self, recipe: &Recipe) -> f64 {
         match self.of(recipe) {
             Ok(seeds) => recipe

@@ -416,10 +416,18 @@ impl Substrate {
     /// # Panics
     /// When there is no such triangle.
     pub fn area_of_pieces(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        self.pieces_of(triangles)
+            .iter()
+            .map(|piece| piece.area)
+            .sum()
+    }
+
+    /// The components that some triangles are in, each of them once, in the order of their triangles.
+    pub(crate) fn pieces_of(&self, triangles: impl Iterator<Item = u32>) -> Vec<&Component> {
         let mut pieces: Vec<&Component> = triangles.map(|t| self.component_of(t)).collect();
         pieces.sort_by_key(|piece| piece.triangles.start);
         pieces.dedup_by_key(|piece| piece.triangles.start);
-        pieces.into_iter().map(|piece| piece.area).sum()
+        pieces
     }
 
     /// The number that results name a triangle by: pieces from the largest area down, in the file's

@@ -1,5 +1,4 @@
 //! Masks that tests make.
-#![allow(dead_code, reason = "each test crate uses its own part of this")]
 
 /// Texels of a mask along a side.
 pub(crate) const TEXELS: u32 = 256;
