@@ -45,10 +45,26 @@ fn disc(radius: f64) -> impl Fn(f64, f64) -> f64 {
     move |u, v| f64::from((u - 0.5).hypot(v - 0.5) < radius)
 }
 
+/// A substrate on which another lichen has grown, which is a layer of its mask.
+fn beside_one(substrate: Substrate, seed: [f64; 3], radius: f64) -> Substrate {
+    let recipe = Recipe {
+        at: vec![SeedPlace::Point(seed)],
+        ..recipe(&substrate, radius, 1000)
+    };
+    let other = grown(&substrate, &recipe).cluster;
+    let positions: Vec<_> = other.elements().iter().map(|e| e.position).collect();
+    let beside = Mask::beside(&substrate, &positions, other.radius());
+    let mask = match substrate.mask().cloned() {
+        Some(mask) => mask.and(beside),
+        None => beside,
+    };
+    substrate.with_mask(Some(mask))
+}
+
 /// A recipe for a substrate with whatever mask it has.
 fn recipe(substrate: &Substrate, radius: f64, elements: u64) -> Recipe {
     let id = |mask: &Mask| MaskId {
-        file: "mask.png".to_owned(),
+        layers: vec!["mask.png".to_owned()],
         hash: mask.hash().to_owned(),
     };
     Recipe {
@@ -88,6 +104,27 @@ fn nothing_grows_on_black_and_what_is_white_fills() {
         );
         let share = all.len() as f64 * PI * 0.004f64.powi(2) / (PI * 0.04);
         assert!(share > 0.7, "{cells}: {share} covered");
+    }
+}
+
+/// Where either layer is black nothing grows, and greys are multiplied; which layer is first is a matter of the hash.
+#[test]
+fn layers_of_a_mask_are_multiplied() {
+    let [left, low] = [
+        |u: f64, _| 0.5 * f64::from(u < 0.5),
+        |_, v: f64| 0.8 * f64::from(v < 0.5),
+    ]
+    .map(|brightness: fn(f64, f64) -> f64| {
+        let (substrate, texturing) = square(1);
+        Mask::from_image(&substrate, &texturing, &image(brightness)).expect("a mask")
+    });
+    let both = left.clone().and(low.clone());
+    assert_ne!(both.hash(), low.clone().and(left.clone()).hash());
+    let substrate = masked(1, |_, _| 1.0);
+    for (x, z) in [(0.25, 0.25), (0.25, 0.75), (0.75, 0.25), (0.75, 0.75)] {
+        let at = substrate.nearest(substrate.units().to_local([x, 0.0, z])).0;
+        assert_eq!(both.at(&at), left.at(&at) * low.at(&at), "{x} {z}");
+        assert_eq!(both.at(&at) > 0.0, x < 0.5 && z < 0.5);
     }
 }
 
@@ -171,6 +208,39 @@ fn small_patches_fill_on_large_triangles_too() {
         sizes.iter().all(|share| (0.6..0.85).contains(share)),
         "{sizes:?}"
     );
+}
+
+/// No element of a lichen is nearer to one of another than their radii together, on a slab of a thickness less than
+/// that and on a rock; and it grows up to it. Radii as much smaller and larger.
+#[test]
+fn lichens_grow_beside_others_and_not_over_them() {
+    for radius in [0.002, 0.004, 0.01] {
+        for (mesh, seed, away) in [
+            (
+                common::slab(8, 1.0, 0.005),
+                [0.0, 0.0025, 0.0],
+                [0.18, 0.0025, 0.05],
+            ),
+            (common::rock(60), [0.0, 1.0, 0.0], [0.15, 1.0, 0.15]),
+        ] {
+            let substrate = beside_one(mesh, seed, 0.004);
+            let alone = Recipe {
+                at: vec![SeedPlace::Point(away)],
+                ..recipe(&substrate, radius, 3000)
+            };
+            let growth = grown(&substrate, &alone);
+            assert_eq!(growth.stopped, Stopped::Elements, "{radius}");
+            let mask = substrate.mask().expect("a mask");
+            let radius = growth.cluster.radius();
+            let free = |share: f64| {
+                let all = growth.cluster.elements().iter();
+                all.filter(|e| mask.leaves_room(e.position, share * radius))
+                    .count()
+            };
+            assert_eq!(free(1.0), 3000);
+            assert!(free(4.0) < 3000, "{radius}: it grows nowhere near");
+        }
+    }
 }
 
 /// A line one and a half elements wide: what would be packed beside it stays where it touched.
@@ -257,7 +327,10 @@ fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
     let patched = masked(1, patches);
     let [disc, fine] = [1, 160].map(|cells| masked(cells, disc(0.12)));
     let rock = common::rock(60);
+    let beside = beside_one(masked(1, patches), [0.5, 0.0, 0.45], 0.003);
     for (substrate, law, elements) in [
+        (&beside, Law::Thesis, 3000),
+        (&beside, Law::Brownian, 1000),
         (&patched, Law::Thesis, 5000),
         (&patched, Law::Brownian, 2000),
         (&disc, Law::Thesis, 3000),
@@ -267,6 +340,7 @@ fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
         let recipe = Recipe {
             law,
             slope: Slope::new(0.0, 55.0),
+            at: vec![SeedPlace::Random],
             ..recipe(substrate, 0.002, elements)
         };
         let alone = grown(substrate, &recipe);

@@ -267,9 +267,11 @@ pub(crate) struct PlaceArgs {
 pub(crate) struct MaskArgs {
     /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, or 'vertex-colors' for the
     /// colours in the mesh file. White is as without a mask, on black and where it is transparent nothing grows, and grey
-    /// is a factor on the chance to stick: growth is slower and denser there. 'none' is for a recipe that has one
-    #[arg(long, value_name = "IMAGE|vertex-colors|none")]
-    mask: Option<String>,
+    /// is a factor on the chance to stick: growth is slower and denser there. The folder of another run on the same mesh
+    /// is one too: this lichen grows beside that one, not over it. May be given several times; 'none' is for a recipe that
+    /// has one
+    #[arg(long, value_name = "IMAGE|vertex-colors|DIR|none")]
+    mask: Vec<String>,
 }
 
 /// How the mesh stands.
@@ -368,7 +370,7 @@ pub(super) fn settings(
 ) -> Settings {
     Settings {
         mesh_up: stand.mesh_up,
-        mask: mask.mask.clone(),
+        mask: (!mask.mask.is_empty()).then(|| mask.mask.clone()),
         slope: place.slope,
         preset: look.preset.clone(),
         radius: look.radius,
@@ -433,7 +435,7 @@ mod tests {
     #[test]
     fn every_flag_arrives() {
         let flags = "--preset foliose --radius 0.5% --curvature-radius 12r --bias -0.25 --gain 2 \
-                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --mask m.png --slope 10,60 \
+                     --min-stick 0.1 --seed 18446744073709551615 --at -1,-2,3 --mask m.png --mask out/grey --slope 10,60 \
                      --mesh-up z --launch 2 --kill 20 \
                      --join touch --law brownian --steps small --boundary absorb --reach 30r";
         let expected = Settings {
@@ -445,7 +447,7 @@ mod tests {
             min_stick: Some(0.1),
             seed: Some(u64::MAX),
             at: Some(vec![SeedPlace::Point([-1.0, -2.0, 3.0])]),
-            mask: Some("m.png".to_owned()),
+            mask: Some(vec!["m.png".to_owned(), "out/grey".to_owned()]),
             slope: Slope::new(10.0, 60.0),
             mesh_up: Some(UpAxis::Z),
             launch: Some(2.0),

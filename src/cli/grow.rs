@@ -6,7 +6,8 @@ use std::time::Instant;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
-    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
+    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings,
+    VERTEX_COLORS, shell_path,
 };
 use thallus::substrate::{Substrate, Texturing, load_soup, load_textured};
 
@@ -44,7 +45,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let settings = Settings {
-        mask: mask_name(&args, &settings, output.path()),
+        mask: mask_names(&args, &settings, output.path()),
         ..settings
     };
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
@@ -182,7 +183,16 @@ fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
             path.display()
         ));
     }
-    let settings = args.settings().over(recipe);
+    let flags = args.settings();
+    let mask_hash = match args.resume {
+        Some(_) => resume::mask_hash(&flags, &recipe)?,
+        None => None,
+    };
+    let settings = flags.over(recipe);
+    let settings = Settings {
+        mask_hash: mask_hash.or(settings.mask_hash),
+        ..settings
+    };
     if let Some(idle) = idle_preset(&settings) {
         voice.note(&format!(
             "preset {idle} changes nothing: {} says everything that it would",
@@ -306,7 +316,7 @@ pub(super) fn load(
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let room = Room::now();
-    let loaded = match mask::is_asked(settings) {
+    let loaded = match mask::needs_looks(settings, recipe) {
         true => load_textured(mesh),
         false => load_soup(mesh).map(|loaded| (loaded, Texturing::default())),
     };
@@ -314,7 +324,16 @@ pub(super) fn load(
     room.check(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
-    let mask = mask::read(settings, recipe, (mesh, &substrate, &texturing), voice)?;
+    let mask = mask::read(settings, recipe, (mesh, &substrate, &texturing), voice);
+    let mask = mask.map_err(|failure| {
+        match settings.check_mesh(&mesh.display().to_string(), substrate.mesh_hash()) {
+            Ok(()) => failure,
+            Err(_) => failure.at(format!(
+                "{} is another mesh than the recipe was made for",
+                mesh.display()
+            )),
+        }
+    })?;
     let precompute = started.elapsed().as_secs_f64() - load;
     let seconds = Timings {
         load,
@@ -330,14 +349,19 @@ fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -
     name_for(folder, named, settings.mesh_hash.as_deref(), mesh, args)
 }
 
-/// The mask as the run's recipe will name it.
-fn mask_name(args: &GrowArgs, settings: &Settings, folder: &Path) -> Option<String> {
-    let file = mask::file(settings, args.recipe_file().as_deref());
-    let (Some(file), None) = (file, args.settings().mask) else {
+/// The layers of the mask as the run's recipe will name them.
+fn mask_names(args: &GrowArgs, settings: &Settings, folder: &Path) -> Option<Vec<String>> {
+    let layers = settings.mask_layers();
+    if layers.is_empty() || args.settings().mask.is_some() {
         return settings.mask.clone();
+    }
+    let hash = settings.mask_hash.as_deref().filter(|_| layers.len() == 1);
+    let found = mask::found(settings, args.recipe_file().as_deref());
+    let name = |(layer, found): (&String, String)| match layer.as_str() {
+        VERTEX_COLORS => layer.clone(),
+        named => name_for(folder, Some(named), hash, Path::new(&found), args),
     };
-    let (named, hash) = (settings.mask.as_deref(), settings.mask_hash.as_deref());
-    Some(name_for(folder, named, hash, &file, args))
+    Some(layers.iter().zip(found).map(name).collect())
 }
 
 /// A file as a run's recipe will name it: as the recipe does that it is grown from, where that is found from the run's

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
 use thallus::input;
 use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
-use thallus::run::{Recipe, shell_path};
+use thallus::run::{Recipe, Settings, shell_path};
 
 use super::args::GrowArgs;
 use super::ended;
@@ -37,6 +37,20 @@ impl GrowArgs {
             _ => "thallus grow MESH".to_owned(),
         }
     }
+}
+
+/// The hash of the mask that a run goes on with, wherever that is now.
+pub(crate) fn mask_hash(flags: &Settings, recipe: &Settings) -> Result<Option<String>, Failure> {
+    let problem = match (&flags.mask, &recipe.mask_hash) {
+        (Some(_), None) => "the run has no mask, and goes on without one",
+        (Some(_), Some(_)) if flags.mask_layers().is_empty() => {
+            "the run has a mask, and goes on with it"
+        }
+        (_, hash) => return Ok(hash.clone()),
+    };
+    Err(Failure::usage(format!(
+        "--mask: {problem}; for another lichen, thallus grow --recipe with another -o"
+    )))
 }
 
 /// Refuses a folder that holds no run, or whose recipe is no file: the run would put one in its place.

@@ -1,4 +1,4 @@
-//! Where lichen may grow: by a mask on the substrate, and by how steep that is.
+//! Where lichen may grow: by a mask on the substrate, which other lichens are part of, and by how steep that is.
 //!
 //! The thesis has lichen grow everywhere. Here a walker in contact sticks with P_s times a factor from 0 to 1 at its
 //! place, and where it then comes to rest that may not be 0. So no element has its centre where nothing may grow, and
@@ -52,6 +52,8 @@ pub struct Habitat<'a> {
     pub(super) substrate: &'a Substrate,
     /// Cosines of the angles, if it goes by slope.
     cosines: Option<[f64; 2]>,
+    /// Of an element.
+    radius: f64,
 }
 
 impl<'a> Habitat<'a> {
@@ -63,7 +65,14 @@ impl<'a> Habitat<'a> {
         Self {
             substrate,
             cosines: slope.map(Slope::cosines),
+            radius: 0.0,
         }
+    }
+
+    /// The same for elements of this radius, local units, for which other lichens must leave room.
+    #[must_use]
+    pub fn for_radius(self, radius: f64) -> Self {
+        Self { radius, ..self }
     }
 
     /// Whether nothing keeps lichen from growing anywhere.
@@ -80,7 +89,15 @@ impl<'a> Habitat<'a> {
                 return 0.0;
             }
         }
-        self.substrate.mask().map_or(1.0, |mask| mask.at(at))
+        self.substrate.mask().map_or(1.0, |mask| {
+            let painted = mask.at(at);
+            let has_room = || mask.leaves_room(self.substrate.position(at), self.radius);
+            if painted > 0.0 && has_room() {
+                painted
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Share of the area of the pieces that some triangles are in on which lichen may grow, as far as 20,000 places

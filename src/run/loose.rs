@@ -63,6 +63,24 @@ pub(super) fn slope<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Slope>,
     text.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
+/// One layer of a mask or several.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a path, or a list of paths, is needed here")]
+enum LooseLayers {
+    One(String),
+    Several(Vec<String>),
+}
+
+pub(super) fn layers<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<String>>, D::Error> {
+    match LooseLayers::deserialize(from)? {
+        LooseLayers::One(layer) => Ok(Some(vec![layer])),
+        LooseLayers::Several(layers) if layers.is_empty() => {
+            Err(serde::de::Error::custom("an empty list has no mask"))
+        }
+        LooseLayers::Several(layers) => Ok(Some(layers)),
+    }
+}
+
 /// One place or several.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a place, or a list of places, is needed here")]

@@ -12,33 +12,49 @@ pub const VERTEX_COLORS: &str = "vertex-colors";
 /// Which mask a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskId {
-    /// The image's path as the user gave it, or what else it was made of.
-    pub file: String,
+    /// What it was made of, as the user named it: paths, or words for something else.
+    pub layers: Vec<String>,
     /// Its [hash](crate::substrate::Mask::hash).
     pub hash: String,
 }
 
 impl Settings {
-    /// The mask that the substrate has, by the name that is said.
+    /// The layers of the mask that is asked for, as they are named: none where [none](NO_MASK) is.
+    pub fn mask_layers(&self) -> &[String] {
+        let layers = self.mask.as_deref().unwrap_or_default();
+        match layers {
+            [only] if only == NO_MASK => &[],
+            layers => layers,
+        }
+    }
+
+    /// The mask that the substrate has, by the names that are said.
     pub(super) fn mask_id(&self, substrate: &Substrate) -> Result<Option<MaskId>, SettingsError> {
-        let said = self.mask.as_deref().filter(|said| *said != NO_MASK);
+        let said = self.mask_layers();
         let found = substrate.mask().map(|mask| mask.hash().to_owned());
-        match (said, found, &self.mask_hash) {
-            (None, None, Some(hash)) if self.mask.is_none() => Err(SettingsError::NoSuchMask {
+        match (found, &self.mask_hash) {
+            (None, Some(hash)) if self.mask.is_none() => Err(SettingsError::NoSuchMask {
                 said: format!("of hash {hash}"),
             }),
-            (Some(said), None, _) => Err(SettingsError::NoSuchMask {
-                said: said.to_owned(),
+            (None, _) if !said.is_empty() => Err(SettingsError::NoSuchMask {
+                said: said.join(", "),
             }),
-            (_, Some(found), Some(expected)) if found != *expected => {
-                Err(SettingsError::OtherMask {
-                    file: said.unwrap_or("this").to_owned(),
-                    found,
-                    expected: expected.clone(),
-                })
+            (Some(_), _) if self.mask.is_some() && said.is_empty() => {
+                Err(SettingsError::UnwantedMask)
             }
-            (said, found, _) => Ok(found.map(|hash| MaskId {
-                file: said.unwrap_or("mask").to_owned(),
+            (Some(found), Some(expected)) if found != *expected => Err(SettingsError::OtherMask {
+                file: match said {
+                    [] => "this".to_owned(),
+                    said => said.join(", "),
+                },
+                found,
+                expected: expected.clone(),
+            }),
+            (found, _) => Ok(found.map(|hash| MaskId {
+                layers: match said {
+                    [] => vec!["mask".to_owned()],
+                    said => said.to_vec(),
+                },
                 hash,
             })),
         }

@@ -41,9 +41,11 @@ impl<'a> Places<'a> {
     }
 
     fn of_by(&self, recipe: &Recipe, locate: impl FnOnce() -> Found) -> Found {
-        // Only chance asks for the seed, and only it and colonies beside others for the radius.
+        // Only chance asks for the seed, and only it, colonies beside others and masks for the radius.
         let key = match &recipe.at[..] {
-            [place] if *place != SeedPlace::Random => format!("{place:?} {:?}", recipe.slope),
+            [place] if *place != SeedPlace::Random && recipe.mask.is_none() => {
+                format!("{place:?} {:?}", recipe.slope)
+            }
             places => format!(
                 "{places:?} {} {:?} {:?}",
                 recipe.seed, recipe.radius, recipe.slope

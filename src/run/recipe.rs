@@ -104,13 +104,22 @@ impl Recipe {
     /// # Errors
     /// As [`SeedPlace::locate_all`].
     pub fn seeds(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, PlaceError> {
-        let radius = substrate.units().length_to_local(self.radius);
-        SeedPlace::locate_all(&self.at, &self.habitat(substrate), self.seed, radius)
+        SeedPlace::locate_all(
+            &self.at,
+            &self.habitat(substrate),
+            self.seed,
+            self.radius_on(substrate),
+        )
     }
 
     /// Where lichen may grow on a substrate that has the recipe's mask.
     pub fn habitat<'a>(&self, substrate: &'a Substrate) -> Habitat<'a> {
-        Habitat::new(substrate, self.slope)
+        Habitat::new(substrate, self.slope).for_radius(self.radius_on(substrate))
+    }
+
+    /// An element's radius, local units.
+    fn radius_on(&self, substrate: &Substrate) -> f64 {
+        substrate.units().length_to_local(self.radius)
     }
 
     /// Checks it as settings are checked: NaN or a stop rule that cannot be met would have walkers walk for ever.

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::loose::{places, seed, slope, triangles};
+use super::loose::{layers, places, seed, slope, triangles};
 use super::parameter as info;
 use super::recipe_keys::{with_dashes, wrong_value};
 use super::toml_values::{
-    float, length, listed_place, name, numbers, place_text, quoted, stop_text, whole,
+    float, length, listed_place, name, numbers, one_or_list, place_text, quoted, stop_text, whole,
 };
 use super::{Length, Recipe, Settings, StopRule, StopSetting};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Slope, Steps};
@@ -111,7 +111,8 @@ struct Draft {
     mesh: Option<String>,
     mesh_hash: Option<String>,
     mesh_up: Option<UpAxis>,
-    mask: Option<String>,
+    #[serde(deserialize_with = "layers")]
+    mask: Option<Vec<String>>,
     mask_hash: Option<String>,
     #[serde(deserialize_with = "slope")]
     slope: Option<Slope>,
@@ -223,7 +224,7 @@ impl Settings {
             self.mesh_up.map(|up| name(&up)),
             "y or z: the axis of the mesh that is up",
         );
-        say("mask", self.mask.as_deref().map(quoted), "");
+        say("mask", self.mask.as_deref().map(one_or_list), "");
         say("mask-hash", self.mask_hash.as_deref().map(quoted), "");
         say(
             "slope",
@@ -302,7 +303,7 @@ impl From<&Recipe> for Settings {
             mesh: Some(recipe.mesh.file.clone()),
             mesh_hash: Some(recipe.mesh.hash.clone()),
             mesh_up: recipe.mesh_up,
-            mask: recipe.mask.as_ref().map(|mask| mask.file.clone()),
+            mask: recipe.mask.as_ref().map(|mask| mask.layers.clone()),
             mask_hash: recipe.mask.as_ref().map(|mask| mask.hash.clone()),
             slope: recipe.slope,
             preset: None,
@@ -614,14 +615,14 @@ mod tests {
             stop in stop(),
             choices in (any::<bool>(), steps(), any::<bool>(), any::<bool>()),
             mesh_up in prop_oneof![Just(None), Just(Some(UpAxis::Y)), Just(Some(UpAxis::Z))],
-            mask in proptest::option::of("\\PC{0,20}"),
+            mask in proptest::option::of(proptest::collection::vec("\\PC{0,20}", 1..4)),
             slope in proptest::option::of((0.0..100.0f64, 101.0..180.0f64)),
         ) -> Recipe {
             Recipe {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 mesh: MeshId { file, hash: "ab12".to_owned() },
                 mesh_up,
-                mask: mask.map(|file| MaskId { file, hash: "cd34".to_owned() }),
+                mask: mask.map(|layers| MaskId { layers, hash: "cd34".to_owned() }),
                 slope: slope.and_then(|(least, most)| Slope::new(least, most)),
                 radius,
                 curvature_radius: radii * radius,

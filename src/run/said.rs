@@ -52,8 +52,9 @@ impl Settings {
         let said = self.said().into_iter().filter(|(key, _)| is_flag(key));
         let flag = |key: &str, word: &str| format!("--{key}={}", shell_word(word));
         let flags = said.flat_map(|(key, value)| {
-            let words = match &self.at {
-                Some(places) if key == "at" => places.iter().map(ToString::to_string).collect(),
+            let words = match (key, &self.at, &self.mask) {
+                ("at", Some(places), _) => places.iter().map(ToString::to_string).collect(),
+                ("mask", _, Some(layers)) => layers.clone(),
                 _ => vec![as_typed(&value)],
             };
             words.into_iter().map(move |word| flag(key, &word))

@@ -20,9 +20,9 @@ pub struct Settings {
     pub mesh_hash: Option<String>,
     /// Which axis of the mesh is up, where its file does not keep to its format's convention.
     pub mesh_up: Option<UpAxis>,
-    /// What the mask is made of that says where lichen may grow: the path of an image, or a word for something else;
-    /// or [`NO_MASK`](super::NO_MASK).
-    pub mask: Option<String>,
+    /// What the mask is made of that says where lichen may grow, layer by layer: the path of an image or of a run, or a
+    /// word for something else; or [`NO_MASK`](super::NO_MASK) alone.
+    pub mask: Option<Vec<String>>,
     /// Hash of the mask that they were resolved for.
     pub mask_hash: Option<String>,
     /// How steep the surface may be where lichen grows.
@@ -242,7 +242,7 @@ impl Complete {
         Self {
             mesh_up: settings.mesh_up,
             mask: { settings.mask.zip(settings.mask_hash) }
-                .map(|(file, hash)| MaskId { file, hash }),
+                .map(|(layers, hash)| MaskId { layers, hash }),
             // Of any steepness is what holds without one.
             slope: settings.slope.filter(|s| s.angles() != [0.0, 180.0]),
             radius: settings.radius.unwrap_or(Length::Auto),

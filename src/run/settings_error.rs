@@ -128,10 +128,13 @@ pub enum SettingsError {
         /// What was said.
         said: String,
     },
+    /// None is said, and the substrate has one.
+    #[error("mask is \"none\", and the substrate has one: Substrate::with_mask(None) takes it off")]
+    UnwantedMask,
     /// The mask is not the one that the recipe was made for.
     #[error(
         "{file} is not the mask that the recipe was made for: its hash is {found}, the recipe's {expected}; name the right \
-         file, or name this one with --mask to grow by it all the same"
+         one with --mask, which takes another one too where no run is gone on with"
     )]
     OtherMask {
         /// What it was made of.

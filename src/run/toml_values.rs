@@ -12,6 +12,17 @@ pub(super) fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
+/// A text alone, or a list where there are several.
+pub(super) fn one_or_list(texts: &[String]) -> String {
+    match texts {
+        [only] => quoted(only),
+        several => {
+            let quoted: Vec<String> = several.iter().map(|text| quoted(text)).collect();
+            format!("[{}]", quoted.join(", "))
+        }
+    }
+}
+
 pub(super) fn length(length: Length) -> String {
     match length {
         Length::Units(units) => float(units),

@@ -30,15 +30,28 @@ type Node = (usize, usize);
 
 impl Bvh {
     pub(super) fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let about = |triangles: &[[u32; 3]]| {
-            let corners = triangles.as_flattened().iter();
-            let [low, high] = corners.fold(EMPTY, |[low, high], &i| {
-                let p = vertices[i as usize];
-                [low.min(p), high.max(p)]
+        Self::over(triangles, |triangle| {
+            triangle.iter().map(|&i| vertices[i as usize])
+        })
+    }
+
+    /// Over places instead of triangles, along a curve as they are.
+    pub(super) fn of_places(places: &[DVec3]) -> Self {
+        Self::over(places, |place| std::iter::once(*place))
+    }
+
+    fn over<'a, T: Sync, P: Iterator<Item = DVec3>>(
+        items: &'a [T],
+        places: impl Fn(&'a T) -> P + Sync,
+    ) -> Self {
+        let about = |items: &'a [T]| {
+            let places = items.iter().flat_map(&places);
+            let [low, high] = places.fold(EMPTY, |[low, high], place| {
+                [low.min(place), high.max(place)]
             });
             padded_box(low, high)
         };
-        let first = triangles.par_chunks(FAN).with_min_len(SHARE).map(about);
+        let first = items.par_chunks(FAN).with_min_len(SHARE).map(about);
         let mut levels: Vec<Vec<Aabb>> = vec![first.collect()];
         while let Some(below) = levels.last().filter(|below| below.len() > FAN) {
             let about = |boxes: &[Aabb]| boxes[1..].iter().fold(boxes[0], |sum, b| sum.union(b));
@@ -46,7 +59,7 @@ impl Bvh {
             levels.push(above);
         }
         Self {
-            triangles: triangles.len(),
+            triangles: items.len(),
             levels,
         }
     }

@@ -1,7 +1,10 @@
-//! Where on a surface lichen may grow, as somebody has painted it.
+//! Where on a surface lichen may grow, as somebody has painted it or other lichens leave room.
 
-use glam::Vec3;
+use std::sync::Arc;
 
+use glam::{DVec3, Vec3};
+
+use super::neighbour::Neighbour;
 use super::{Substrate, SurfacePoint, Texturing};
 use crate::image::{Image, Wrap};
 
@@ -11,16 +14,29 @@ const WHITE: f32 = 15.0 / 16.0;
 
 /// A mask for the triangles of one [`Substrate`]: black where nothing grows, white where lichen grows as anywhere; what
 /// is grey in between is a factor on the chance to stick. See [`Substrate::with_mask`].
-#[derive(Clone, Debug)]
+///
+/// It may have several layers: lichen grows only where all let it.
+#[derive(Clone)]
 pub struct Mask {
-    paint: Paint,
+    triangles: usize,
+    paints: Vec<Paint>,
+    /// Other lichens.
+    neighbours: Vec<Arc<Neighbour>>,
     hash: String,
     /// Whether it is all white, as far as triangles go by it.
     is_white: bool,
 }
 
+impl std::fmt::Debug for Mask {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mask")
+            .field("hash", &self.hash)
+            .finish_non_exhaustive()
+    }
+}
+
 /// By the substrate's triangles; none where a triangle has nothing to go by, which is as good as black.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 enum Paint {
     /// Brightness at the corners.
     Corners(Vec<Option<[f32; 3]>>),
@@ -69,8 +85,10 @@ impl Mask {
         match uvs.iter().all(Option::is_none) {
             true => Err(MaskError::NoUvs),
             false => Ok(Self {
+                triangles: uvs.len(),
                 is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
-                paint: Paint::Image(image, uvs),
+                paints: vec![Paint::Image(image, uvs)],
+                neighbours: Vec::new(),
                 hash: blake3::hash(bytes).to_hex().to_string(),
             }),
         }
@@ -94,13 +112,50 @@ impl Mask {
             corners.is_some_and(|corners| corners.into_iter().all(|x| x > WHITE))
         };
         Ok(Self {
+            triangles: corners.len(),
             is_white: corners.iter().all(is_white),
-            paint: Paint::Corners(corners),
+            paints: vec![Paint::Corners(corners)],
+            neighbours: Vec::new(),
             hash: hasher.finalize().to_hex().to_string(),
         })
     }
 
-    /// BLAKE3 hash of the image's file, or of the brightness at the corners; hexadecimal.
+    /// Of the room that another lichen leaves: elements do not overlap its elements, which are at these positions with
+    /// this radius; local units. That is asked of distances through space, as packed elements are told apart.
+    pub fn beside(substrate: &Substrate, positions: &[DVec3], radius: f64) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for value in positions.iter().flat_map(DVec3::to_array).chain([radius]) {
+            hasher.update(&value.to_le_bytes());
+        }
+        Self {
+            triangles: substrate.triangles().len(),
+            paints: Vec::new(),
+            neighbours: vec![Arc::new(Neighbour::new(positions, radius))],
+            hash: hasher.finalize().to_hex().to_string(),
+            is_white: positions.is_empty(),
+        }
+    }
+
+    /// Both: where either has nothing grow nothing does, and factors are multiplied.
+    ///
+    /// # Panics
+    /// When they were made for different numbers of triangles.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        assert_eq!(self.triangles, other.triangles, "masks of different meshes");
+        self.paints.extend(other.paints);
+        self.neighbours.extend(other.neighbours);
+        Self {
+            hash: blake3::hash((self.hash + &other.hash).as_bytes())
+                .to_hex()
+                .to_string(),
+            is_white: self.is_white && other.is_white,
+            ..self
+        }
+    }
+
+    /// BLAKE3 hash of the image's file, of the brightness at the corners, or of positions and radius; of several layers
+    /// that of their hashes. Hexadecimal.
     pub fn hash(&self) -> &str {
         &self.hash
     }
@@ -112,21 +167,43 @@ impl Mask {
 
     /// How many triangles have neither UVs nor colours, as the mask goes by the ones or the others: nothing grows on them.
     pub fn unpainted(&self) -> usize {
-        match &self.paint {
-            Paint::Corners(corners) => corners.iter().filter(|c| c.is_none()).count(),
-            Paint::Image(_, uvs) => uvs.iter().filter(|uvs| uvs.is_none()).count(),
-        }
+        let is_unpainted = |t: &usize| self.paints.iter().any(|paint| !paint.covers(*t));
+        (0..self.triangles).filter(is_unpainted).count()
     }
 
-    /// From 0, where nothing grows, to 1.
+    /// From 0, where nothing grows, to 1, as it is painted.
     ///
     /// # Panics
     /// When the substrate that it was made for has no such triangle.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
+        self.paints.iter().map(|paint| paint.at(at)).product()
+    }
+
+    /// Whether other lichens leave room for an element of this radius; local units.
+    pub fn leaves_room(&self, here: DVec3, radius: f64) -> bool {
+        { self.neighbours.iter() }.all(|neighbour| neighbour.leaves_room(here, radius))
+    }
+
+    /// How many triangles the substrate has that it was made for.
+    pub fn triangles(&self) -> usize {
+        self.triangles
+    }
+}
+
+impl Paint {
+    /// Whether a triangle has something to go by.
+    fn covers(&self, triangle: usize) -> bool {
+        match self {
+            Self::Corners(corners) => corners[triangle].is_some(),
+            Self::Image(_, uvs) => uvs[triangle].is_some(),
+        }
+    }
+
+    fn at(&self, at: &SurfacePoint) -> f64 {
         let triangle = at.triangle as usize;
-        let brightness = match &self.paint {
-            Paint::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
-            Paint::Image(image, uvs) => uvs[triangle].map(|uvs| {
+        let brightness = match self {
+            Self::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
+            Self::Image(image, uvs) => uvs[triangle].map(|uvs| {
                 let place = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
                 // Only what is laid out beyond its borders is meant to repeat it.
                 let is_within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));
@@ -141,13 +218,6 @@ impl Mask {
             Some(x) if x > WHITE => 1.0,
             Some(x) if x >= BLACK => f64::from(x),
             _ => 0.0,
-        }
-    }
-
-    pub(super) fn triangles(&self) -> usize {
-        match &self.paint {
-            Paint::Corners(corners) => corners.len(),
-            Paint::Image(_, uvs) => uvs.len(),
         }
     }
 }

@@ -17,6 +17,7 @@ mod geometry;
 mod junctions;
 mod load;
 mod mask;
+mod neighbour;
 mod order;
 mod report;
 mod seams;
