@@ -54,11 +54,11 @@ impl Image {
         let image = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes, is_mask)?,
             [0xff, 0xd8, ..] => jpeg(bytes, is_mask)?,
-            _ => return Err("it is neither PNG nor JPEG".into()),
+            _ => return Err("it is neither PNG nor JPEG; save it as one of them".into()),
         };
         match image.rgb.len() == image.width * image.height && !image.rgb.is_empty() {
             true => Ok(image),
-            false => Err("it has no texels".into()),
+            false => Err(damaged()),
         }
     }
 
@@ -125,14 +125,31 @@ impl Image {
     }
 }
 
+/// Pixels along a side of a JPEG image, at most.
+const MOST_WIDE: usize = u16::MAX as usize;
+
+fn damaged() -> String {
+    "it is damaged; save it again".to_owned()
+}
+
+fn check_size([width, height]: [usize; 2]) -> Result<(), String> {
+    match width.checked_mul(height) {
+        Some(texels) if texels <= MOST_TEXELS => Ok(()),
+        _ => Err(format!(
+            "it has {width} x {height} texels, and {MOST_TEXELS} is the most; make it smaller"
+        )),
+    }
+}
+
 fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
-    let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
-    let length = reader.output_buffer_size();
-    let length = length.filter(|&length| length <= 4 * MOST_TEXELS);
-    let mut raw = vec![0; length.ok_or("it is too large")?];
-    let info = reader.next_frame(&mut raw).map_err(|e| e.to_string())?;
+    let mut reader = decoder.read_info().map_err(|_| damaged())?;
+    let (width, height) = reader.info().size();
+    check_size([width, height].map(|side| side as usize))?;
+    let length = reader.output_buffer_size().ok_or_else(damaged)?;
+    let mut raw = vec![0; length];
+    let info = reader.next_frame(&mut raw).map_err(|_| damaged())?;
     let channels = info.color_type.samples();
     let over_black = |x: u8, alpha: u8| match over_black {
         true => (u16::from(x) * u16::from(alpha) / 255) as u8,
@@ -159,10 +176,14 @@ fn jpeg(bytes: &[u8], is_strict: bool) -> Result<Image, String> {
     // Without the processor's own instructions, whose rounding may differ.
     let options = DecoderOptions::new_safe()
         .jpeg_set_out_colorspace(ColorSpace::RGB)
+        .set_max_width(MOST_WIDE)
+        .set_max_height(MOST_WIDE)
         .set_strict_mode(is_strict);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let raw = decoder.decode().map_err(|e| e.to_string())?;
-    let (width, height) = decoder.dimensions().ok_or("it has no size")?;
+    decoder.decode_headers().map_err(|_| damaged())?;
+    let (width, height) = decoder.dimensions().ok_or_else(damaged)?;
+    check_size([width, height])?;
+    let raw = decoder.decode().map_err(|_| damaged())?;
     Ok(Image {
         width,
         height,

@@ -21,7 +21,7 @@ use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
-use super::{buried, check, ended, interrupt, mask, memory, resume, warnings};
+use super::{buried, check, ended, interrupt, mask, memory, moved, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -41,7 +41,8 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     }
     interrupt::listen(execution.cancel.clone());
 
-    let (substrate, seconds) = load(&mesh, &settings, args.recipe_file().as_deref(), voice)?;
+    let recipe_file = args.recipe_file();
+    let (substrate, seconds) = load(&mesh, &settings, recipe_file.as_slice(), voice)?;
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let settings = Settings {
@@ -50,6 +51,9 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     };
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
     let warnings = warnings::warnings(&substrate, recipe.radius);
+    moved::seeds(&substrate, &recipe)
+        .iter()
+        .for_each(|note| voice.note(note));
     let hidden = buried::warning(&substrate, &recipe);
     warnings
         .iter()
@@ -306,17 +310,17 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
 }
 
 /// The mesh as settings have it, with the axis up and the mask that they say, and the seconds that it took. They may be
-/// those of a recipe file, beside which the mask may lie.
+/// those of recipe files, beside which the mask may lie.
 pub(super) fn load(
     mesh: &Path,
     settings: &Settings,
-    recipe: Option<&Path>,
+    recipes: &[PathBuf],
     voice: Voice,
 ) -> Result<(Substrate, Timings), Failure> {
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let room = Room::now();
-    let loaded = match mask::needs_looks(settings, recipe) {
+    let loaded = match mask::needs_looks(settings, recipes) {
         true => load_textured(mesh),
         false => load_soup(mesh).map(|loaded| (loaded, Texturing::default())),
     };
@@ -324,7 +328,7 @@ pub(super) fn load(
     room.check(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
-    let mask = mask::read(settings, recipe, (mesh, &substrate, &texturing), voice);
+    let mask = mask::read(settings, recipes, (mesh, &substrate, &texturing), voice);
     let mask = mask.map_err(|failure| {
         match settings.check_mesh(&mesh.display().to_string(), substrate.mesh_hash()) {
             Ok(()) => failure,
@@ -356,7 +360,7 @@ fn mask_names(args: &GrowArgs, settings: &Settings, folder: &Path) -> Option<Vec
         return settings.mask.clone();
     }
     let hash = settings.mask_hash.as_deref().filter(|_| layers.len() == 1);
-    let found = mask::found(settings, args.recipe_file().as_deref());
+    let found = mask::found(settings, args.recipe_file().as_slice());
     let name = |(layer, found): (&String, String)| match layer.as_str() {
         VERTEX_COLORS => layer.clone(),
         named => name_for(folder, Some(named), hash, Path::new(&found), args),

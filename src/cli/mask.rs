@@ -1,7 +1,7 @@
 //! The mask that settings name: where lichen may grow.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::input;
@@ -15,8 +15,8 @@ use super::number::{percent, plural};
 use super::terminal::Voice;
 
 /// Whether the mesh's UVs or colours are read, by which these settings have a mask.
-pub(super) fn needs_looks(settings: &Settings, recipe: Option<&Path>) -> bool {
-    let layers = found(settings, recipe);
+pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
+    let layers = found(settings, recipes);
     { layers.iter() }.any(|layer| !is_lichen(Path::new(layer)))
 }
 
@@ -30,16 +30,16 @@ fn is_lichen(layer: &Path) -> bool {
     layer.is_dir() || is_table()
 }
 
-/// The mask that settings ask for, if they do. Where a recipe file names it, its layers are looked for beside that too.
+/// The mask that settings ask for, if they do. Where recipe files may name it, its layers are looked for beside these too.
 pub(super) fn read(
     settings: &Settings,
-    recipe: Option<&Path>,
+    recipes: &[PathBuf],
     on: (&Path, &Substrate, &Texturing),
     voice: Voice,
 ) -> Result<Option<Mask>, Failure> {
     check_words(settings.mask_layers())?;
     let mut all: Option<Mask> = None;
-    for layer in found(settings, recipe) {
+    for layer in found(settings, recipes) {
         let mask = layer_of(&layer, on, voice)?;
         tell_of_unpainted(&layer, &mask, voice);
         all = Some(match all {
@@ -125,22 +125,23 @@ fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
 
 /// The mask as a sweep's grid names it: found from the folder that the program is called from, unless it is known by its
 /// hash.
-pub(super) fn settled(settings: &Settings, recipe: Option<&Path>) -> Option<Vec<String>> {
+pub(super) fn settled(settings: &Settings, recipes: &[PathBuf]) -> Option<Vec<String>> {
     let is_known = settings.mask_hash.is_some() || settings.mask_layers().is_empty();
     match is_known {
         true => settings.mask.clone(),
-        false => Some(found(settings, recipe)),
+        false => Some(found(settings, recipes)),
     }
 }
 
 /// The layers of the mask that settings ask for, those that are files seen from here, or else found as the mesh is that a
-/// recipe names.
-pub(super) fn found(settings: &Settings, recipe: Option<&Path>) -> Vec<String> {
+/// recipe names: beside the first recipe that has one there.
+pub(super) fn found(settings: &Settings, recipes: &[PathBuf]) -> Vec<String> {
     let layers = settings.mask_layers();
     let hash = settings.mask_hash.as_deref().filter(|_| layers.len() == 1);
     let found = |layer: &String| {
-        let recipe = recipe.filter(|_| layer != VERTEX_COLORS)?;
-        Some(named_mesh(recipe, layer, hash)?.display().to_string())
+        let recipes = recipes.iter().filter(|_| layer != VERTEX_COLORS);
+        let mut files = recipes.filter_map(|recipe| named_mesh(recipe, layer, hash));
+        Some(files.next()?.display().to_string())
     };
     let here = |layer: &String| found(layer).unwrap_or_else(|| layer.clone());
     layers.iter().map(here).collect()

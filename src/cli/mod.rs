@@ -28,6 +28,7 @@ mod interrupt;
 mod mask;
 mod memory;
 mod mesh_args;
+mod moved;
 mod named_mesh;
 mod number;
 mod output;

@@ -158,8 +158,11 @@ fn short_line(progress: &Progress, size: &str, pace: &Pace, share: f64) -> Strin
 }
 
 fn time_left(pace: &Pace, share: f64) -> String {
-    pace.seconds_left(share)
-        .map_or_else(|| "?".to_owned(), duration)
+    match pace.seconds_left(share).map(duration) {
+        None => "?".to_owned(),
+        Some(left) if pace.is_falling() => format!("over {left}"),
+        Some(left) => left,
+    }
 }
 
 /// Walkers that open edges take for each element, from which on nearly all of the time goes into them.
@@ -194,6 +197,9 @@ fn share_done(goal: &Goal, progress: &Progress) -> f64 {
 const PAUSE: Duration = Duration::from_secs(1);
 const MISSED: f64 = 100.0;
 
+/// Of the greatest speed, below which it is taken to fall: a lichen that grows freely slows down by less.
+const SMALL_PART: f64 = 0.2;
+
 /// Recent speed.
 struct Pace {
     /// When it began, with so many elements.
@@ -205,6 +211,8 @@ struct Pace {
     share: f64,
     elements_per_second: f64,
     share_per_second: f64,
+    /// The most that this has been.
+    most_per_second: f64,
     /// Seconds that the averages look back on.
     memory: f64,
 }
@@ -220,6 +228,7 @@ impl Pace {
             share,
             elements_per_second: 0.0,
             share_per_second: 0.0,
+            most_per_second: 0.0,
             memory: 0.0,
         }
     }
@@ -248,7 +257,14 @@ impl Pace {
         let share_now = (share - self.share).max(0.0) / seconds;
         self.elements_per_second += weight * (elements_now - self.elements_per_second);
         self.share_per_second += weight * (share_now - self.share_per_second);
+        self.most_per_second = self.most_per_second.max(self.share_per_second);
         (self.at, self.elements, self.share) = (now, elements, share);
+    }
+
+    /// Whether it has come down to a small part of what it was, as where the last room fills up: it will come down
+    /// further.
+    fn is_falling(&self) -> bool {
+        self.share_per_second < SMALL_PART * self.most_per_second
     }
 
     fn seconds_left(&self, share: f64) -> Option<f64> {
@@ -331,6 +347,21 @@ mod tests {
             assert!((left - 2.0).abs() < 0.01, "{pauses}: {left}");
         }
         assert!(pace_after(2).seconds_left(0.5).unwrap() > 4.0);
+    }
+
+    #[test]
+    fn a_pace_that_falls_says_so() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start, 0, 0.0);
+        let mut share = 0.0;
+        let mut left = Vec::new();
+        for second in 1..=60u64 {
+            share += if second <= 20 { 0.02 } else { 0.001 };
+            pace.update(start + Duration::from_secs(second), 1, share);
+            left.push(time_left(&pace, share));
+        }
+        assert_eq!(left[19], "29 s");
+        assert!(left[59].starts_with("over "), "{}", left[59]);
     }
 
     #[test]

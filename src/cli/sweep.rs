@@ -44,9 +44,11 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         ..Execution::default()
     };
     interrupt::listen(execution.cancel.clone());
-    let named_by = args.recipe.as_deref().or(is_grid(from).then_some(from));
-    let (substrate, _) = grow::load(&mesh, &grid.base, named_by, voice)?;
-    grid.base.mask = mask::settled(&grid.base, named_by);
+    let grid_file = is_grid(from).then_some(from);
+    let named_by = [args.recipe.as_deref(), grid_file].into_iter().flatten();
+    let named_by: Vec<PathBuf> = named_by.map(Path::to_owned).collect();
+    let (substrate, _) = grow::load(&mesh, &grid.base, &named_by, voice)?;
+    grid.base.mask = mask::settled(&grid.base, &named_by);
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use thallus::export::{OutputDir, OutputError};
-use thallus::run::shell_path;
+use thallus::run::{Settings, shell_path};
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
@@ -34,8 +34,15 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let cancel = Arc::default();
     interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
-    let named_by = args.parts.first().map(|part| part.join(GRID));
-    let (substrate, _) = grow::load(&mesh, &grid.base, named_by.as_deref(), voice)?;
+    let named_by: Vec<PathBuf> = parts.iter().map(|part| part.join(GRID)).collect();
+    let base = Settings {
+        mask: match (&args.mask[..], &grid.base.mask) {
+            ([], mask) | (_, mask @ None) => mask.clone(),
+            (now, _) => Some(now.to_vec()),
+        },
+        ..grid.base.clone()
+    };
+    let (substrate, _) = grow::load(&mesh, &base, &named_by, voice)?;
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
     let sources = sources(&parts, &args.output, &plan, &cancel, voice)?;

@@ -44,6 +44,9 @@ const STEEP: f64 = 0.3;
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
 
+/// The square of a length that leads nowhere; local units.
+const NO_LENGTH_SQ: f64 = 1e-200;
+
 /// Coarser copies, and when to walk on them.
 pub(super) struct Far {
     copies: Arc<Copies>,
@@ -276,6 +279,10 @@ fn walk(
     let of = |there: &Stand| onward(there, &surface.frames()[there.triangle as usize]);
     let (mut way, mut far) = of(&there);
     for _ in 0..MOST_WALKS {
+        // Without a direction it is not known by which edge a step leaves from the border of a triangle.
+        if way.length_squared() < NO_LENGTH_SQ {
+            break;
+        }
         let next = there.step(surface, way, false).to;
         let before = far;
         (way, far) = of(&next);
@@ -368,6 +375,26 @@ mod tests {
         moved.sort_by(f64::total_cmp);
         assert!(moved[3600] < 1e-9, "{} r", moved[3600]);
         assert!(moved[3880] < 1.0, "{} r", moved[3880]);
+    }
+
+    /// On an edge round-off says whether a place is still in its triangle.
+    #[test]
+    fn who_is_there_already_goes_nowhere_from_an_edge_either() {
+        let cube = cubes(&[1.0], 5);
+        for t in 0..cube.triangles().len() as u32 {
+            for weights in (0..=8).map(|k| [f64::from(k), f64::from(8 - k), 0.0]) {
+                let edges = [0, 1, 2].map(|first| {
+                    let mut weights = weights;
+                    weights.rotate_left(first);
+                    weights
+                });
+                for edge in edges {
+                    let here = Stand::new(&cube, &SurfacePoint::from_weights(t, edge));
+                    let there = walk_to(&cube, here, here.position);
+                    assert_eq!(there.position, here.position, "{t} {edge:?}");
+                }
+            }
+        }
     }
 
     /// Adds a flat square cut into so many along its sides, whose corners lie at places along these.

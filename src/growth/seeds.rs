@@ -58,6 +58,9 @@ impl SeedPlace {
 /// Numbers of cubes, which those beside them are counted on from.
 const FARTHEST: i64 = 1 << 60;
 
+/// Radii from another lichen's elements at which a seed is taken to be outside of that lichen's gaps.
+const ELBOW_ROOM: f64 = 10.0;
+
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
     habitat: &'a Habitat<'a>,
@@ -84,12 +87,14 @@ impl Seeds<'_> {
         Ok(())
     }
 
-    /// A place that was found for one, or where nothing may grow there the nearest to it, unless it was asked for as it is.
+    /// A place that was found for one, or where nothing may grow there the nearest to it, unless it was asked for as it is:
+    /// one that is in no gap of another lichen, if there are any.
     fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
         if self.habitat.at(&at) > 0.0 {
             return Ok(at);
         }
-        let nearest = self.habitat.nearest(&at);
+        let roomy = self.habitat.for_radius(ELBOW_ROOM * self.radius);
+        let nearest = { roomy.nearest(&at) }.or_else(|| self.habitat.nearest(&at));
         let units = self.substrate.units();
         match place {
             SeedPlace::Point(_) | SeedPlace::Triangle { .. } => Err(PlaceError::Barren {

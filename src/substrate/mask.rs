@@ -49,7 +49,7 @@ enum Paint {
 #[non_exhaustive]
 pub enum MaskError {
     /// The image cannot be read.
-    #[error("the mask cannot be read: {0}; save it as PNG or JPEG")]
+    #[error("the mask cannot be read: {0}")]
     Image(String),
     /// Images need coordinates.
     #[error(
