@@ -60,7 +60,7 @@ impl<'a> Habitat<'a> {
     /// By the substrate's [mask](Substrate::mask), if it has one, and a slope.
     pub fn new(substrate: &'a Substrate, slope: Option<Slope>) -> Self {
         if slope.is_some() {
-            substrate.find_normals();
+            substrate.find_slope_normals();
         }
         Self {
             substrate,
@@ -84,7 +84,7 @@ impl<'a> Habitat<'a> {
     /// The factor on the chance to stick at a place: 0 where nothing may grow, at most 1.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
         if let Some([least, most]) = self.cosines {
-            let rise = { self.substrate.smooth_normal(at) }.dot(self.substrate.up());
+            let rise = { self.substrate.slope_normal(at) }.dot(self.substrate.up());
             if !(least..=most).contains(&rise) {
                 return 0.0;
             }

@@ -2,15 +2,15 @@
 //!
 //! Edges are undirected, so walks do not notice how triangles are wound. An edge of one triangle is a
 //! boundary: it is its own twin, so that a walk that crosses it unfolds into the mirror image of
-//! the triangle that it came from, which is reflection. At an edge of more than two triangles the
-//! two that continue each other most straightly are joined, then the next two, and so on; an odd
-//! one out ends there. Edges of more than 64 triangles are walls to all of them.
+//! the triangle that it came from, which is reflection. At an edge of more than two triangles they
+//! are [paired](super::pairing).
 
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::pairing::pairs;
 use crate::ahead::fetch;
 
 /// A corner of a triangle, or the directed edge from it to the next corner: 3 · triangle + k.
@@ -193,7 +193,8 @@ impl Adjacency {
             for other in &half_edges[1..] {
                 unite(&mut self.piece, half_edges[0].1 / 3, other.1 / 3);
             }
-            for [a, b] in straightest_pairs(vertices, triangles, ends, &half_edges) {
+            let half_edges: Vec<HalfEdge> = half_edges.iter().map(|e| e.1).collect();
+            for [a, b] in pairs(vertices, triangles, ends, &half_edges) {
                 self.join(triangles, a, b);
             }
         }
@@ -223,61 +224,9 @@ impl Adjacency {
     }
 }
 
-fn ends(triangles: &[[u32; 3]], half_edge: HalfEdge) -> [u32; 2] {
+pub(super) fn ends(triangles: &[[u32; 3]], half_edge: HalfEdge) -> [u32; 2] {
     let (corners, k) = (triangles[half_edge as usize / 3], half_edge as usize % 3);
     [corners[k], corners[(k + 1) % 3]]
-}
-
-/// Most triangles about one edge that are still paired.
-const MOST_PAIRED: usize = 64;
-
-/// Pairs the triangles about a non-manifold edge, those that continue each other most straightly
-/// first; ties go to the lower numbers.
-fn straightest_pairs(
-    vertices: &[DVec3],
-    triangles: &[[u32; 3]],
-    ends: [u32; 2],
-    group: &[(u32, HalfEdge)],
-) -> Vec<[HalfEdge; 2]> {
-    if group.len() > MOST_PAIRED {
-        return Vec::new();
-    }
-    let [a, b] = ends.map(|v| vertices[v as usize]);
-    let away: Vec<DVec3> = group
-        .iter()
-        .map(|e| away_from_edge(vertices, triangles, e.1, a, b))
-        .collect();
-    let mut pairs: Vec<(f64, usize, usize)> = (0..group.len())
-        .flat_map(|i| (i + 1..group.len()).map(move |j| (i, j)))
-        .map(|(i, j)| (away[i].dot(away[j]), i, j))
-        .collect();
-    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-    let mut free = vec![true; group.len()];
-    pairs.retain(|&(_, i, j)| {
-        let both = free[i] && free[j];
-        if both {
-            (free[i], free[j]) = (false, false);
-        }
-        both
-    });
-    pairs
-        .into_iter()
-        .map(|(_, i, j)| [group[i].1, group[j].1])
-        .collect()
-}
-
-/// Unit vector in a triangle's plane, perpendicular to its edge ab and away from it.
-fn away_from_edge(
-    vertices: &[DVec3],
-    triangles: &[[u32; 3]],
-    half_edge: HalfEdge,
-    a: DVec3,
-    b: DVec3,
-) -> DVec3 {
-    let apex = vertices[triangles[half_edge as usize / 3][(half_edge as usize + 2) % 3] as usize];
-    let along = (b - a).normalize_or_zero();
-    let to_apex = apex - a;
-    (to_apex - along * to_apex.dot(along)).normalize_or_zero()
 }
 
 /// Root of a node in a union-find forest, halving the path on the way.

@@ -19,6 +19,7 @@ mod load;
 mod mask;
 mod neighbour;
 mod order;
+mod pairing;
 mod report;
 mod seams;
 mod simplify;
@@ -50,6 +51,7 @@ pub use load::{
 pub use mask::{Mask, MaskError};
 pub(crate) use order::along_curve;
 pub use report::{PieceReport, SubstrateReport};
+use smooth::slope_normals;
 pub(crate) use smooth::{corner_normals, weighted_normal};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
@@ -164,7 +166,7 @@ pub struct Substrate {
     winds_differently: bool,
     winding: OnceLock<Winding>,
     /// Those of the smooth surface at the corners, once somebody asks for them.
-    normals: OnceLock<Vec<[Vec3; 3]>>,
+    slope_normals: OnceLock<Vec<[Vec3; 3]>>,
     mask: Option<Mask>,
 }
 
@@ -310,7 +312,7 @@ impl Substrate {
             coarser: coarse::Kept::default(),
             winds_differently: adjacency.winds_differently,
             winding: OnceLock::new(),
-            normals: OnceLock::new(),
+            slope_normals: OnceLock::new(),
             mask: None,
         }
     }
@@ -506,24 +508,25 @@ impl Substrate {
         self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
     }
 
-    /// The unit normal of the smooth surface that the triangles approximate, on the side of [`normal`](Self::normal);
-    /// [`smooth_normals`](crate::morphometry::smooth_normals) says what that is. The first call finds it for all corners,
-    /// which takes 36 bytes a triangle.
-    pub fn smooth_normal(&self, at: &SurfacePoint) -> DVec3 {
-        let all = self.find_normals();
+    /// The unit normal of the surface as it is on the whole, on the side of [`normal`](Self::normal): for the slope.
+    ///
+    /// As [`smooth_normals`](crate::morphometry::smooth_normals), but what is finer than about 1 % of the diagonal of the
+    /// bounding box, as the noise of a scan or the steps of a terrain, is taken out before, as far as the mean of some
+    /// hundred triangles does that. Larger triangles keep their normals. The first call finds it for all corners, which
+    /// takes 36 bytes a triangle.
+    pub fn slope_normal(&self, at: &SurfacePoint) -> DVec3 {
+        let all = self.find_slope_normals();
         let corners = all[at.triangle as usize].map(|normal| normal.as_dvec3());
         weighted_normal(self, at, corners)
     }
 
     /// Finds them. Not while others wait: a thread that does may take up work that asks for them too.
-    pub(crate) fn find_normals(&self) -> &[[Vec3; 3]] {
-        if let Some(found) = self.normals.get() {
+    pub(crate) fn find_slope_normals(&self) -> &[[Vec3; 3]] {
+        if let Some(found) = self.slope_normals.get() {
             return found;
         }
-        let of_triangle = |t| corner_normals(self, t).map(|normal| normal.as_vec3());
-        let triangles = 0..self.triangles.len() as u32;
-        let found = triangles.into_par_iter().map(of_triangle).collect();
-        self.normals.get_or_init(|| found)
+        let found = slope_normals(self);
+        self.slope_normals.get_or_init(|| found)
     }
 
     /// Which triangles are turned for that, found at the first call.
