@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use png::{TEXELS, image};
 use thallus::glam::DVec3;
 use thallus::growth::{Habitat, Join, Law, PlaceError, SeedPlace, Slope};
+use thallus::rng::{Purpose, Stream};
 use thallus::run::{
     Begun, Execution, GrowError, Growth, MaskId, Recipe, Run, StopRule, Stopped, grow,
 };
@@ -32,6 +33,21 @@ fn square(cells: u32) -> (Substrate, Texturing) {
         .collect();
     let texturing = Texturing::from_vertices(&triangles, &uvs);
     (common::substrate(positions, triangles), texturing)
+}
+
+/// Ground of so many cells of side 1 along a side, with up +Y and a height over each corner.
+fn ground(cells: u32, mut height: impl FnMut(f64, f64) -> f64) -> Substrate {
+    let (flat, _) = square(cells);
+    let mut raised = |p: &DVec3| {
+        let [x, _, z] = flat
+            .units()
+            .to_file(*p)
+            .to_array()
+            .map(|x| x * f64::from(cells));
+        [x, height(x, z), z]
+    };
+    let positions = flat.vertices().iter().map(&mut raised).collect();
+    common::substrate(positions, flat.triangles().to_vec())
 }
 
 /// Such a square with a mask.
@@ -403,6 +419,47 @@ fn slopes_are_those_of_the_smooth_surface() {
         let off = share - (cap(most) - cap(least));
         assert!(off.abs() < 0.015, "{least} to {most}: {share}");
     }
+}
+
+/// Ground that rises by 30 degrees, in steps of two cells or with noise of a sixth of a cell, as terrain and scans have
+/// it: it is as steep as it is on the whole.
+#[test]
+fn slopes_know_nothing_of_steps_and_noise() {
+    let rise = 30f64.to_radians().tan();
+    let mut stream = Stream::new(1, Purpose::Walker, 0);
+    let mut noise = || stream.uniform() - 0.5;
+    let stepped = ground(200, |x, _| (x * rise / 2.0).round() * 2.0);
+    let noisy = ground(200, |x, _| x * rise + 0.6 * noise());
+    for ground in [stepped, noisy] {
+        let share = |least, most| {
+            let habitat = Habitat::new(&ground, Slope::new(least, most));
+            habitat.share([0].into_iter())
+        };
+        let of_slopes = [share(0.0, 45.0), share(0.0, 15.0), share(20.0, 40.0)];
+        assert!(
+            of_slopes[0] > 0.97 && of_slopes[1] < 0.03 && of_slopes[2] > 0.9,
+            "{of_slopes:?}"
+        );
+    }
+}
+
+/// Where nothing may grow at the top a seed goes to where there is room for a lichen, not to a crumb that is nearer.
+#[test]
+fn seeds_that_are_moved_have_room() {
+    let crumb_and_disc = |u: f64, v: f64| {
+        let is_in = |x: f64, radius: f64| (u - x).hypot(v - 0.5) < radius;
+        f64::from(is_in(0.45, 0.012) || is_in(0.2, 0.15))
+    };
+    let substrate = masked(1, crumb_and_disc);
+    let seed = |radius: f64| {
+        let at = recipe(&substrate, radius, 10)
+            .seeds(&substrate)
+            .expect("a place")[0];
+        substrate.units().to_file(substrate.position(&at)).x
+    };
+    assert!(seed(0.002) < 0.35, "{}", seed(0.002));
+    // None has room for this one.
+    assert!(seed(0.02) > 0.4, "{}", seed(0.02));
 }
 
 /// Chi-square of 4 degrees of freedom is beyond 23.5 once in 10,000.

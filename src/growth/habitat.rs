@@ -4,11 +4,13 @@
 //! place, and where it then comes to rest that may not be 0. So no element has its centre where nothing may grow, and
 //! where something may the law is that of the thesis, but for a mask that is grey.
 
+use glam::DVec2;
 use libm::cos;
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Mask, Substrate, SurfacePoint};
+use crate::walk::trace;
 
 /// Places looked at to measure how much of a surface is habitat.
 const PLACES: usize = 20_000;
@@ -124,17 +126,32 @@ impl<'a> Habitat<'a> {
         share * self.substrate.area_of_pieces(triangles)
     }
 
-    /// The place nearest to one, through space, of those looked at on which lichen may grow: on its own piece, or else
-    /// on another. None where it may on none of a million.
-    pub fn nearest(&self, to: &SurfacePoint) -> Option<SurfacePoint> {
+    /// The place nearest to one, through space, of those looked at on which lichen may grow, and a room's length (local
+    /// units) from them in eight directions too: with the first of these rooms for which there is one on its own piece,
+    /// or else on another. None where there is none among a million.
+    pub fn nearest(&self, to: &SurfacePoint, rooms: &[f64]) -> Option<SurfacePoint> {
         let all = 0..self.substrate.triangles().len() as u32;
         let piece = self.substrate.component_of(to.triangle).triangles.clone();
         let goal = self.substrate.position(to);
         let distance = |at: &SurfacePoint| self.substrate.position(at).distance_squared(goal);
         [piece, all].into_iter().find_map(|among| {
-            let places = self.suited_places(among).0.into_iter();
-            places.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            let mut places = self.suited_places(among).0;
+            places.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let with = |room: f64| places.iter().find(|at| self.has_room(at, room));
+            rooms.iter().find_map(|&room| with(room)).copied()
         })
+    }
+
+    fn has_room(&self, at: &SurfacePoint, room: f64) -> bool {
+        const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+        let across = [
+            DVec2::X,
+            DVec2::Y,
+            DVec2::splat(DIAGONAL),
+            DVec2::new(DIAGONAL, -DIAGONAL),
+        ];
+        let mut ways = across.iter().flat_map(|way| [room * way, -room * way]);
+        room == 0.0 || ways.all(|way| self.at(&trace(self.substrate, at, way, false).point) > 0.0)
     }
 
     /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried; one of a

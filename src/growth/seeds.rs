@@ -16,7 +16,8 @@ impl SeedPlace {
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
     /// the mesh, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
-    /// are the [nearest place](Habitat::nearest) where something may grow. Distances are those through space.
+    /// are the [nearest place](Habitat::nearest) where something may grow, with room about it if there is any. Distances
+    /// are those through space.
     ///
     /// # Errors
     /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere; when
@@ -58,8 +59,9 @@ impl SeedPlace {
 /// Numbers of cubes, which those beside them are counted on from.
 const FARTHEST: i64 = 1 << 60;
 
-/// Radii from another lichen's elements at which a seed is taken to be outside of that lichen's gaps.
-const ELBOW_ROOM: f64 = 10.0;
+/// Radii within which something may grow all about a place, for a seed that is free to choose: it may be in a crumb of
+/// the habitat, or in a gap of another lichen. The greatest of these for which there are places.
+const ROOMS: [f64; 3] = [40.0, 10.0, 0.0];
 
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
@@ -88,20 +90,22 @@ impl Seeds<'_> {
     }
 
     /// A place that was found for one, or where nothing may grow there the nearest to it, unless it was asked for as it is:
-    /// one that is in no gap of another lichen, if there are any.
+    /// one with room about it, if there are any.
     fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
         if self.habitat.at(&at) > 0.0 {
             return Ok(at);
         }
-        let roomy = self.habitat.for_radius(ELBOW_ROOM * self.radius);
-        let nearest = { roomy.nearest(&at) }.or_else(|| self.habitat.nearest(&at));
-        let units = self.substrate.units();
+        let nearest = |rooms: &[f64]| self.habitat.nearest(&at, rooms);
+        let in_file = |at: SurfacePoint| {
+            let units = self.substrate.units();
+            units.to_file(self.substrate.position(&at)).to_array()
+        };
         match place {
             SeedPlace::Point(_) | SeedPlace::Triangle { .. } => Err(PlaceError::Barren {
                 place: place.to_string(),
-                nearest: nearest.map(|at| units.to_file(self.substrate.position(&at)).to_array()),
+                nearest: nearest(&[0.0]).map(in_file),
             }),
-            _ => nearest.ok_or(PlaceError::NoHabitat),
+            _ => nearest(&ROOMS.map(|radii| radii * self.radius)).ok_or(PlaceError::NoHabitat),
         }
     }
 

@@ -197,7 +197,9 @@ impl Stopped {
                 "it has the size asked for".to_owned()
             }
             (Self::Full, _) if recipe.mask.is_some() || recipe.slope.is_some() => {
-                "no free surface is left where it may grow".to_owned()
+                "no free surface is left where it may grow and can get to; other habitat is reached by colonies, or from \
+                 elsewhere (at)"
+                    .to_owned()
             }
             (Self::Full, _) if is_alone => "no free surface is left on its piece of the mesh".to_owned(),
             (Self::Full, _) => "no free surface is left on the pieces of the mesh that it is on".to_owned(),

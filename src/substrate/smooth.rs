@@ -48,52 +48,48 @@ fn angle(substrate: &Substrate, triangle: u32, vertex: u32) -> f64 {
 const SLOPE_SCALE: f64 = 0.01;
 
 /// Times that they take the mean with neighbours, at most: that of some hundred triangles.
-const MOST_PASSES: usize = 32;
+const MOST_PASSES: u8 = 32;
 
 /// Normals at the corners of all triangles of the surface as it is without what is small on it, noise of a scan or steps
-/// of a terrain: faces take the mean with their neighbours, by area, time and again, a face the more often the smaller it
-/// is, and one as large as the scale never.
+/// of a terrain: vector areas take the mean with those of neighbours time and again, that of a face the more often the
+/// smaller it is, and of one as large as the scale never. The sum of vector areas is that of any surface with the same
+/// border, so means of them know nothing of what lies within.
 pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let all = 0..substrate.triangles().len() as u32;
-    let areas: Vec<f32> = { all.clone().into_par_iter() }
-        .map(|t| substrate.area(t) as f32)
-        .collect();
-    let mut faces: Vec<Vec3> = { all.clone().into_par_iter() }
-        .map(|t| substrate.normal(t).as_vec3())
-        .collect();
     let units = substrate.units();
     let scale = SLOPE_SCALE * units.length_to_local(units.diagonal());
-    let passes = |t: u32| passes(scale, areas[t as usize]);
-    let most = { all.clone().into_par_iter() }.map(passes).max();
-    for pass in 0..most.unwrap_or(0) {
-        let mean = |t: u32| match passes(t) > pass {
-            true => mean_about(substrate, t, &faces, &areas),
-            false => faces[t as usize],
+    let passes: Vec<u8> = { all.clone().into_par_iter() }
+        .map(|t| passes(scale, substrate.area(t)))
+        .collect();
+    let vector_area = |t| (substrate.area(t) * substrate.normal(t)).as_vec3();
+    let mut areas: Vec<Vec3> = all.clone().into_par_iter().map(vector_area).collect();
+    for pass in 0..passes.iter().copied().max().unwrap_or(0) {
+        let mean = |t: u32| match passes[t as usize] > pass {
+            true => mean_about(substrate, t, &areas),
+            false => areas[t as usize],
         };
-        faces = all.clone().into_par_iter().map(mean).collect();
+        areas = all.clone().into_par_iter().map(mean).collect();
     }
-    let of_face = |face: u32| faces[face as usize].as_dvec3();
+    let of_face = |t: u32| {
+        areas[t as usize]
+            .as_dvec3()
+            .normalize_or(substrate.normal(t))
+    };
     let corners = |t| corners_by(substrate, t, &of_face).map(|normal| normal.as_vec3());
     all.into_par_iter().map(corners).collect()
 }
 
 /// With every pass the mean of equilateral triangles is that of places farther off by a quarter of an edge squared.
-fn passes(scale: f64, area: f32) -> usize {
-    let edge_sq = 4.0 / 3f64.sqrt() * f64::from(area);
-    ((4.0 * scale * scale / edge_sq) as usize).min(MOST_PASSES)
+fn passes(scale: f64, area: f64) -> u8 {
+    let edge_sq = 4.0 / 3f64.sqrt() * area;
+    (4.0 * scale * scale / edge_sq).min(f64::from(MOST_PASSES)) as u8
 }
 
-/// The mean of the normals of a face and those that it has edges with.
-fn mean_about(substrate: &Substrate, triangle: u32, faces: &[Vec3], areas: &[f32]) -> Vec3 {
-    let own = triangle as usize;
-    let mut sum = faces[own] * areas[own];
-    for half_edge in 3 * triangle..3 * triangle + 3 {
-        let across = substrate.twin(half_edge).half_edge() as usize / 3;
-        if across != own {
-            sum += faces[across] * areas[across];
-        }
-    }
-    sum.normalize_or(faces[own])
+/// The mean of what a face has and those with which it has edges.
+fn mean_about(substrate: &Substrate, triangle: u32, of: &[Vec3]) -> Vec3 {
+    let across = (3 * triangle..3 * triangle + 3)
+        .map(|half_edge| of[substrate.twin(half_edge).half_edge() as usize / 3]);
+    (of[triangle as usize] + across.sum::<Vec3>()) / 4.0
 }
 
 /// The unit normal between a triangle's corners, which have these.
