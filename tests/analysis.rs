@@ -208,6 +208,37 @@ fn a_sierpinski_gasket_has_dimension_1_585() {
 }
 
 /// ln 5 / ln 3: five copies, each a third as large.
+/// Three gaskets far from each other have the dimensions of one alone.
+#[test]
+fn colonies_apart_have_the_dimensions_of_each() {
+    let triangle = [0.0, 1.0, 2.0].map(|k| DVec2::from_angle(TAU * k / 3.0));
+    let one = copies(&triangle, 2.0, 8);
+    let all: Vec<DVec2> = { [0.0, 1.0, 2.0].iter() }
+        .flat_map(|k| one.iter().map(move |&p| p + DVec2::new(3e4 * k, 0.0)))
+        .collect();
+    let parents: Vec<i32> = { 0..all.len() }
+        .map(|i| (i / one.len() * one.len()) as i32)
+        .enumerate()
+        .map(|(i, seed)| if i as i32 == seed { -1 } else { seed })
+        .collect();
+    let (alone, together) = (measured(&one), measured_as(1.0, &all, &parents));
+    for method in [
+        Method::MassRadius,
+        Method::Sandbox,
+        Method::Correlation,
+        Method::Boxes,
+        Method::Outline,
+    ] {
+        let of = |analysis: &Analysis| found(&analysis.dimensions, method).dimension;
+        let [alone, together] = [&alone, &together].map(|a| of(a).expect("a dimension"));
+        assert!(
+            (together - alone).abs() < 0.03,
+            "{method:?}: {together}, {alone} alone"
+        );
+    }
+    assert!(together.radius_of_gyration > 2e4);
+}
+
 #[test]
 fn a_vicsek_fractal_has_dimension_1_465() {
     let corners = [DVec2::ZERO, DVec2::X, -DVec2::X, DVec2::Y, -DVec2::Y];

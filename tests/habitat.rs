@@ -179,6 +179,11 @@ fn grey_is_a_factor_on_the_chance_to_stick() {
         let deviation = (n * (1.0 - chance)).sqrt() / chance;
         let off = (growth.counts.refusals as f64 - n * (1.0 / chance - 1.0)) / deviation;
         assert!(off.abs() < 4.0, "{texel}: {off}");
+        let stuck = growth.cluster.elements()[1..].iter();
+        let off = stuck
+            .map(|e| (e.probability - chance).abs())
+            .fold(0.0, f64::max);
+        assert!(off < 1e-6, "{texel}: {off}");
     }
 }
 

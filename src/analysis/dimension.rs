@@ -2,7 +2,8 @@
 //!
 //! Every fit leaves out distances below [`FINEST`] element radii or R_g/32, the greater of the two,
 //! where the elements' own size shows, and those that the finite lichen bends; the upper bound is
-//! told with each method. R_g is the radius of gyration through space:
+//! told with each method. R_g is the radius of gyration through space, of several colonies the root of the mean over
+//! all elements of the squared distance from the centroid of their own:
 //!
 //! | method | curve | dimension | upper bound |
 //! | --- | --- | --- | --- |
@@ -145,18 +146,29 @@ impl Method {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     pub(super) radius: f64,
+    /// Root of the mean squared distance of elements from the centroid of their own colony: how far several are apart is
+    /// no size of theirs.
     pub(super) gyration: f64,
 }
 
 impl Scales {
     pub(super) fn of(sample: &Sample<'_>) -> Self {
-        let n = sample.positions.len() as f64;
-        let points = || sample.positions.iter().map(|&p| DVec3::from(p));
-        let centroid = points().sum::<DVec3>() / n;
-        let spread: f64 = points().map(|p| p.distance_squared(centroid)).sum();
+        let colonies = colonies(sample.parents);
+        let mut centroids: Vec<(DVec3, f64)> = Vec::new();
+        let placed = || std::iter::zip(&colonies, sample.positions);
+        for (&colony, &position) in placed() {
+            centroids.resize(centroids.len().max(colony + 1), (DVec3::ZERO, 0.0));
+            let (sum, n) = &mut centroids[colony];
+            (*sum, *n) = (*sum + DVec3::from(position), *n + 1.0);
+        }
+        let spread = |(&colony, &position): (&usize, &[f64; 3])| {
+            let (sum, n) = centroids[colony];
+            DVec3::from(position).distance_squared(sum / n)
+        };
+        let spread: f64 = placed().map(spread).sum();
         Self {
             radius: sample.radius,
-            gyration: (spread / n).sqrt(),
+            gyration: (spread / sample.positions.len() as f64).sqrt(),
         }
     }
 
@@ -205,6 +217,26 @@ pub(super) fn along_surface(
     let centres = self::centres(sample.positions.len(), centres);
     dimensions.extend(about_centres(metric, Through::Surface, &centres, scales));
     dimensions
+}
+
+/// Root of the mean squared distance from the centroid of all.
+pub(super) fn radius_of_gyration(positions: &[[f64; 3]]) -> f64 {
+    let n = positions.len() as f64;
+    let points = || positions.iter().map(|&p| DVec3::from(p));
+    let centroid = points().sum::<DVec3>() / n;
+    let spread: f64 = points().map(|p| p.distance_squared(centroid)).sum();
+    (spread / n).sqrt()
+}
+
+/// The colony of every element, by the order of their seeds.
+fn colonies(parents: &[i32]) -> Vec<usize> {
+    let (mut seeds, mut colonies) = (0, Vec::with_capacity(parents.len()));
+    for &parent in parents {
+        let of_parent = usize::try_from(parent).ok().map(|parent| colonies[parent]);
+        colonies.push(of_parent.unwrap_or(seeds));
+        seeds += usize::from(of_parent.is_none());
+    }
+    colonies
 }
 
 /// The elements that have no parent.
@@ -302,13 +334,7 @@ fn upright(sample: &Sample<'_>) -> Vec<[f64; 3]> {
 
 /// Radius of gyration of the first n elements, for n from all down in steps of √2.
 fn gyration(sample: &Sample<'_>, scales: &Scales) -> Dimension {
-    let of_first = |n: usize| {
-        let first = Sample {
-            positions: &sample.positions[..n],
-            ..*sample
-        };
-        Scales::of(&first).gyration
-    };
+    let of_first = |n: usize| radius_of_gyration(&sample.positions[..n]);
     grown(sample.positions.len(), Through::Space, scales, &of_first)
 }
 

@@ -7,9 +7,9 @@
 //! all single numbers by name. Nothing here reads, writes or prints; the result does not depend on
 //! the number of threads.
 //!
-//! One colony is assumed: of several, mass–radius is the mean over the seeds, the size of the first elements
-//! (gyration) has no dimension, front and growth are no [`Scalar`]s, and the rest treats them as one lichen.
-//! [`Elements::of_colony`] takes one out.
+//! One colony is assumed: of several, mass–radius is the mean over the seeds, fits of dimensions go as far as single
+//! colonies do, the size of the first elements (gyration) has no dimension, front and growth are no [`Scalar`]s, and
+//! the rest treats them as one lichen. [`Elements::of_colony`] takes one out.
 
 mod boxes;
 mod branching;
@@ -201,7 +201,7 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
         elements: n,
         colonies: dimension::seeds(sample).len(),
         radius: sample.radius,
-        radius_of_gyration: Scales::of(sample).gyration,
+        radius_of_gyration: dimension::radius_of_gyration(sample.positions),
         effective_radius: Distances::of(sample.positions).greatest(),
         covered_area: n as f64 * PI * sample.radius * sample.radius,
         density: density(sample.radius, &near).iter().sum::<f64>() / n as f64,

@@ -268,7 +268,9 @@ impl Pace {
     }
 
     fn seconds_left(&self, share: f64) -> Option<f64> {
-        (self.share_per_second > 0.0).then(|| (1.0 - share) / self.share_per_second)
+        // More may find room than was thought.
+        let is_known = self.share_per_second > 0.0 && share < 1.0;
+        is_known.then(|| (1.0 - share) / self.share_per_second)
     }
 }
 

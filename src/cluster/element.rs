@@ -18,7 +18,7 @@ pub struct Element {
     pub parent: u32,
     /// Which seed it descends from.
     pub colony: u32,
-    /// The sticking probability P_s that it stuck with; 1 for a seed.
+    /// The sticking probability that it stuck with: P_s, times the factor of a mask that is grey there; 1 for a seed.
     pub probability: f64,
 }
 

@@ -22,7 +22,7 @@ pub struct Elements {
     pub triangle: Vec<u32>,
     /// Barycentric weights of that triangle's second and third corner.
     pub uv: Vec<[f32; 2]>,
-    /// Sticking probability P_s at joining.
+    /// Sticking probability at joining: P_s, times the factor of a grey mask.
     pub probability: Vec<f32>,
     /// Number of the triangle in the mesh file, from 0. Not in `elements.ply`; the other formats
     /// have it when it is known.

@@ -405,7 +405,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             Answer::Sticks(probability) => {
                 let wide = curvature_radius.max(JOINING * radius);
                 self.asked(there.position, wide, 0);
-                Meeting::Sticks(probability)
+                Meeting::Sticks(probability * factor)
             }
             Answer::Refused(Asked {
                 centre,

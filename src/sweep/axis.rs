@@ -15,8 +15,8 @@ const FIXED: [(&str, &str); 7] = [
     ("mesh", "a sweep is on one mesh"),
     ("mesh-hash", "a sweep is on one mesh"),
     ("mesh-up", "a sweep is on one mesh"),
-    ("mask", "a sweep has one mask"),
-    ("mask-hash", "a sweep has one mask"),
+    ("mask", "a sweep has one mask: make one for each"),
+    ("mask-hash", "a sweep has one mask: make one for each"),
     ("version", "it says which program made a recipe"),
 ];
 
