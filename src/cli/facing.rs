@@ -21,6 +21,9 @@ const MOST_OPEN: f64 = 0.6;
 /// Share of its area that a piece is wide, seen from below, if it looks down.
 const DOWN: f64 = 0.5;
 
+/// Share of the mesh's area that a piece has whose outlook matters: of loose cards one looks down for each that looks up.
+const MUCH: f64 = 0.2;
+
 const CURE: &str =
     "turn them (in Blender: Edit Mode, Mesh, Normals, Recalculate Outside) and export it again";
 
@@ -104,7 +107,11 @@ fn of_largest(substrate: &Substrate) -> Option<String> {
             ),
         });
     }
-    (facing.open > 0.0 && down > DOWN * piece.area).then(|| {
+    let all: f64 = { substrate.components().iter() }
+        .map(|piece| piece.area)
+        .sum();
+    let is_much = piece.area > MUCH * all;
+    (is_much && facing.open > 0.0 && down > DOWN * piece.area).then(|| {
         "its faces look down, so lichen would hang below it; turn them (in Blender: Edit Mode, Mesh, Normals, Flip) and \
          export it again, unless it is a ceiling"
             .to_owned()
