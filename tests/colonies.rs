@@ -100,6 +100,28 @@ fn packed_ones_leave_no_pair_that_overlaps() {
 }
 
 /// Cut off after any number of elements, seeds among them, and on any number of threads.
+/// On a plate thinner than an element each grows on its face; both would fit on one.
+#[test]
+fn two_faces_of_a_plate_have_a_colony_each() {
+    let plate = common::slab(8, 1.0, 0.002);
+    let recipe = Recipe {
+        at: [0.001, -0.001]
+            .map(|y| SeedPlace::Point([0.1, y, 0.1]))
+            .to_vec(),
+        ..common::recipe(0.004, 2000)
+    };
+    let growth = grown(&plate, &recipe);
+    assert!(
+        sizes(&growth, 2).iter().all(|n| *n > 700),
+        "{:?}",
+        sizes(&growth, 2)
+    );
+    for element in growth.cluster.elements() {
+        let is_above = plate.normal(element.at.triangle).y > 0.0;
+        assert_eq!(is_above, element.colony == 0);
+    }
+}
+
 #[test]
 fn a_run_that_goes_on_and_one_on_more_threads_are_the_same() {
     let rock = common::rock(24);

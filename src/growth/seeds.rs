@@ -10,6 +10,7 @@ use super::launch::AreaSampler;
 use super::place::{PlaceError, SeedPlace, TRIES};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Substrate, SurfacePoint};
+use crate::walk::{Ball, Connectivity};
 
 impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
@@ -17,7 +18,7 @@ impl SeedPlace {
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
     /// the mesh, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
     /// are the [nearest place](Habitat::nearest) where something may grow, with room about it if there is any. Distances
-    /// are those through space.
+    /// are those through space, but elements on two faces of a sheet do not overlap.
     ///
     /// # Errors
     /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere; when
@@ -40,6 +41,7 @@ impl SeedPlace {
             tries: 0,
             places: Vec::with_capacity(places.len()),
             cells: HashMap::new(),
+            scratch: Connectivity::new(),
         };
         let mut by_area = None;
         for (colony, place) in (0..).zip(places) {
@@ -73,6 +75,7 @@ struct Seeds<'a> {
     places: Vec<SurfacePoint>,
     /// Their numbers, by cubes as wide as an element.
     cells: HashMap<[i64; 3], Vec<usize>>,
+    scratch: Connectivity,
 }
 
 impl Seeds<'_> {
@@ -173,19 +176,28 @@ impl Seeds<'_> {
         PI * self.radius * self.radius >= piece.area
     }
 
-    /// A seed that an element at a place would overlap, and how far from it that is.
-    fn overlapped(&self, at: &SurfacePoint) -> Option<(usize, f64)> {
-        let p = self.substrate.position(at);
+    /// A seed that an element at a place would overlap on the same sheet, and how far from it that is.
+    fn overlapped(&mut self, at: &SurfacePoint) -> Option<(usize, f64)> {
+        let here = (at.triangle, self.substrate.position(at));
+        self.near(here.1).into_iter().find(|&(seed, _)| {
+            let other = self.places[seed];
+            let there = (other.triangle, self.substrate.position(&other));
+            let ball = Ball::of_contact([here.1, there.1], self.radius);
+            self.scratch.joined(self.substrate, [here, there], &ball)
+        })
+    }
+
+    /// The seeds nearer than an element's diameter through space, and how far they are.
+    fn near(&self, p: DVec3) -> Vec<(usize, f64)> {
         let [x, y, z] = self.cell(p);
         let beside = |c: i64| c - 1..=c + 1;
         let cells = beside(x).flat_map(|x| beside(y).map(move |y| (x, y)));
-        let mut cells = cells.flat_map(|(x, y)| beside(z).map(move |z| [x, y, z]));
-        cells.find_map(|cell| {
-            let mut seeds = self.cells.get(&cell)?.iter().copied();
-            let distance = |seed: usize| p.distance(self.substrate.position(&self.places[seed]));
-            let mut overlapped = { &mut seeds }.map(|seed| (seed, distance(seed)));
-            overlapped.find(|(_, distance)| *distance < 2.0 * self.radius)
-        })
+        let cells = cells.flat_map(|(x, y)| beside(z).map(move |z| [x, y, z]));
+        let seeds = cells.filter_map(|cell| self.cells.get(&cell)).flatten();
+        let distance = |&seed: &usize| p.distance(self.substrate.position(&self.places[seed]));
+        { seeds.map(|seed| (*seed, distance(seed))) }
+            .filter(|(_, distance)| *distance < 2.0 * self.radius)
+            .collect()
     }
 
     fn cell(&self, p: DVec3) -> [i64; 3] {

@@ -78,10 +78,7 @@ impl<'a, I: ElementIndex> Surroundings<'a, I> {
         scratch: &mut Connectivity,
         [one, other]: [Place; 2],
     ) -> bool {
-        let ball = Ball {
-            centre: (one.1 + other.1) * 0.5,
-            radius: 1.5 * self.parameters.radius,
-        };
+        let ball = Ball::of_contact([one.1, other.1], self.parameters.radius);
         scratch.joined(surface, [one, other], &ball)
     }
 

@@ -20,6 +20,17 @@ pub struct Ball {
     pub radius: f64,
 }
 
+impl Ball {
+    /// The ball in which the surface joins two elements of this radius in contact, or none does: on one sheet they are
+    /// joined well inside of it.
+    pub(crate) fn of_contact([one, other]: [DVec3; 2], radius: f64) -> Self {
+        Self {
+            centre: (one + other) * 0.5,
+            radius: 1.5 * radius,
+        }
+    }
+}
+
 /// Lines longer than this go round in circles.
 const MOST_CROSSED: usize = 4096;
 
