@@ -82,8 +82,8 @@ fn turns(sides: &[Side], axis: DVec3) -> Option<Vec<usize>> {
     let mut order: Vec<usize> = (0..sides.len()).collect();
     order.sort_by(|&i, &j| angles[i].total_cmp(&angles[j]));
     let mut turns = vec![0; sides.len()];
-    for [i, j] in order.array_windows() {
-        turns[*j] = turns[*i] + usize::from(angles[*j] - angles[*i] > APART);
+    for (&i, &j) in order.iter().zip(order.iter().skip(1)) {
+        turns[j] = turns[i] + usize::from(angles[j] - angles[i] > APART);
     }
     Some(turns)
 }
