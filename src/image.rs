@@ -129,7 +129,7 @@ impl Image {
 const MOST_WIDE: usize = u16::MAX as usize;
 
 fn damaged() -> String {
-    "it is damaged; save it again".to_owned()
+    "it is damaged, or of a kind that is not read; save it anew, as plain PNG or JPEG".to_owned()
 }
 
 fn check_size([width, height]: [usize; 2]) -> Result<(), String> {

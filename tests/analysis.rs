@@ -207,7 +207,6 @@ fn a_sierpinski_gasket_has_dimension_1_585() {
     assert_dimension(&copies(&corners, 2.0, 9), 3f64.ln() / 2f64.ln(), 0.08, 0.01);
 }
 
-/// ln 5 / ln 3: five copies, each a third as large.
 /// Three gaskets far from each other have the dimensions of one alone.
 #[test]
 fn colonies_apart_have_the_dimensions_of_each() {
@@ -239,6 +238,7 @@ fn colonies_apart_have_the_dimensions_of_each() {
     assert!(together.radius_of_gyration > 2e4);
 }
 
+/// ln 5 / ln 3: five copies, each a third as large.
 #[test]
 fn a_vicsek_fractal_has_dimension_1_465() {
     let corners = [DVec2::ZERO, DVec2::X, -DVec2::X, DVec2::Y, -DVec2::Y];

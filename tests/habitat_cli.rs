@@ -111,11 +111,12 @@ fn a_run_with_a_mask_is_repeated_and_gone_on_with() {
         1,
         &["left.png is not the mask", "--mask"],
     );
+    desk.done("square.obj --radius 0.004 --elements 20 -o bare");
+    desk.done("--resume bare --elements 30 --mask none");
     for (mask, run, says) in [
         ("none", "part", "the run has a mask"),
         ("left.png", "bare", "the run has no mask"),
     ] {
-        desk.done("square.obj --radius 0.004 --elements 20 -o bare --force");
         desk.fails(&format!("--resume {run} --mask {mask}"), 2, &[says]);
     }
     desk.done("--recipe whole --mask left.png -o changed");
@@ -152,7 +153,7 @@ fn lichens_grow_beside_those_of_other_runs() {
     desk.fails(
         "--recipe second -o changed",
         1,
-        &["first, left.png is not the mask"],
+        &["error: first is not the mask"],
     );
 }
 
@@ -211,7 +212,7 @@ fn what_is_no_mask_is_refused_in_a_line() {
         (
             "square.obj --mask text.png",
             1,
-            ["text.png: ", "PNG or JPEG"],
+            ["text.png: ", "neither PNG nor JPEG"],
         ),
         ("rock.obj --mask left.png", 1, ["left.png: ", "UVs"]),
         (

@@ -12,11 +12,14 @@ use thallus::substrate::{Component, Substrate, SurfacePoint};
 const MOST_SEEDS: usize = 100;
 
 /// Says so, and what to do.
-pub(super) fn warning(substrate: &Substrate, recipe: &Recipe) -> Option<String> {
+pub(super) fn warning(
+    substrate: &Substrate,
+    recipe: &Recipe,
+    seeds: &[SurfacePoint],
+) -> Option<String> {
     if substrate.components().len() == 1 {
         return None;
     }
-    let seeds = recipe.seeds(substrate).ok()?;
     let looked_at = &seeds[..seeds.len().min(MOST_SEEDS)];
     let buried = looked_at.par_iter().filter(|at| is_buried(substrate, at));
     let who = match (buried.count(), looked_at.len()) {
@@ -106,7 +109,9 @@ mod tests {
             at: Some(vec![SeedPlace::Point(at)]),
             ..Settings::default()
         };
-        warning(substrate, &settings.resolve(substrate, "").unwrap()).is_some()
+        let recipe = settings.resolve(substrate, "").unwrap();
+        let seeds = recipe.seeds(substrate).unwrap();
+        warning(substrate, &recipe, &seeds).is_some()
     }
 
     #[test]

@@ -6,8 +6,7 @@ use std::time::Instant;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
-    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings,
-    VERTEX_COLORS, shell_path,
+    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
 };
 use thallus::substrate::{Substrate, Texturing, load_soup, load_textured};
 
@@ -42,19 +41,23 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     interrupt::listen(execution.cancel.clone());
 
     let recipe_file = args.recipe_file();
-    let (substrate, seconds) = load(&mesh, &settings, recipe_file.as_slice(), voice)?;
+    let ready = load(&mesh, &settings, recipe_file.as_slice(), voice)?;
+    mask::check_spares(output.path(), &ready.mask_layers)?;
+    let (substrate, seconds) = (ready.substrate, ready.seconds);
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let settings = Settings {
-        mask: mask_names(&args, &settings, output.path()),
+        mask: mask_names(&args, &settings, output.path(), &ready.mask_layers),
         ..settings
     };
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
     let warnings = warnings::warnings(&substrate, recipe.radius);
-    moved::seeds(&substrate, &recipe)
-        .iter()
-        .for_each(|note| voice.note(note));
-    let hidden = buried::warning(&substrate, &recipe);
+    let seeds = recipe.seeds(&substrate).unwrap_or_default();
+    if args.resume.is_none() {
+        let moved = moved::notes(&substrate, &recipe, &seeds);
+        moved.iter().for_each(|note| voice.note(note));
+    }
+    let hidden = buried::warning(&substrate, &recipe, &seeds);
     warnings
         .iter()
         .chain(&hidden)
@@ -309,14 +312,23 @@ fn execution(args: &GrowArgs) -> Result<Execution, Failure> {
     })
 }
 
-/// The mesh as settings have it, with the axis up and the mask that they say, and the seconds that it took. They may be
-/// those of recipe files, beside which the mask may lie.
+/// A mesh to grow on.
+pub(super) struct Ready {
+    pub(super) substrate: Substrate,
+    /// Where the layers of its mask were found.
+    pub(super) mask_layers: Vec<String>,
+    seconds: Timings,
+}
+
+/// The mesh as settings have it, with the axis up and the mask that they say. They may be those of recipe files, beside
+/// which the mask may lie.
 pub(super) fn load(
     mesh: &Path,
     settings: &Settings,
     recipes: &[PathBuf],
     voice: Voice,
-) -> Result<(Substrate, Timings), Failure> {
+) -> Result<Ready, Failure> {
+    mask::check_words(settings)?;
     let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
     let room = Room::now();
@@ -328,8 +340,8 @@ pub(super) fn load(
     room.check(mesh, &loaded)?;
     let load = started.elapsed().as_secs_f64();
     let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
-    let mask = mask::read(settings, recipes, (mesh, &substrate, &texturing), voice);
-    let mask = mask.map_err(|failure| {
+    let found = mask::read(settings, recipes, (mesh, &substrate, &texturing), voice);
+    let found = found.map_err(|failure| {
         match settings.check_mesh(&mesh.display().to_string(), substrate.mesh_hash()) {
             Ok(()) => failure,
             Err(_) => failure.at(format!(
@@ -344,7 +356,15 @@ pub(super) fn load(
         precompute,
         ..Timings::default()
     };
-    Ok((substrate.with_up(settings.mesh_up).with_mask(mask), seconds))
+    let (mask, mask_layers) = match found {
+        Some(found) => (Some(found.mask), found.layers),
+        None => (None, Vec::new()),
+    };
+    Ok(Ready {
+        substrate: substrate.with_up(settings.mesh_up).with_mask(mask),
+        mask_layers,
+        seconds,
+    })
 }
 
 /// The mesh as the run's recipe will name it.
@@ -354,18 +374,16 @@ fn mesh_name(args: &GrowArgs, settings: &Settings, mesh: &Path, folder: &Path) -
 }
 
 /// The layers of the mask as the run's recipe will name them.
-fn mask_names(args: &GrowArgs, settings: &Settings, folder: &Path) -> Option<Vec<String>> {
-    let layers = settings.mask_layers();
-    if layers.is_empty() || args.settings().mask.is_some() {
-        return settings.mask.clone();
+fn mask_names(
+    args: &GrowArgs,
+    settings: &Settings,
+    folder: &Path,
+    found: &[String],
+) -> Option<Vec<String>> {
+    match args.resume.is_some() || args.settings().mask.is_some() {
+        true => settings.mask.clone(),
+        false => mask::named(settings, found, &folder.join(RECIPE)),
     }
-    let hash = settings.mask_hash.as_deref().filter(|_| layers.len() == 1);
-    let found = mask::found(settings, args.recipe_file().as_slice());
-    let name = |(layer, found): (&String, String)| match layer.as_str() {
-        VERTEX_COLORS => layer.clone(),
-        named => name_for(folder, Some(named), hash, Path::new(&found), args),
-    };
-    Some(layers.iter().zip(found).map(name).collect())
 }
 
 /// A file as a run's recipe will name it: as the recipe does that it is grown from, where that is found from the run's

@@ -1,6 +1,6 @@
 //! The mask that settings name: where lichen may grow.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -10,14 +10,21 @@ use thallus::substrate::{Mask, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
-use super::named_mesh::named_mesh;
+use super::named_mesh;
 use super::number::{percent, plural};
+use super::output::FILES;
 use super::terminal::Voice;
+
+/// A mask, and where its layers were found.
+pub(super) struct Found {
+    pub(super) mask: Mask,
+    pub(super) layers: Vec<String>,
+}
 
 /// Whether the mesh's UVs or colours are read, by which these settings have a mask.
 pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
-    let layers = found(settings, recipes);
-    { layers.iter() }.any(|layer| !is_lichen(Path::new(layer)))
+    let mut places = { settings.mask_layers().iter() }.flat_map(|layer| places(layer, recipes));
+    places.any(|place| !is_lichen(Path::new(&place)))
 }
 
 /// Whether a layer is another lichen: the folder of a run, or its elements.
@@ -30,36 +37,89 @@ fn is_lichen(layer: &Path) -> bool {
     layer.is_dir() || is_table()
 }
 
-/// The mask that settings ask for, if they do. Where recipe files may name it, its layers are looked for beside these too.
+/// Where a layer may be: seen from here, or else as the mesh is found that one of these recipes names. As it is named,
+/// where it is nowhere.
+fn places(layer: &str, recipes: &[PathBuf]) -> Vec<String> {
+    let recipes = recipes.iter().filter(|_| layer != VERTEX_COLORS);
+    let places = recipes.flat_map(|recipe| named_mesh::places(recipe, layer));
+    let mut places: Vec<String> = places.map(|place| place.display().to_string()).collect();
+    if places.is_empty() {
+        places.push(layer.to_owned());
+    }
+    places
+}
+
+/// The mask that settings ask for, if they do. Where recipe files may name it, its layers are looked for beside these too:
+/// of several places that which has what the settings expect.
 pub(super) fn read(
     settings: &Settings,
     recipes: &[PathBuf],
     on: (&Path, &Substrate, &Texturing),
     voice: Voice,
-) -> Result<Option<Mask>, Failure> {
-    check_words(settings.mask_layers())?;
-    let mut all: Option<Mask> = None;
-    for layer in found(settings, recipes) {
-        let mask = layer_of(&layer, on, voice)?;
-        tell_of_unpainted(&layer, &mask, voice);
+) -> Result<Option<Found>, Failure> {
+    let expected = settings.mask_hash.as_deref();
+    let mut all: Option<Found> = None;
+    for layer in settings.mask_layers() {
+        let (place, mask) = layer_among(&places(layer, recipes), expected, on, voice)?;
+        tell_of_unpainted(&place, &mask, voice);
         all = Some(match all {
-            Some(others) => others.and(mask),
-            None => mask,
+            Some(others) => Found {
+                mask: others.mask.and(mask),
+                layers: [others.layers, vec![place]].concat(),
+            },
+            None => Found {
+                mask,
+                layers: vec![place],
+            },
         });
     }
-    match (&all, &settings.mask_hash) {
-        (Some(mask), Some(expected)) if mask.hash() != expected => Err(Failure::Failed(
-            anyhow::Error::new(SettingsError::OtherMask {
-                file: settings.mask_layers().join(", "),
-                found: mask.hash().to_owned(),
-                expected: expected.clone(),
-            }),
-        )),
-        _ => Ok(all),
+    if let (Some(found), Some(expected)) = (&all, expected) {
+        let mut expected = expected.to_vec();
+        expected.sort_unstable();
+        if found.mask.hashes() != expected {
+            let named = settings.mask_layers().join(", ");
+            return Err(other(&named, &found.mask, &expected));
+        }
     }
+    Ok(all)
 }
 
-fn check_words(layers: &[String]) -> Result<(), Failure> {
+/// Of some places the first that has an expected layer, if any are.
+fn layer_among(
+    places: &[String],
+    expected: Option<&[String]>,
+    on: (&Path, &Substrate, &Texturing),
+    voice: Voice,
+) -> Result<(String, Mask), Failure> {
+    let is_expected = |mask: &Mask| {
+        let hashes = mask.hashes();
+        expected.is_none_or(|expected| expected.iter().any(|hash| hashes == [hash]))
+    };
+    let mut first = None;
+    for place in places {
+        let found = layer_of(place, on, voice).and_then(|mask| match is_expected(&mask) {
+            true => Ok(mask),
+            false => Err(other(place, &mask, expected.unwrap_or_default())),
+        });
+        match found {
+            Ok(mask) => return Ok((place.clone(), mask)),
+            Err(problem) => _ = first.get_or_insert(problem),
+        }
+    }
+    Err(first.unwrap_or_else(|| Failure::usage("--mask: there is no such layer")))
+}
+
+fn other(named: &str, mask: &Mask, expected: &[String]) -> Failure {
+    Failure::Failed(anyhow::Error::new(SettingsError::OtherMask {
+        file: named.to_owned(),
+        found: mask.hashes().join(", "),
+        expected: expected.join(", "),
+    }))
+}
+
+/// Refuses words that are no mask, before anything is read.
+pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
+    let layers = settings.mask_layers();
     if layers.iter().any(String::is_empty) {
         return Err(Failure::usage(
             "--mask is empty: name an image, vertex-colors, the folder of a run, or none",
@@ -94,8 +154,8 @@ fn layer_of(
 /// The room that a lichen leaves.
 fn beside(from: &Path, substrate: &Substrate, voice: Voice) -> Result<Mask, Failure> {
     let lichen = Grown::read(from, voice)?;
-    let cluster = lichen.elements.to_cluster(substrate);
-    let cluster = cluster.with_context(|| from.display().to_string())?;
+    let cluster = lichen.elements.to_cluster_on_turned(substrate);
+    let (cluster, _) = cluster.with_context(|| from.display().to_string())?;
     let positions: Vec<_> = cluster.elements().iter().map(|e| e.position).collect();
     Ok(Mask::beside(substrate, &positions, cluster.radius()))
 }
@@ -115,34 +175,43 @@ fn tell_of_unpainted(layer: &str, mask: &Mask, voice: Voice) {
 
 fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
     let is_colors = |name: &str| name.to_lowercase().starts_with("vertex");
-    let cure = match file.to_str() {
-        Some(name) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
+    let cure = match (file.to_str(), problem.kind()) {
+        (Some(name), _) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
+        (_, ErrorKind::NotFound) => {
+            format!("give the path of an image or of a run's folder, {VERTEX_COLORS}, or {NO_MASK}")
+        }
         _ => "name it with --mask".to_owned(),
     };
     let file = file.display();
     anyhow::anyhow!("{file}: reading the mask failed: {problem}; {cure}")
 }
 
-/// The mask as a sweep's grid names it: found from the folder that the program is called from, unless it is known by its
-/// hash.
-pub(super) fn settled(settings: &Settings, recipes: &[PathBuf]) -> Option<Vec<String>> {
-    let is_known = settings.mask_hash.is_some() || settings.mask_layers().is_empty();
-    match is_known {
-        true => settings.mask.clone(),
-        false => Some(found(settings, recipes)),
+/// The layers as a file names them that names the mesh too: as the settings do, where they are found from that file, or
+/// else from the folder that the program is called from.
+pub(super) fn named(settings: &Settings, found: &[String], by: &Path) -> Option<Vec<String>> {
+    let place = |file: &str| Path::new(file).canonicalize().ok();
+    let name = |(named, found): (&String, &String)| {
+        let seen = places(named, &[by.to_owned()]);
+        let is_seen = seen.first().is_some_and(|seen| place(seen) == place(found));
+        if is_seen { named } else { found }.clone()
+    };
+    match settings.mask_layers() {
+        [] => settings.mask.clone(),
+        layers => Some(layers.iter().zip(found).map(name).collect()),
     }
 }
 
-/// The layers of the mask that settings ask for, those that are files seen from here, or else found as the mesh is that a
-/// recipe names: beside the first recipe that has one there.
-pub(super) fn found(settings: &Settings, recipes: &[PathBuf]) -> Vec<String> {
-    let layers = settings.mask_layers();
-    let hash = settings.mask_hash.as_deref().filter(|_| layers.len() == 1);
-    let found = |layer: &String| {
-        let recipes = recipes.iter().filter(|_| layer != VERTEX_COLORS);
-        let mut files = recipes.filter_map(|recipe| named_mesh(recipe, layer, hash));
-        Some(files.next()?.display().to_string())
-    };
-    let here = |layer: &String| found(layer).unwrap_or_else(|| layer.clone());
-    layers.iter().map(here).collect()
+/// Refuses to replace a layer by what is grown by it.
+pub(super) fn check_spares(folder: &Path, layers: &[String]) -> Result<(), Failure> {
+    let place = |file: &Path| file.canonicalize().ok();
+    let own = [folder.to_owned()].into_iter();
+    let own = own.chain(FILES.iter().map(|name| folder.join(name)));
+    let own: Vec<_> = own.filter_map(|file| place(&file)).collect();
+    let is_own = |layer: &&String| place(Path::new(layer)).is_some_and(|at| own.contains(&at));
+    match layers.iter().find(is_own) {
+        None => Ok(()),
+        Some(layer) => Err(Failure::usage(format!(
+            "--mask {layer} is what the run itself writes: write to another folder with -o"
+        ))),
+    }
 }

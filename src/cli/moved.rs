@@ -2,25 +2,27 @@
 
 use thallus::growth::SeedPlace;
 use thallus::run::Recipe;
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, SurfacePoint};
 
-use super::number::place;
+use super::number::{place, short};
 
-/// Says so of each whose place is one by name at which nothing may grow.
-pub(super) fn seeds(substrate: &Substrate, recipe: &Recipe) -> Vec<String> {
+/// Says so of each whose place is one by name at which nothing may grow, or nothing has room.
+pub(super) fn notes(substrate: &Substrate, recipe: &Recipe, seeds: &[SurfacePoint]) -> Vec<String> {
     if recipe.habitat(substrate).is_everywhere() {
         return Vec::new();
     }
-    let seeds = recipe.seeds(substrate).unwrap_or_default();
+    let units = substrate.units();
     let placed = (0..).zip(recipe.at.iter().zip(seeds));
     let named = placed.filter(|(_, (name, _))| **name != SeedPlace::Random);
     let moved = named.filter_map(|(colony, (name, at))| {
         let as_named = name.locate(substrate, recipe.seed, colony).ok()?;
-        let now = substrate.units().to_file(substrate.position(&at));
-        (as_named != at).then(|| {
+        let [asked, now] = [&as_named, at].map(|at| units.to_file(substrate.position(at)));
+        (as_named != *at).then(|| {
             format!(
-                "at {name}: by the mask or the slope nothing may grow there; the seed is at {}, which is near",
-                place(now.to_array())
+                "at {name}: by the mask or the slope nothing may grow there or about it; the seed is at {}, {} away, the nearest place \
+                 with room for a lichen",
+                place(now.to_array()),
+                short(asked.distance(now))
             )
         })
     });

@@ -47,7 +47,7 @@ pub(super) fn warn_of_nameless(mesh: &Path, voice: Voice) {
 }
 
 /// Where it may be: each file once, under the first of its names.
-fn places(recipe: &Path, named: &str) -> Vec<PathBuf> {
+pub(super) fn places(recipe: &Path, named: &str) -> Vec<PathBuf> {
     let here = PathBuf::from(named);
     let folder = recipe.parent().unwrap_or(Path::new(""));
     let beside = folder.join(named);

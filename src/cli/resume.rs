@@ -40,16 +40,21 @@ impl GrowArgs {
 }
 
 /// The hash of the mask that a run goes on with, wherever that is now.
-pub(crate) fn mask_hash(flags: &Settings, recipe: &Settings) -> Result<Option<String>, Failure> {
+pub(crate) fn mask_hash(
+    flags: &Settings,
+    recipe: &Settings,
+) -> Result<Option<Vec<String>>, Failure> {
     let problem = match (&flags.mask, &recipe.mask_hash) {
-        (Some(_), None) => "the run has no mask, and goes on without one",
+        (Some(_), None) if !flags.mask_layers().is_empty() => {
+            "the run has no mask, and goes on without one"
+        }
         (Some(_), Some(_)) if flags.mask_layers().is_empty() => {
             "the run has a mask, and goes on with it"
         }
         (_, hash) => return Ok(hash.clone()),
     };
     Err(Failure::usage(format!(
-        "--mask: {problem}; for another lichen, thallus grow --recipe with another -o"
+        "--mask: {problem}; for another lichen begin anew, with another -o"
     )))
 }
 

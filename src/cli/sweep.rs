@@ -47,8 +47,12 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     let grid_file = is_grid(from).then_some(from);
     let named_by = [args.recipe.as_deref(), grid_file].into_iter().flatten();
     let named_by: Vec<PathBuf> = named_by.map(Path::to_owned).collect();
-    let (substrate, _) = grow::load(&mesh, &grid.base, &named_by, voice)?;
-    grid.base.mask = mask::settled(&grid.base, &named_by);
+    let grow::Ready {
+        substrate,
+        mask_layers,
+        ..
+    } = grow::load(&mesh, &grid.base, &named_by, voice)?;
+    grid.base.mask = mask::named(&grid.base, &mask_layers, &output.join(record::GRID));
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;
@@ -181,7 +185,9 @@ pub(super) fn settle(
     let file = grid.base.mesh.take().filter(|_| is_same);
     grid.base.mesh = Some(file.unwrap_or(shown));
     grid.base.mesh_hash = Some(substrate.mesh_hash().to_owned());
-    grid.base.mask_hash = substrate.mask().map(|mask| mask.hash().to_owned());
+    let hashes =
+        |mask: &thallus::substrate::Mask| mask.hashes().into_iter().map(str::to_owned).collect();
+    grid.base.mask_hash = substrate.mask().map(hashes);
     grid.base.version = Some(env!("CARGO_PKG_VERSION").to_owned());
     Ok(())
 }

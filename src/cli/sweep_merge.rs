@@ -23,7 +23,7 @@ use super::sweep_page::Page;
 use super::sweep_record::{self as record, GRID, MEASURES};
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
-use super::{interrupt, sweep_part};
+use super::{interrupt, mask, resume, sweep_part};
 
 pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let voice = args.run.voice();
@@ -35,14 +35,20 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     interrupt::listen(Arc::clone(&cancel));
     let mesh = mesh_file(args, &grid)?;
     let named_by: Vec<PathBuf> = parts.iter().map(|part| part.join(GRID)).collect();
-    let base = Settings {
-        mask: match (&args.mask[..], &grid.base.mask) {
-            ([], mask) | (_, mask @ None) => mask.clone(),
-            (now, _) => Some(now.to_vec()),
-        },
-        ..grid.base.clone()
-    };
-    let (substrate, _) = grow::load(&mesh, &base, &named_by, voice)?;
+    if !args.mask.is_empty() {
+        let now = Settings {
+            mask: Some(args.mask.clone()),
+            ..Settings::default()
+        };
+        resume::mask_hash(&now, &grid.base)?;
+        grid.base.mask = now.mask;
+    }
+    let grow::Ready {
+        substrate,
+        mask_layers,
+        ..
+    } = grow::load(&mesh, &grid.base, &named_by, voice)?;
+    grid.base.mask = mask::named(&grid.base, &mask_layers, &args.output.join(GRID));
     settle(&mut grid, &substrate, &mesh, false, voice)?;
     let plan = plan(&grid, &substrate)?;
     let sources = sources(&parts, &args.output, &plan, &cancel, voice)?;

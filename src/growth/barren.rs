@@ -28,14 +28,14 @@ const MOST_IN_VAIN: f64 = 1e8;
 const IN_VAIN: f64 = 200.0;
 
 /// The same for walkers: those launched inside the launch sphere come to whatever can be reached there.
-const WALKERS_IN_VAIN: u64 = 10_000;
+const WALKERS_IN_VAIN: u64 = 1_000;
 
 /// Curvature radii, of so many radii at least, within which the border of the habitat is one to walkers.
 const NEAR_RADII: f64 = 2.0;
 const NEAR_AT_LEAST: f64 = 10.0;
 
 /// How often a walker is kept from leaving the habitat, at most: it may be in a crumb of it that nothing leads out of.
-const MOST_KEPT: u32 = 1 << 12;
+const MOST_KEPT: u32 = 1 << 8;
 
 /// Walkers lost since the last birth before others are launched inside the launch sphere; and the same where an element
 /// has taken more than so many walkers, on average: most come in nowhere.

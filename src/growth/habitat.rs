@@ -59,22 +59,17 @@ pub struct Habitat<'a> {
 }
 
 impl<'a> Habitat<'a> {
-    /// By the substrate's [mask](Substrate::mask), if it has one, and a slope.
-    pub fn new(substrate: &'a Substrate, slope: Option<Slope>) -> Self {
+    /// By the substrate's [mask](Substrate::mask), if it has one, and a slope, for elements of this radius, local units:
+    /// other lichens must leave room for them.
+    pub fn new(substrate: &'a Substrate, slope: Option<Slope>, radius: f64) -> Self {
         if slope.is_some() {
             substrate.find_slope_normals();
         }
         Self {
             substrate,
             cosines: slope.map(Slope::cosines),
-            radius: 0.0,
+            radius,
         }
-    }
-
-    /// The same for elements of this radius, local units, for which other lichens must leave room.
-    #[must_use]
-    pub fn for_radius(self, radius: f64) -> Self {
-        Self { radius, ..self }
     }
 
     /// Whether nothing keeps lichen from growing anywhere.
@@ -142,7 +137,8 @@ impl<'a> Habitat<'a> {
         })
     }
 
-    fn has_room(&self, at: &SurfacePoint, room: f64) -> bool {
+    /// Whether lichen may grow so far from a place in eight directions.
+    pub(super) fn has_room(&self, at: &SurfacePoint, room: f64) -> bool {
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
         let across = [
             DVec2::X,
@@ -151,7 +147,9 @@ impl<'a> Habitat<'a> {
             DVec2::new(DIAGONAL, -DIAGONAL),
         ];
         let mut ways = across.iter().flat_map(|way| [room * way, -room * way]);
-        room == 0.0 || ways.all(|way| self.at(&trace(self.substrate, at, way, false).point) > 0.0)
+        self.is_everywhere()
+            || room == 0.0
+            || ways.all(|way| self.at(&trace(self.substrate, at, way, false).point) > 0.0)
     }
 
     /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried; one of a

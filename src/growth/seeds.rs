@@ -63,7 +63,10 @@ const FARTHEST: i64 = 1 << 60;
 
 /// Radii within which something may grow all about a place, for a seed that is free to choose: it may be in a crumb of
 /// the habitat, or in a gap of another lichen. The greatest of these for which there are places.
-const ROOMS: [f64; 3] = [40.0, 10.0, 0.0];
+const ROOMS: [f64; 3] = [40.0, LEAST_ROOM, 0.0];
+
+/// With so many it stays where it is.
+const LEAST_ROOM: f64 = 10.0;
 
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
@@ -92,10 +95,12 @@ impl Seeds<'_> {
         Ok(())
     }
 
-    /// A place that was found for one, or where nothing may grow there the nearest to it, unless it was asked for as it is:
-    /// one with room about it, if there are any.
+    /// A place that was found for one, or where nothing may grow there or has no room, and it was not asked for as it is,
+    /// the nearest to it with room about it, or without if there is none.
     fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
-        if self.habitat.at(&at) > 0.0 {
+        let is_named = !matches!(place, SeedPlace::Point(_) | SeedPlace::Triangle { .. });
+        let room = LEAST_ROOM * self.radius;
+        if self.habitat.at(&at) > 0.0 && (!is_named || self.habitat.has_room(&at, room)) {
             return Ok(at);
         }
         let nearest = |rooms: &[f64]| self.habitat.nearest(&at, rooms);
@@ -103,12 +108,12 @@ impl Seeds<'_> {
             let units = self.substrate.units();
             units.to_file(self.substrate.position(&at)).to_array()
         };
-        match place {
-            SeedPlace::Point(_) | SeedPlace::Triangle { .. } => Err(PlaceError::Barren {
+        match is_named {
+            true => nearest(&ROOMS.map(|radii| radii * self.radius)).ok_or(PlaceError::NoHabitat),
+            false => Err(PlaceError::Barren {
                 place: place.to_string(),
                 nearest: nearest(&[0.0]).map(in_file),
             }),
-            _ => nearest(&ROOMS.map(|radii| radii * self.radius)).ok_or(PlaceError::NoHabitat),
         }
     }
 
@@ -251,7 +256,7 @@ mod tests {
 
     fn random(substrate: &Substrate, colonies: usize, radius: f64) -> Vec<DVec3> {
         let places = vec![SeedPlace::Random; colonies];
-        let habitat = Habitat::new(substrate, None);
+        let habitat = Habitat::new(substrate, None, 1e-3);
         let seeds = SeedPlace::locate_all(&places, &habitat, 3, radius).expect("room");
         seeds.iter().map(|at| substrate.position(at)).collect()
     }
@@ -272,7 +277,7 @@ mod tests {
             let radius = mesh.units().length_to_local(radius);
             let large = mesh.components()[0].area;
             let seeds = (1..=100).flat_map(|seed| {
-                let habitat = Habitat::new(&mesh, None);
+                let habitat = Habitat::new(&mesh, None, 1e-3);
                 SeedPlace::locate_all(&[SeedPlace::Random], &habitat, seed, radius)
                     .expect("a place")
             });
@@ -289,7 +294,7 @@ mod tests {
     fn a_colony_alone_goes_where_its_place_is() {
         let rock = load("meshes/rock.obj");
         for place in [SeedPlace::Top, SeedPlace::Highest, SeedPlace::Random] {
-            let habitat = Habitat::new(&rock, None);
+            let habitat = Habitat::new(&rock, None, 1e-3);
             let alone = SeedPlace::locate_all(std::slice::from_ref(&place), &habitat, 5, 0.01);
             assert_eq!(
                 alone,
@@ -305,7 +310,7 @@ mod tests {
         let plane = load("meshes/plane.obj");
         let radius = plane.units().length_to_local(plane.units().diagonal()) / 50.0;
         let locate = |places: &[SeedPlace]| {
-            let habitat = Habitat::new(&plane, None);
+            let habitat = Habitat::new(&plane, None, 1e-3);
             SeedPlace::locate_all(places, &habitat, 1, radius).expect_err("no room")
         };
         let twice = locate(&[SeedPlace::Top, SeedPlace::Random, SeedPlace::Top]);

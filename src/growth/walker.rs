@@ -598,7 +598,7 @@ mod tests {
             law: &Stickiness::new(&parameters),
             launcher: &launcher,
             far: None,
-            habitat: Habitat::new(&substrate, None),
+            habitat: Habitat::new(&substrate, None, 1e-3),
             scratch: &mut Connectivity::new(),
             on_copy: &mut Connectivity::new(),
             crowd: Crowd::default(),

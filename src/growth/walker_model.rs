@@ -118,7 +118,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let walks_on_copies =
             parameters.steps == Steps::Large && substrate.triangles().len() >= LEAST_TRIANGLES;
         Self {
-            habitat: Habitat::new(substrate, parameters.slope).for_radius(parameters.radius),
+            habitat: Habitat::new(substrate, parameters.slope, parameters.radius),
             law,
             index: I::new(parameters.radius, wide, substrate.bounds()),
             launcher: Launcher::default(),

@@ -177,8 +177,11 @@ impl<'a> Run<'a> {
         if !substrate.has_up(recipe.mesh_up) {
             return Err(GrowError::Up);
         }
-        let found = substrate.mask().map(|mask| mask.hash());
-        if found != recipe.mask.as_ref().map(|mask| mask.hash.as_str()) {
+        let has_its_mask = match (substrate.mask(), &recipe.mask) {
+            (Some(mask), Some(id)) => id.is_of(mask),
+            (found, asked) => found.is_none() && asked.is_none(),
+        };
+        if !has_its_mask {
             return Err(GrowError::Mask);
         }
         recipe.check(substrate)?;

@@ -1,7 +1,7 @@
 //! Which mask a recipe is for.
 
 use super::{Settings, SettingsError};
-use crate::substrate::Substrate;
+use crate::substrate::{Mask, Substrate};
 
 /// The mask that is none: for settings that lie over others with one.
 pub const NO_MASK: &str = "none";
@@ -14,8 +14,17 @@ pub const VERTEX_COLORS: &str = "vertex-colors";
 pub struct MaskId {
     /// What it was made of, as the user named it: paths, or words for something else.
     pub layers: Vec<String>,
-    /// Its [hash](crate::substrate::Mask::hash).
-    pub hash: String,
+    /// Its [hashes](crate::substrate::Mask::hashes).
+    pub hashes: Vec<String>,
+}
+
+impl MaskId {
+    /// Whether it is that of a mask, its layers in whatever order.
+    pub(super) fn is_of(&self, mask: &Mask) -> bool {
+        let mut hashes: Vec<&str> = self.hashes.iter().map(String::as_str).collect();
+        hashes.sort_unstable();
+        hashes == mask.hashes()
+    }
 }
 
 impl Settings {
@@ -31,32 +40,39 @@ impl Settings {
     /// The mask that the substrate has, by the names that are said.
     pub(super) fn mask_id(&self, substrate: &Substrate) -> Result<Option<MaskId>, SettingsError> {
         let said = self.mask_layers();
-        let found = substrate.mask().map(|mask| mask.hash().to_owned());
-        match (found, &self.mask_hash) {
-            (None, Some(hash)) if self.mask.is_none() => Err(SettingsError::NoSuchMask {
-                said: format!("of hash {hash}"),
+        let names = |other: &str| match said {
+            [] => other.to_owned(),
+            said => said.join(", "),
+        };
+        let hashes = |mask: &Mask| mask.hashes().into_iter().map(str::to_owned).collect();
+        let found: Option<Vec<String>> = substrate.mask().map(hashes);
+        match (found, self.sorted_mask_hash()) {
+            (None, Some(hashes)) if self.mask.is_none() => Err(SettingsError::NoSuchMask {
+                said: format!("of hash {}", hashes.join(", ")),
             }),
-            (None, _) if !said.is_empty() => Err(SettingsError::NoSuchMask {
-                said: said.join(", "),
-            }),
+            (None, _) if !said.is_empty() => Err(SettingsError::NoSuchMask { said: names("") }),
             (Some(_), _) if self.mask.is_some() && said.is_empty() => {
                 Err(SettingsError::UnwantedMask)
             }
-            (Some(found), Some(expected)) if found != *expected => Err(SettingsError::OtherMask {
-                file: match said {
-                    [] => "this".to_owned(),
-                    said => said.join(", "),
-                },
-                found,
-                expected: expected.clone(),
+            (Some(found), Some(expected)) if found != expected => Err(SettingsError::OtherMask {
+                file: names("this"),
+                found: found.join(", "),
+                expected: expected.join(", "),
             }),
-            (found, _) => Ok(found.map(|hash| MaskId {
+            (found, _) => Ok(found.map(|hashes| MaskId {
                 layers: match said {
                     [] => vec!["mask".to_owned()],
                     said => said.to_vec(),
                 },
-                hash,
+                hashes,
             })),
         }
+    }
+
+    /// As [`Mask::hashes`] has them.
+    pub(super) fn sorted_mask_hash(&self) -> Option<Vec<String>> {
+        let mut hashes = self.mask_hash.clone()?;
+        hashes.sort_unstable();
+        Some(hashes)
     }
 }

@@ -41,11 +41,10 @@ impl<'a> Places<'a> {
     }
 
     fn of_by(&self, recipe: &Recipe, locate: impl FnOnce() -> Found) -> Found {
-        // Only chance asks for the seed, and only it, colonies beside others and masks for the radius.
+        // Only chance asks for the seed, and only it, colonies beside others, masks and slopes for the radius.
+        let is_anywhere = recipe.mask.is_none() && recipe.slope.is_none();
         let key = match &recipe.at[..] {
-            [place] if *place != SeedPlace::Random && recipe.mask.is_none() => {
-                format!("{place:?} {:?}", recipe.slope)
-            }
+            [place] if *place != SeedPlace::Random && is_anywhere => format!("{place:?}"),
             places => format!(
                 "{places:?} {} {:?} {:?}",
                 recipe.seed, recipe.radius, recipe.slope

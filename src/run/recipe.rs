@@ -114,7 +114,7 @@ impl Recipe {
 
     /// Where lichen may grow on a substrate that has the recipe's mask.
     pub fn habitat<'a>(&self, substrate: &'a Substrate) -> Habitat<'a> {
-        Habitat::new(substrate, self.slope).for_radius(self.radius_on(substrate))
+        Habitat::new(substrate, self.slope, self.radius_on(substrate))
     }
 
     /// An element's radius, local units.

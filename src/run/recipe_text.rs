@@ -113,7 +113,8 @@ struct Draft {
     mesh_up: Option<UpAxis>,
     #[serde(deserialize_with = "layers")]
     mask: Option<Vec<String>>,
-    mask_hash: Option<String>,
+    #[serde(deserialize_with = "layers")]
+    mask_hash: Option<Vec<String>>,
     #[serde(deserialize_with = "slope")]
     slope: Option<Slope>,
     preset: Option<String>,
@@ -187,6 +188,7 @@ impl Settings {
         let growing = |settings: &Self| Self {
             mesh: None,
             mask: None,
+            mask_hash: settings.sorted_mask_hash(),
             stop: None,
             ..settings.clone()
         };
@@ -212,6 +214,12 @@ impl Settings {
             entries.extend(value.map(|value| (key, value, comment)));
         };
         let number = |value: Option<f64>| value.map(float);
+        let texts = |texts: &Option<Vec<String>>| {
+            texts
+                .as_deref()
+                .filter(|texts| !texts.is_empty())
+                .map(one_or_list)
+        };
         say(
             "version",
             self.version.as_deref().map(quoted),
@@ -224,8 +232,8 @@ impl Settings {
             self.mesh_up.map(|up| name(&up)),
             "y or z: the axis of the mesh that is up",
         );
-        say("mask", self.mask.as_deref().map(one_or_list), "");
-        say("mask-hash", self.mask_hash.as_deref().map(quoted), "");
+        say("mask", texts(&self.mask), "");
+        say("mask-hash", texts(&self.mask_hash), "");
         say(
             "slope",
             self.slope.map(|s| format!("[{}]", numbers(&s.angles()))),
@@ -304,7 +312,7 @@ impl From<&Recipe> for Settings {
             mesh_hash: Some(recipe.mesh.hash.clone()),
             mesh_up: recipe.mesh_up,
             mask: recipe.mask.as_ref().map(|mask| mask.layers.clone()),
-            mask_hash: recipe.mask.as_ref().map(|mask| mask.hash.clone()),
+            mask_hash: recipe.mask.as_ref().map(|mask| mask.hashes.clone()),
             slope: recipe.slope,
             preset: None,
             radius: Some(Length::Units(recipe.radius)),
@@ -622,7 +630,7 @@ mod tests {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 mesh: MeshId { file, hash: "ab12".to_owned() },
                 mesh_up,
-                mask: mask.map(|layers| MaskId { layers, hash: "cd34".to_owned() }),
+                mask: mask.map(|layers| MaskId { hashes: layers.clone(), layers }),
                 slope: slope.and_then(|(least, most)| Slope::new(least, most)),
                 radius,
                 curvature_radius: radii * radius,

@@ -181,8 +181,8 @@ impl Stopped {
         let is_alone = recipe.at.len() == 1;
         match (self, recipe.stop) {
             (Self::Elements, StopRule::Elements(1)) => "it has the element asked for".to_owned(),
-            (Self::Elements, StopRule::Elements(n)) => {
-                format!("it has the {} elements asked for", grouped(n))
+            (Self::Elements, StopRule::Elements(_)) => {
+                "it has as many elements as were asked for".to_owned()
             }
             (Self::Reach, StopRule::Reach(length)) if !is_alone => {
                 format!("a colony extends as far from its seed as was asked for, {length:?}")
@@ -216,14 +216,6 @@ impl Stopped {
             (Self::Observer, _) => "its observer ended it".to_owned(),
         }
     }
-}
-
-/// In groups of three: 12,345.
-fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let groups = digits.as_bytes().rchunks(3).rev();
-    let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();
-    groups.join(",")
 }
 
 /// The elements that colonies began with.

@@ -23,8 +23,8 @@ pub struct Settings {
     /// What the mask is made of that says where lichen may grow, layer by layer: the path of an image or of a run, or a
     /// word for something else; or [`NO_MASK`](super::NO_MASK) alone.
     pub mask: Option<Vec<String>>,
-    /// Hash of the mask that they were resolved for.
-    pub mask_hash: Option<String>,
+    /// Hashes of the mask's layers that they were resolved for.
+    pub mask_hash: Option<Vec<String>>,
     /// How steep the surface may be where lichen grows.
     pub slope: Option<Slope>,
     /// Name of a preset that lies under them.
@@ -242,7 +242,7 @@ impl Complete {
         Self {
             mesh_up: settings.mesh_up,
             mask: { settings.mask.zip(settings.mask_hash) }
-                .map(|(layers, hash)| MaskId { layers, hash }),
+                .map(|(layers, hashes)| MaskId { layers, hashes }),
             // Of any steepness is what holds without one.
             slope: settings.slope.filter(|s| s.angles() != [0.0, 180.0]),
             radius: settings.radius.unwrap_or(Length::Auto),

@@ -15,33 +15,37 @@ const WHITE: f32 = 15.0 / 16.0;
 /// A mask for the triangles of one [`Substrate`]: black where nothing grows, white where lichen grows as anywhere; what
 /// is grey in between is a factor on the chance to stick. See [`Substrate::with_mask`].
 ///
-/// It may have several layers: lichen grows only where all let it.
+/// It may have several layers, whose order makes no difference: lichen grows only where all let it.
 #[derive(Clone)]
 pub struct Mask {
     triangles: usize,
-    paints: Vec<Paint>,
-    /// Other lichens.
-    neighbours: Vec<Arc<Neighbour>>,
-    hash: String,
-    /// Whether it is all white, as far as triangles go by it.
-    is_white: bool,
+    /// By their hashes.
+    layers: Vec<Arc<Layer>>,
 }
 
 impl std::fmt::Debug for Mask {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Mask")
-            .field("hash", &self.hash)
-            .finish_non_exhaustive()
+            .field("hashes", &self.hashes())
+            .finish()
     }
 }
 
+struct Layer {
+    paint: Paint,
+    hash: String,
+    /// Whether it is all white, as far as triangles go by it.
+    is_white: bool,
+}
+
 /// By the substrate's triangles; none where a triangle has nothing to go by, which is as good as black.
-#[derive(Clone)]
 enum Paint {
     /// Brightness at the corners.
     Corners(Vec<Option<[f32; 3]>>),
     /// Coordinates of the corners in an image.
     Image(Image, Vec<Option<[[f32; 2]; 3]>>),
+    /// Another lichen: of the room that it leaves.
+    Lichen(Neighbour),
 }
 
 /// Why something is no mask for a substrate.
@@ -84,13 +88,14 @@ impl Mask {
         let uvs: Vec<_> = all(substrate).map(uvs).collect();
         match uvs.iter().all(Option::is_none) {
             true => Err(MaskError::NoUvs),
-            false => Ok(Self {
-                triangles: uvs.len(),
-                is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
-                paints: vec![Paint::Image(image, uvs)],
-                neighbours: Vec::new(),
-                hash: blake3::hash(bytes).to_hex().to_string(),
-            }),
+            false => Ok(Self::of_layer(
+                substrate,
+                Layer {
+                    is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
+                    paint: Paint::Image(image, uvs),
+                    hash: blake3::hash(bytes).to_hex().to_string(),
+                },
+            )),
         }
     }
 
@@ -111,13 +116,12 @@ impl Mask {
         let is_white = |corners: &Option<[f32; 3]>| {
             corners.is_some_and(|corners| corners.into_iter().all(|x| x > WHITE))
         };
-        Ok(Self {
-            triangles: corners.len(),
+        let layer = Layer {
             is_white: corners.iter().all(is_white),
-            paints: vec![Paint::Corners(corners)],
-            neighbours: Vec::new(),
+            paint: Paint::Corners(corners),
             hash: hasher.finalize().to_hex().to_string(),
-        })
+        };
+        Ok(Self::of_layer(substrate, layer))
     }
 
     /// Of the room that another lichen leaves: elements do not overlap its elements, which are at these positions with
@@ -127,12 +131,18 @@ impl Mask {
         for value in positions.iter().flat_map(DVec3::to_array).chain([radius]) {
             hasher.update(&value.to_le_bytes());
         }
+        let layer = Layer {
+            is_white: positions.is_empty(),
+            paint: Paint::Lichen(Neighbour::new(positions, radius)),
+            hash: hasher.finalize().to_hex().to_string(),
+        };
+        Self::of_layer(substrate, layer)
+    }
+
+    fn of_layer(substrate: &Substrate, layer: Layer) -> Self {
         Self {
             triangles: substrate.triangles().len(),
-            paints: Vec::new(),
-            neighbours: vec![Arc::new(Neighbour::new(positions, radius))],
-            hash: hasher.finalize().to_hex().to_string(),
-            is_white: positions.is_empty(),
+            layers: vec![Arc::new(layer)],
         }
     }
 
@@ -143,45 +153,48 @@ impl Mask {
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
         assert_eq!(self.triangles, other.triangles, "masks of different meshes");
-        self.paints.extend(other.paints);
-        self.neighbours.extend(other.neighbours);
-        Self {
-            hash: blake3::hash((self.hash + &other.hash).as_bytes())
-                .to_hex()
-                .to_string(),
-            is_white: self.is_white && other.is_white,
-            ..self
-        }
+        self.layers.extend(other.layers);
+        self.layers.sort_by(|a, b| a.hash.cmp(&b.hash));
+        self
     }
 
-    /// BLAKE3 hash of the image's file, of the brightness at the corners, or of positions and radius; of several layers
-    /// that of their hashes. Hexadecimal.
-    pub fn hash(&self) -> &str {
-        &self.hash
+    /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, or of the positions
+    /// and the radius of another lichen. Hexadecimal.
+    pub fn hashes(&self) -> Vec<&str> {
+        self.layers
+            .iter()
+            .map(|layer| layer.hash.as_str())
+            .collect()
     }
 
     /// Whether it keeps lichen from growing nowhere.
     pub(crate) fn is_white(&self) -> bool {
-        self.is_white
+        self.layers.iter().all(|layer| layer.is_white)
     }
 
-    /// How many triangles have neither UVs nor colours, as the mask goes by the ones or the others: nothing grows on them.
+    /// How many triangles have neither UVs nor colours, as a layer goes by the ones or the others: nothing grows on them.
     pub fn unpainted(&self) -> usize {
-        let is_unpainted = |t: &usize| self.paints.iter().any(|paint| !paint.covers(*t));
+        let is_unpainted = |t: &usize| self.layers.iter().any(|layer| !layer.paint.covers(*t));
         (0..self.triangles).filter(is_unpainted).count()
     }
 
-    /// From 0, where nothing grows, to 1, as it is painted.
+    /// From 0, where nothing grows, to 1, as it is painted; what room other lichens leave is [another
+    /// question](Self::leaves_room).
     ///
     /// # Panics
     /// When the substrate that it was made for has no such triangle.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
-        self.paints.iter().map(|paint| paint.at(at)).product()
+        { self.layers.iter() }
+            .map(|layer| layer.paint.at(at))
+            .product()
     }
 
     /// Whether other lichens leave room for an element of this radius; local units.
     pub fn leaves_room(&self, here: DVec3, radius: f64) -> bool {
-        { self.neighbours.iter() }.all(|neighbour| neighbour.leaves_room(here, radius))
+        self.layers.iter().all(|layer| match &layer.paint {
+            Paint::Lichen(neighbour) => neighbour.leaves_room(here, radius),
+            _ => true,
+        })
     }
 
     /// How many triangles the substrate has that it was made for.
@@ -196,6 +209,7 @@ impl Paint {
         match self {
             Self::Corners(corners) => corners[triangle].is_some(),
             Self::Image(_, uvs) => uvs[triangle].is_some(),
+            Self::Lichen(_) => true,
         }
     }
 
@@ -213,6 +227,7 @@ impl Paint {
                 };
                 brightness_of(image.values(place).to_array())
             }),
+            Self::Lichen(_) => return 1.0,
         };
         match brightness {
             Some(x) if x > WHITE => 1.0,

@@ -53,7 +53,8 @@ const MOST_PASSES: u8 = 32;
 /// Normals at the corners of all triangles of the surface as it is without what is small on it, noise of a scan or steps
 /// of a terrain: vector areas take the mean with those of neighbours time and again, that of a face the more often the
 /// smaller it is, and of one as large as the scale never. The sum of vector areas is that of any surface with the same
-/// border, so means of them know nothing of what lies within.
+/// border, so means of them know nothing of what lies within. Faces that have come to rest give nothing to smaller ones
+/// beside them, which would soon be as they are.
 pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let all = 0..substrate.triangles().len() as u32;
     let units = substrate.units();
@@ -64,17 +65,18 @@ pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let vector_area = |t| (substrate.area(t) * substrate.normal(t)).as_vec3();
     let mut areas: Vec<Vec3> = all.clone().into_par_iter().map(vector_area).collect();
     for pass in 0..passes.iter().copied().max().unwrap_or(0) {
-        let mean = |t: u32| match passes[t as usize] > pass {
-            true => mean_about(substrate, t, &areas),
+        let moves = |t: u32| passes[t as usize] > pass;
+        let mean = |t: u32| match moves(t) {
+            true => mean_about(substrate, t, &areas, &moves),
             false => areas[t as usize],
         };
         areas = all.clone().into_par_iter().map(mean).collect();
     }
-    let of_face = |t: u32| {
-        areas[t as usize]
-            .as_dvec3()
-            .normalize_or(substrate.normal(t))
+    let unit = |(t, area): (usize, &mut Vec3)| {
+        *area = { area.try_normalize() }.unwrap_or_else(|| substrate.normal(t as u32).as_vec3());
     };
+    areas.par_iter_mut().enumerate().for_each(unit);
+    let of_face = |t: u32| areas[t as usize].as_dvec3();
     let corners = |t| corners_by(substrate, t, &of_face).map(|normal| normal.as_vec3());
     all.into_par_iter().map(corners).collect()
 }
@@ -85,10 +87,17 @@ fn passes(scale: f64, area: f64) -> u8 {
     (4.0 * scale * scale / edge_sq).min(f64::from(MOST_PASSES)) as u8
 }
 
-/// The mean of what a face has and those with which it has edges.
-fn mean_about(substrate: &Substrate, triangle: u32, of: &[Vec3]) -> Vec3 {
-    let across = (3 * triangle..3 * triangle + 3)
-        .map(|half_edge| of[substrate.twin(half_edge).half_edge() as usize / 3]);
+/// The mean of what a face has and those with which it has edges, as far as they still move.
+fn mean_about(
+    substrate: &Substrate,
+    triangle: u32,
+    of: &[Vec3],
+    moves: &impl Fn(u32) -> bool,
+) -> Vec3 {
+    let across = (3 * triangle..3 * triangle + 3).map(|half_edge| {
+        let other = substrate.twin(half_edge).half_edge() / 3;
+        of[if moves(other) { other } else { triangle } as usize]
+    });
     (of[triangle as usize] + across.sum::<Vec3>()) / 4.0
 }
 

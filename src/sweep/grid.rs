@@ -61,11 +61,12 @@ pub struct GridRun {
 }
 
 impl GridRun {
-    /// A hash of everything that decides the result; the mesh's path does not. None where nothing can
+    /// A hash of everything that decides the result; the paths of mesh and mask do not. None where nothing can
     /// grow.
     pub fn hash(&self) -> Option<String> {
         let mut recipe = self.recipe.as_ref().ok()?.clone();
         recipe.mesh.file.clear();
+        recipe.mask.iter_mut().for_each(|mask| mask.layers.clear());
         let hash = blake3::hash(recipe.to_toml().as_bytes());
         Some(hash.to_hex().to_string())
     }
