@@ -8,7 +8,7 @@ mod png;
 
 use std::fs;
 
-use desk::{Desk, assert_refused_in_a_line, said};
+use desk::{Desk, assert_refused, assert_refused_in_a_line, said};
 use png::{TEXELS, image};
 use thallus::export::{Elements, read_elements};
 
@@ -149,12 +149,53 @@ fn lichens_grow_beside_those_of_other_runs() {
     desk.done("--recipe second --elements 250 -o part");
     desk.done("--resume part --elements 600");
     desk.assert_same("part", "second");
-    desk.done("--resume first --elements 310");
+    // In another order, and not over what it grew beside.
+    desk.done("--recipe second --elements 250 -o other");
+    desk.done("--resume other --elements 600 --mask left.png --mask first");
+    desk.assert_same_elements("other", "second");
+    desk.fails(
+        "square.obj -o first --mask first --force",
+        2,
+        &["--mask first is what the run itself writes"],
+    );
+    let picture = |name: &str| {
+        let words = format!("second --also first -o {name}.png --size 32x32 --samples 1");
+        let output = desk.call("render", &words).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        said(&output)
+    };
+    assert!(!picture("before").contains("grew beside"));
+    desk.done("square.obj --radius 0.006 --elements 900 --at 0.3,0,0.45 -o first --force");
+    let told = picture("after");
+    assert!(told.contains("second grew beside first"), "{told}");
+    assert!(told.contains("--recipe second --mask first"), "{told}");
     desk.fails(
         "--recipe second -o changed",
         1,
         &["error: first is not the mask"],
     );
+}
+
+/// The folder that is called from has another one of that name.
+#[test]
+fn of_several_layers_of_a_name_the_right_one_is_found() {
+    let desk = desk();
+    fs::create_dir_all(desk.path("a/b")).unwrap();
+    fs::copy(desk.path("square.obj"), desk.path("a/square.obj")).unwrap();
+    fs::copy(desk.path("left.png"), desk.path("a/left.png")).unwrap();
+    let in_a = |words: &str| {
+        let mut command = desk.call("grow --preview 32", words);
+        let output = command.current_dir(desk.path("a")).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    in_a("square.obj --radius 0.006 --elements 100 --at 0.4,0,0.5 -o first");
+    in_a(
+        "square.obj --radius 0.004 --elements 100 --mask first --mask left.png --at random -o second",
+    );
+    desk.done("square.obj --radius 0.006 --elements 50 --at 0.4,0,0.5 -o first");
+    fs::write(desk.path("left.png"), image(|_, _| 1.0)).unwrap();
+    desk.done("--recipe a/second -o again");
+    desk.assert_same_elements("again", "a/second");
 }
 
 #[test]
@@ -293,11 +334,21 @@ fn sweeps_have_masks_and_slopes() {
     desk.done("square.obj --radius 0.004 --elements 200 --mask left.png --bias 0.3 -o alone");
     let cell = desk.read("grid/cells/B=0.3/seed-1/elements.ply");
     assert_eq!(cell, desk.read("alone/elements.ply"));
-    // The same again finds all of it done; by its grid too, and not with another mask.
-    for words in [flags, "grid/grid.toml -o grid"] {
+    // The same again finds all of it done; by its grid too, wherever its mask is, and not with another mask.
+    fs::copy(desk.path("left.png"), desk.path("there.png")).unwrap();
+    let there = flags.replace("left.png", "there.png");
+    let grown = || fs::metadata(desk.path("grid/cells/B=0.3/seed-1/report.json")).unwrap();
+    let before = grown().modified().unwrap();
+    for words in [flags, "grid/grid.toml -o grid", &there] {
         let output = sweep(words);
         assert!(output.status.success(), "{words}: {}", said(&output));
     }
+    assert_eq!(grown().modified().unwrap(), before);
+    fs::remove_file(desk.path("left.png")).unwrap();
+    let merged = sweep("merge grid -o merged --mask there.png");
+    assert!(merged.status.success(), "{}", said(&merged));
+    let refused = sweep("merge grid -o no --mask none");
+    assert_refused(&refused, 2, &["--mask: the run has a mask"]);
     fs::write(desk.path("left.png"), image(|_, _| 1.0)).unwrap();
     assert_refused_in_a_line(
         &sweep("grid/grid.toml -o other"),

@@ -2,8 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+use thallus::cluster::Cluster;
+use thallus::run::shell_path;
+use thallus::substrate::{Mask, Substrate};
+
 use super::failure::Failure;
-use super::grown::Grown;
+use super::grown::{Grown, Origin};
+use super::number::count;
 use super::skin_args::ColorArgs;
 use super::terminal::Voice;
 
@@ -49,6 +55,36 @@ impl Also {
         failure.at(format!("--also {}", self.text))
     }
 }
+
+/// Says so where a lichen lies on one that it grew beside: that is no longer as it was.
+pub(crate) fn tell_of_overlaps<'a>(
+    substrate: &Substrate,
+    all: impl Iterator<Item = (&'a Origin, &'a Cluster)> + Clone,
+    voice: Voice,
+) {
+    for (origin, cluster) in all.clone() {
+        let others = all.clone().filter(|(other, _)| origin.grew_beside(other));
+        for (other, first) in others {
+            let positions: Vec<_> = first.elements().iter().map(|e| e.position).collect();
+            let room = Mask::beside(substrate, &positions, first.radius());
+            let radius = cluster.radius() * (1.0 - ROUNDED);
+            let lies_on = { cluster.elements().par_iter() }
+                .filter(|e| !room.leaves_room(e.position, radius))
+                .count();
+            if lies_on > 0 {
+                let [folder, other] = [&origin.folder, &other.folder].map(|f| shell_path(f));
+                voice.warn(&format!(
+                    "{folder} grew beside {other}, which is not as it was then: {} of its elements lie on it; grow it \
+                     again: thallus grow --recipe {folder} --mask {other} -o, and a new folder",
+                    count(lies_on as u64)
+                ));
+            }
+        }
+    }
+}
+
+/// Of a radius, what a table rounds of positions.
+const ROUNDED: f64 = 1e-3;
 
 /// What is there, and the colour map; both may have commas in them.
 fn split(text: &str) -> Option<(&str, &str)> {

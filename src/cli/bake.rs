@@ -17,12 +17,12 @@ use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing};
 
-use super::also::{Also, OTHER_MESH};
+use super::also::{Also, OTHER_MESH, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::dress::Dress;
 use super::failure::Failure;
-use super::grown::{Grown, load_textured};
+use super::grown::{Grown, Origin, load_textured};
 use super::interrupt::{Held, Stop};
 use super::memory;
 use super::number::{count, duration, elements, plural};
@@ -91,6 +91,7 @@ struct Lichens {
 }
 
 struct Lichen {
+    origin: Origin,
     cluster: Cluster,
     shape: Shape,
     paint: Paint,
@@ -99,7 +100,7 @@ struct Lichen {
 impl Lichen {
     fn new(
         substrate: &Substrate,
-        cluster: Cluster,
+        (origin, cluster): (Origin, Cluster),
         relief_args: &ReliefArgs,
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
@@ -109,6 +110,7 @@ impl Lichen {
         let shape = relief(relief_args, &in_radii);
         shape.check().map_err(|e| Failure::Usage(e.into()))?;
         Ok(Self {
+            origin,
             cluster,
             shape,
             paint: paint(color, &in_radii)?,
@@ -131,7 +133,12 @@ impl Lichens {
         let mesh = grown.file_of(&args.mesh)?;
         let (substrate, texturing) = load_textured(&mesh)?;
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
-        let first = Lichen::new(&substrate, cluster, &args.relief, &args.color)?;
+        let first = Lichen::new(
+            &substrate,
+            (grown.origin(), cluster),
+            &args.relief,
+            &args.color,
+        )?;
         let mut lichens = Self {
             mesh,
             substrate,
@@ -143,6 +150,8 @@ impl Lichens {
             let another = lichens.another(args, &also).map_err(|e| also.failed(e))?;
             lichens.grown.push(another);
         }
+        let all = lichens.grown.iter().map(|l| (&l.origin, &l.cluster));
+        tell_of_overlaps(&lichens.substrate, all, args.run.voice());
         Ok(lichens)
     }
 
@@ -151,7 +160,12 @@ impl Lichens {
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let found = grown.elements.to_cluster_on_turned(&self.substrate);
         let (cluster, _) = found.context(OTHER_MESH)?;
-        Lichen::new(&self.substrate, cluster, &args.relief, &also.color)
+        Lichen::new(
+            &self.substrate,
+            (grown.origin(), cluster),
+            &args.relief,
+            &also.color,
+        )
     }
 
     /// Elements of all.

@@ -15,7 +15,7 @@ use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
 use super::memory::Room;
 use super::mesh_args::MeshArgs;
-use super::named_mesh::named_mesh;
+use super::named_mesh::{self, named_mesh};
 use super::number::count;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
@@ -31,6 +31,29 @@ pub(crate) struct Grown {
     recipe_file: PathBuf,
     recipe: Option<Settings>,
     voice: Voice,
+}
+
+/// Where a lichen is, and what it grew beside.
+pub(crate) struct Origin {
+    pub(crate) folder: PathBuf,
+    /// Folders in full.
+    place: Option<PathBuf>,
+    beside: Vec<PathBuf>,
+}
+
+impl Origin {
+    pub(crate) fn grew_beside(&self, other: &Self) -> bool {
+        { other.place.iter() }.any(|place| self.beside.contains(place))
+    }
+}
+
+/// The folder that a file is in, or it is itself, in full.
+fn folder_of(file: &Path) -> Option<PathBuf> {
+    let place = file.canonicalize().ok()?;
+    match place.is_dir() {
+        true => Some(place),
+        false => place.parent().map(Path::to_owned),
+    }
 }
 
 /// Why it is not known which mesh a lichen grew on.
@@ -134,6 +157,21 @@ impl Grown {
             count(more),
             shell_path(folder.unwrap_or(Path::new(".")))
         ));
+    }
+
+    /// Where this is, and what it grew beside, as far as that is there.
+    pub(crate) fn origin(&self) -> Origin {
+        let layers = self.recipe.iter().flat_map(Settings::mask_layers);
+        let found = layers.filter_map(|layer| {
+            let places = named_mesh::places(&self.recipe_file, layer);
+            folder_of(places.first()?)
+        });
+        let folder = self.table.parent().filter(|p| !p.as_os_str().is_empty());
+        Origin {
+            folder: folder.unwrap_or(Path::new(".")).to_owned(),
+            place: folder_of(&self.table),
+            beside: found.collect(),
+        }
     }
 
     /// Refuses to write a file over what was read, or what the run needs to go on, whoever asks for it.

@@ -19,10 +19,10 @@ use thallus::run::Length;
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::{Substrate, Texturing};
 
-use super::also::{Also, OTHER_MESH};
+use super::also::{Also, OTHER_MESH, tell_of_overlaps};
 use super::dress::{self, made_up};
 use super::failure::Failure;
-use super::grown::Grown;
+use super::grown::{Grown, Origin};
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
@@ -104,6 +104,7 @@ fn spin<T>(voice: Voice, doing: &str, work: impl FnOnce() -> T) -> T {
 
 /// One lichen and how it looks.
 struct Lichen {
+    origin: Origin,
     elements: Elements,
     cluster: Cluster,
     shape: Shape,
@@ -164,11 +165,11 @@ impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
 impl Lichen {
     fn new(
         substrate: &Substrate,
-        elements: Elements,
-        cluster: Cluster,
+        (grown, cluster): (Grown, Cluster),
         args: &RenderArgs,
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
+        let (origin, elements) = (grown.origin(), grown.elements);
         let (diagonal, radius) = (substrate.units().diagonal(), elements.radius);
         let in_radii = |length: Length| length.in_radii(diagonal, radius);
         let shape = shape(&args.shape, &in_radii);
@@ -178,6 +179,7 @@ impl Lichen {
             None => paint(color, &in_radii)?,
         };
         Ok(Self {
+            origin,
             elements,
             cluster,
             shape,
@@ -192,7 +194,7 @@ impl Lichens {
         let mesh = first.file_of(&args.mesh)?;
         let dress = args.view.shot.ground.as_ref();
         let (substrate, cluster, texturing) = first.on_dressed(&mesh, &args.mesh, dress)?;
-        let first = Lichen::new(&substrate, first.elements, cluster, args, &args.color)?;
+        let first = Lichen::new(&substrate, (first, cluster), args, &args.color)?;
         let mut lichens = Self {
             mesh,
             substrate,
@@ -208,14 +210,16 @@ impl Lichens {
             lichens.covers.push(cover);
             lichens.grown.push(another);
         }
+        let all = lichens.grown.iter().map(|l| (&l.origin, &l.cluster));
+        tell_of_overlaps(&lichens.substrate, all, args.run.voice());
         Ok(lichens)
     }
 
     fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {
-        let elements = also.read(args.run.voice())?.elements;
-        let found = elements.to_cluster_on_turned(&self.substrate);
+        let grown = also.read(args.run.voice())?;
+        let found = grown.elements.to_cluster_on_turned(&self.substrate);
         let (cluster, _) = found.context(OTHER_MESH)?;
-        Lichen::new(&self.substrate, elements, cluster, args, &also.color)
+        Lichen::new(&self.substrate, (grown, cluster), args, &also.color)
     }
 
     fn colored(&self, args: &RenderArgs) -> Result<Colored, Failure> {

@@ -77,6 +77,12 @@ impl Desk {
         assert_refused(&self.command(words).output().unwrap(), code, parts);
     }
 
+    pub(crate) fn assert_same_elements(&self, found: &str, expected: &str) {
+        let [found, expected] =
+            [found, expected].map(|folder| self.read(&format!("{folder}/elements.ply")));
+        assert!(found == expected);
+    }
+
     pub(crate) fn start(&self, words: &str) -> Child {
         self.start_on(1, words)
     }
