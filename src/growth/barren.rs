@@ -27,8 +27,10 @@ const MOST_IN_VAIN: f64 = 1e8;
 /// each contact that the least chance to stick takes.
 const IN_VAIN: f64 = 200.0;
 
-/// The same for walkers: those launched inside the launch sphere come to whatever can be reached there.
-const WALKERS_IN_VAIN: u64 = 1_000;
+/// The same for walkers: those launched inside the launch sphere come to whatever can be reached there. So many at least,
+/// and for each that sticking by the least chance takes.
+const LEAST_WALKERS: f64 = 1e3;
+const WALKERS: f64 = 10.0;
 
 /// Curvature radii, of so many radii at least, within which the border of the habitat is one to walkers.
 const NEAR_RADII: f64 = 2.0;
@@ -176,5 +178,6 @@ pub(super) fn is_hemmed(
     let rim = (elements as f64).sqrt();
     let in_vain = (IN_VAIN * rim / parameters.min_stick).clamp(LEAST_IN_VAIN, MOST_IN_VAIN);
     let contacts = (now.contacts - then.contacts) as f64;
-    contacts >= in_vain || lost(then, now) >= WALKERS_IN_VAIN
+    let walkers = (WALKERS / parameters.min_stick).max(LEAST_WALKERS);
+    contacts >= in_vain || lost(then, now) as f64 >= walkers
 }
