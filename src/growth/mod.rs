@@ -9,6 +9,7 @@ mod enclosed;
 mod far;
 mod flight;
 mod habitat;
+mod hidden;
 mod join;
 mod launch;
 mod launcher;

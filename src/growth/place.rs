@@ -25,7 +25,8 @@ pub enum SeedPlace {
     Highest,
     /// The point of the surface nearest to the bounding box's centre.
     Center,
-    /// Uniform by area over the whole mesh, from the recipe's seed and the colony's number.
+    /// Uniform by area over the whole mesh, from the recipe's seed and the colony's number; of several pieces not where one
+    /// is inside another.
     Random,
 }
 
@@ -241,7 +242,7 @@ fn top(substrate: &Substrate) -> SurfacePoint {
 }
 
 /// Height at which a line along `up` through a point meets a triangle, and where.
-fn plumb(
+pub(super) fn plumb(
     substrate: &Substrate,
     triangle: u32,
     through: DVec3,

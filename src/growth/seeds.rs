@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::Habitat;
+use super::hidden::is_hidden;
 use super::launch::AreaSampler;
 use super::place::{PlaceError, SeedPlace, TRIES};
 use crate::rng::{Purpose, Stream};
@@ -16,7 +17,7 @@ impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
-    /// the mesh, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
+    /// the mesh, or is inside another piece, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
     /// are the [nearest place](Habitat::nearest) where something may grow, with room about it if there is any. Distances
     /// are those through space, but elements on two faces of a sheet do not overlap.
     ///
@@ -138,17 +139,17 @@ impl Seeds<'_> {
         self.places.push(at);
     }
 
-    /// Gives the next one the first random place with room for it. Where no piece has any, a place without: whoever
-    /// asks for the room of an element says which radius would do.
+    /// Gives the next one the first random place with room for it that is inside of no other piece. Where there is none, a
+    /// place without: whoever asks for the room of an element says which radius would do.
     fn draw(&mut self, sampler: &AreaSampler, mut stream: Stream) -> Result<(), PlaceError> {
-        let (mut covered, mut overlaps) = (None, false);
+        let (mut unseen, mut overlaps) = (None, false);
         for _ in 0..self.tries {
             let at = sampler.sample(&mut stream);
             if !self.suits(&at, &mut stream) {
                 continue;
             }
-            if self.is_covered(&at) {
-                covered.get_or_insert(at);
+            if self.is_covered(&at) || is_hidden(self.substrate, &at) {
+                unseen.get_or_insert(at);
             } else if self.overlapped(&at).is_none() {
                 self.push(at);
                 return Ok(());
@@ -156,7 +157,7 @@ impl Seeds<'_> {
                 overlaps = true;
             }
         }
-        match covered.filter(|_| !overlaps) {
+        match unseen.filter(|_| !overlaps) {
             Some(at) => self.push(at),
             None => {
                 let colony = self.places.len();

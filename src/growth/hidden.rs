@@ -1,0 +1,112 @@
+//! Places inside another piece of a mesh, as where rocks are put together that go through each other.
+
+use glam::DVec3;
+
+use super::place::plumb;
+use crate::substrate::{Component, Substrate, SurfacePoint};
+
+/// Lines along which it is looked whether a place is inside, both ways: along no edge or face that people model.
+const LINES: [DVec3; 3] = [
+    DVec3::new(0.36, 0.48, 0.8),
+    DVec3::new(-0.64, 0.6, -0.48),
+    DVec3::new(0.8, -0.36, 0.48),
+];
+
+/// Of these six ways, as many as must lead out of a piece: it may have holes, and a sheet that is not closed is on one
+/// side of a place only.
+const MOST_WAYS: usize = 4;
+
+/// Whether a place is inside a solid that another piece is. One with its faces to the inside is a room.
+pub(super) fn is_hidden(substrate: &Substrate, at: &SurfacePoint) -> bool {
+    let own = substrate.component_of(at.triangle);
+    let place = substrate.position(at);
+    let mut others = substrate.components().iter().filter(|piece| *piece != own);
+    others.any(|piece| {
+        let [low, high] = piece.bounds;
+        let is_within = place.cmpge(low).all() && place.cmple(high).all();
+        is_within && ways_out(substrate, piece, place) >= MOST_WAYS
+    })
+}
+
+/// Along how many ways a piece is left once more often than it is entered.
+fn ways_out(substrate: &Substrate, piece: &Component, place: DVec3) -> usize {
+    let along = |line: DVec3| {
+        let near = substrate.triangles_near_line(place, line, &piece.triangles);
+        let mut surplus = [0, 0];
+        for t in near {
+            if let Some((height, _)) = plumb(substrate, t, place, line) {
+                let is_ahead = height > place.dot(line);
+                let leaves = (substrate.normal(t).dot(line) > 0.0) == is_ahead;
+                surplus[usize::from(is_ahead)] += if leaves { 1 } else { -1 };
+            }
+        }
+        surplus.iter().filter(|surplus| **surplus > 0).count()
+    };
+    LINES.into_iter().map(along).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::growth::launch::AreaSampler;
+    use crate::rng::{Purpose, Stream};
+    use crate::substrate::Soup;
+
+    /// Cubes about these places of these sides, with faces to the outside or to the inside, and the last face left out
+    /// where it is open.
+    fn cubes(all: &[(DVec3, f64, bool)], is_open: bool) -> Substrate {
+        let mut soup = Soup::default();
+        for &(middle, side, is_outside) in all {
+            for face in 0..if is_open { 5 } else { 6 } {
+                let first = soup.positions.len() as u32;
+                let height = if face < 3 { 0.5 } else { -0.5 };
+                for (i, j) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
+                    let mut p = [i, j, height];
+                    p.rotate_left(face % 3);
+                    soup.positions
+                        .push((middle + side * DVec3::from(p)).to_array());
+                }
+                let ways = [[0, 1, 2], [0, 2, 3]];
+                let turn = (face < 3) == is_outside;
+                let triangle = |[a, b, c]: [u32; 3]| if turn { [a, b, c] } else { [a, c, b] };
+                soup.triangles
+                    .extend(ways.map(|t| triangle(t).map(|k| first + k)));
+            }
+        }
+        Substrate::from_soup(soup).expect("a mesh")
+    }
+
+    /// For random places, whether they are hidden, and whether they are inside the other of two cubes.
+    fn compared(substrate: &Substrate, inside: impl Fn(DVec3) -> bool) -> [usize; 4] {
+        let area = AreaSampler::of_all(substrate);
+        let mut stream = Stream::new(1, Purpose::Walker, 0);
+        let mut counts = [0; 4];
+        for _ in 0..4000 {
+            let at = area.sample(&mut stream);
+            let place = substrate.units().to_file(substrate.position(&at));
+            counts[usize::from(is_hidden(substrate, &at)) + 2 * usize::from(inside(place))] += 1;
+        }
+        counts
+    }
+
+    #[test]
+    fn what_is_in_another_solid_is_hidden() {
+        let aside = DVec3::new(0.7, 0.6, 0.55);
+        let is_in = |p: DVec3, middle: DVec3, side: f64| {
+            (p - middle).abs().max_element() < 0.5 * side - 1e-6
+        };
+        let crossing = [(DVec3::ZERO, 1.0, true), (aside, 1.1, true)];
+        let is_inside = |p| is_in(p, DVec3::ZERO, 1.0) || is_in(p, aside, 1.1);
+        let [seen, wrong, missed, hidden] = compared(&cubes(&crossing, false), is_inside);
+        assert!(
+            wrong == 0 && missed == 0 && seen > 3000 && hidden > 100,
+            "{seen} {hidden}"
+        );
+        // With a face missing most are.
+        let [_, wrong, missed, hidden] = compared(&cubes(&crossing, true), is_inside);
+        assert!(wrong == 0 && missed < hidden, "{wrong} {missed} {hidden}");
+        let room = [(DVec3::ZERO, 4.0, false), (aside, 1.1, true)];
+        let [_, wrong, _, hidden] = compared(&cubes(&room, false), |p| is_in(p, DVec3::ZERO, 4.0));
+        assert_eq!([wrong, hidden], [0, 0], "a room hides nothing");
+    }
+}
