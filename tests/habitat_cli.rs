@@ -180,7 +180,7 @@ fn lichens_grow_beside_those_of_other_runs() {
 #[test]
 fn of_several_layers_of_a_name_the_right_one_is_found() {
     let desk = desk();
-    fs::create_dir_all(desk.path("a/b")).unwrap();
+    fs::create_dir(desk.path("a")).unwrap();
     fs::copy(desk.path("square.obj"), desk.path("a/square.obj")).unwrap();
     fs::copy(desk.path("left.png"), desk.path("a/left.png")).unwrap();
     let in_a = |words: &str| {

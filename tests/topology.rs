@@ -54,6 +54,59 @@ fn geodetic_sheet() -> Soup {
     soup
 }
 
+/// The faces of cubes of side 1 with these lower corners, outwards, without those between two.
+fn voxels(filled: impl Fn([i32; 3]) -> bool, size: i32) -> Soup {
+    let mut soup = Soup::default();
+    let all = || 0..size;
+    let cells = all().flat_map(|x| all().flat_map(move |y| all().map(move |z| [x, y, z])));
+    for cell in cells.filter(|cell| filled(*cell)) {
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let mut beside = cell;
+            beside[axis] += 2 * side - 1;
+            if filled(beside) {
+                continue;
+            }
+            let first = soup.positions.len() as u32;
+            for (u, v) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
+                let mut corner = cell;
+                corner[axis] += side;
+                corner[(axis + 1) % 3] += u;
+                corner[(axis + 2) % 3] += v;
+                soup.positions.push(corner.map(f64::from));
+            }
+            let ways = match side {
+                1 => [[0, 1, 2], [0, 2, 3]],
+                _ => [[0, 2, 1], [0, 3, 2]],
+            };
+            soup.triangles.extend(ways.map(|t| t.map(|k| first + k)));
+        }
+    }
+    soup
+}
+
+/// Every second voxel of a block, and such as are filled by chance: over each edge of four triangles walkers stay outside,
+/// and none ends there.
+#[test]
+fn solids_that_touch_at_edges_are_walked_on_outside() {
+    let is_in = |cell: [i32; 3], size| cell.iter().all(|x| (0..size).contains(x));
+    let every_second = |c: [i32; 3]| is_in(c, 4) && c.iter().sum::<i32>() % 2 == 0;
+    let by_chance = |c: [i32; 3]| is_in(c, 6) && (7 * c[0] + 11 * c[1] * c[2] + 5 * c[2]) % 3 == 0;
+    for soup in [voxels(every_second, 4), voxels(by_chance, 6)] {
+        let mesh = Substrate::from_soup(soup).expect("a mesh");
+        let report = mesh.report();
+        assert!(
+            report.non_manifold_edges > 40,
+            "{}",
+            report.non_manifold_edges
+        );
+        assert_eq!(report.boundary_edges, 0);
+        for half_edge in 0..3 * mesh.triangles().len() as u32 {
+            let twin = mesh.twin(half_edge);
+            assert!(!twin.is_flipped() && twin.half_edge() != half_edge);
+        }
+    }
+}
+
 /// The first and the last are one as both are one with the second: with the last it is equal as f32, and from the
 /// first it is noise away.
 #[test]

@@ -42,7 +42,7 @@ const EARLY: [Early; 3] = [
     Early {
         why: Stopped::Hemmed,
         words: "mask or slope left no place",
-        cure: "ask for a smaller one, or take smaller elements",
+        cure: "other habitat is reached by --colonies, or from elsewhere (--at)",
     },
 ];
 
