@@ -265,6 +265,23 @@ fn lichens_grow_beside_others_and_not_over_them() {
     }
 }
 
+/// What is left between two lichens is pinholes that few walkers come to: growth ends for want of places, without much
+/// more walking than the elements took.
+#[test]
+fn what_another_leaves_fills_up_and_ends() {
+    let substrate = beside_one(common::rock(60), [0.0, 1.0, 0.0], 0.02);
+    let all = Recipe {
+        stop: StopRule::Cover(1.0),
+        at: vec![SeedPlace::Center],
+        ..recipe(&substrate, 0.02, 1)
+    };
+    let growth = grown(&substrate, &all);
+    assert!(matches!(growth.stopped, Stopped::Hemmed | Stopped::Full));
+    // 490, where walkers were given up sixteen times as late 31,000.
+    let steps = growth.counts.steps as f64 / growth.cluster.len() as f64;
+    assert!(steps < 3000.0, "{steps}");
+}
+
 /// A line one and a half elements wide: what would be packed beside it stays where it touched.
 #[test]
 fn narrow_lines_are_followed() {

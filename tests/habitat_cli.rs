@@ -50,6 +50,11 @@ fn masks_and_slopes_are_kept_to_and_kept_in_the_recipe() {
     assert_eq!(recipe["mask-hash"].as_str().map(str::len), Some(64));
     let share = desk.report("left")["habitat_share"].as_f64().unwrap();
     assert!((share - 0.4).abs() < 0.02, "{share}");
+    let told = desk.done("square.obj --radius 0.001 --elements 20 --mask left.png -o top");
+    assert!(
+        told.contains("note: at top: ") && told.contains(" away, "),
+        "{told}"
+    );
     desk.done("rock.obj --radius 0.2% --elements 300 --slope 20,70 --at random -o steep");
     let text = String::from_utf8(desk.read("steep/recipe.toml")).unwrap();
     assert!(text.contains("slope = [20.0, 70.0]"), "{text}");

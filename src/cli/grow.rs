@@ -57,7 +57,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         let moved = moved::notes(&substrate, &recipe, &seeds);
         moved.iter().for_each(|note| voice.note(note));
     }
-    let hidden = buried::warning(&substrate, &recipe, &seeds);
+    let hidden = buried::warning(&substrate, &seeds);
     warnings
         .iter()
         .chain(&hidden)

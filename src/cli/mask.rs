@@ -58,33 +58,22 @@ pub(super) fn read(
     voice: Voice,
 ) -> Result<Option<Found>, Failure> {
     let expected = settings.mask_hash.as_deref();
-    let mut all: Option<Found> = None;
-    for layer in settings.mask_layers() {
-        let (place, mask) = layer_among(&places(layer, recipes), expected, on, voice)?;
-        tell_of_unpainted(&place, &mask, voice);
-        all = Some(match all {
-            Some(others) => Found {
-                mask: others.mask.and(mask),
-                layers: [others.layers, vec![place]].concat(),
-            },
-            None => Found {
-                mask,
-                layers: vec![place],
-            },
-        });
+    let layer = |layer: &String| layer_among(&places(layer, recipes), expected, on, voice);
+    let found: Result<Vec<(String, Mask)>, Failure> =
+        settings.mask_layers().iter().map(layer).collect();
+    let (layers, masks): (Vec<String>, Vec<Mask>) = found?.into_iter().unzip();
+    let Some(mask) = masks.into_iter().reduce(Mask::and) else {
+        return Ok(None);
+    };
+    let mut hashes = expected.unwrap_or_default().to_vec();
+    hashes.sort_unstable();
+    match expected.is_none() || mask.hashes() == hashes {
+        true => Ok(Some(Found { mask, layers })),
+        false => Err(other(&settings.mask_layers().join(", "), &mask, &hashes)),
     }
-    if let (Some(found), Some(expected)) = (&all, expected) {
-        let mut expected = expected.to_vec();
-        expected.sort_unstable();
-        if found.mask.hashes() != expected {
-            let named = settings.mask_layers().join(", ");
-            return Err(other(&named, &found.mask, &expected));
-        }
-    }
-    Ok(all)
 }
 
-/// Of some places the first that has an expected layer, if any are.
+/// Of some places, one at least, the first that has an expected layer, if any are.
 fn layer_among(
     places: &[String],
     expected: Option<&[String]>,
@@ -95,18 +84,17 @@ fn layer_among(
         let hashes = mask.hashes();
         expected.is_none_or(|expected| expected.iter().any(|hash| hashes == [hash]))
     };
-    let mut first = None;
-    for place in places {
-        let found = layer_of(place, on, voice).and_then(|mask| match is_expected(&mask) {
-            true => Ok(mask),
-            false => Err(other(place, &mask, expected.unwrap_or_default())),
-        });
-        match found {
-            Ok(mask) => return Ok((place.clone(), mask)),
-            Err(problem) => _ = first.get_or_insert(problem),
-        }
-    }
-    Err(first.unwrap_or_else(|| Failure::usage("--mask: there is no such layer")))
+    let look_at = |place: &String| match layer_of(place, on, voice)? {
+        mask if is_expected(&mask) => Ok((place.clone(), mask)),
+        mask => Err(other(place, &mask, expected.unwrap_or_default())),
+    };
+    let (first, others) = (&places[0], &places[1..]);
+    let found = look_at(first).or_else(|problem| {
+        let mut found = others.iter().filter_map(|place| look_at(place).ok());
+        found.next().ok_or(problem)
+    })?;
+    tell_of_unpainted(&found.0, &found.1, on.1, voice);
+    Ok(found)
 }
 
 fn other(named: &str, mask: &Mask, expected: &[String]) -> Failure {
@@ -160,10 +148,10 @@ fn beside(from: &Path, substrate: &Substrate, voice: Voice) -> Result<Mask, Fail
     Ok(Mask::beside(substrate, &positions, cluster.radius()))
 }
 
-fn tell_of_unpainted(layer: &str, mask: &Mask, voice: Voice) {
+fn tell_of_unpainted(layer: &str, mask: &Mask, substrate: &Substrate, voice: Voice) {
     let unpainted = mask.unpainted();
     if unpainted > 0 {
-        let share = unpainted as f64 / mask.triangles() as f64;
+        let share = unpainted as f64 / substrate.triangles().len() as f64;
         voice.warn(&format!(
             "{layer}: {} ({}) {} nothing to go by in the mask, so nothing grows there",
             plural(unpainted, "triangle", "triangles"),

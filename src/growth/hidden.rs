@@ -12,19 +12,22 @@ const LINES: [DVec3; 3] = [
     DVec3::new(0.8, -0.36, 0.48),
 ];
 
-/// Of these six ways, as many as must lead out of a piece: it may have holes, and a sheet that is not closed is on one
-/// side of a place only.
-const MOST_WAYS: usize = 4;
+/// A sheet that is not closed is on one side of a place, three ways of the six.
+const LEAST_WAYS: usize = 4;
 
-/// Whether a place is inside a solid that another piece is. One with its faces to the inside is a room.
-pub(super) fn is_hidden(substrate: &Substrate, at: &SurfacePoint) -> bool {
+/// Whether a place is inside a solid that another piece of the mesh is: of six ways away from it four at least come out
+/// of that once more often than they go in. So the solid may have holes; one with its faces to the inside is a room.
+///
+/// # Panics
+/// When the substrate does not have the place's triangle.
+pub fn is_hidden(substrate: &Substrate, at: &SurfacePoint) -> bool {
     let own = substrate.component_of(at.triangle);
     let place = substrate.position(at);
     let mut others = substrate.components().iter().filter(|piece| *piece != own);
     others.any(|piece| {
         let [low, high] = piece.bounds;
         let is_within = place.cmpge(low).all() && place.cmple(high).all();
-        is_within && ways_out(substrate, piece, place) >= MOST_WAYS
+        is_within && ways_out(substrate, piece, place) >= LEAST_WAYS
     })
 }
 

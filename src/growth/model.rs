@@ -42,8 +42,8 @@ pub enum Halt {
     NoFreeSurface,
     /// Open edges took ten million walkers since the last birth.
     Starved,
-    /// Where it may grow it is hemmed in: a thousand walkers or more since the last birth, or a million contacts at least, have
-    /// come to nothing.
+    /// Where it may grow it is hemmed in: a thousand walkers or more since the last birth, or a million contacts at
+    /// least, have come to nothing.
     Hemmed,
     /// It was told to stop.
     Cancelled,

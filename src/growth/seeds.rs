@@ -17,9 +17,10 @@ impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
-    /// the mesh, or is inside another piece, and as seldom kept as a walker sticks in that [habitat](Habitat::at). `Top`, `Highest` and `Center`
-    /// are the [nearest place](Habitat::nearest) where something may grow, with room about it if there is any. Distances
-    /// are those through space, but elements on two faces of a sheet do not overlap.
+    /// the mesh, or is [inside another](is_hidden), and as seldom kept as a walker sticks in that
+    /// [habitat](Habitat::at). `Top`, `Highest` and `Center` are the [nearest place](Habitat::nearest) where something
+    /// may grow, with room about it if there is any. Distances are those through space, but elements on two faces of a
+    /// sheet do not overlap.
     ///
     /// # Errors
     /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere; when

@@ -198,7 +198,7 @@ impl Mask {
     }
 
     /// How many triangles the substrate has that it was made for.
-    pub fn triangles(&self) -> usize {
+    pub(super) fn triangles(&self) -> usize {
         self.triangles
     }
 }
