@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use thallus::animate::{Clock, Curve, Timing};
 use thallus::cluster::{Cluster, Element, Presence};
 use thallus::export::{
-    Film, FilmFormat, Placement, Scene, SceneFormat, TriMesh, UpAxis, What, mesh_format_of,
+    Film, FilmFormat, MeshFormat, Placement, Scene, SceneFormat, TriMesh, UpAxis, What,
     write_file_atomically,
 };
 use thallus::input;
@@ -18,7 +18,7 @@ use thallus::skin::{Shape, SkinError, SkinFrames};
 use thallus::substrate::{Substrate, Texturing};
 
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
-use super::animate_out::{Folder, Target, nearest_folder};
+use super::animate_out::{Folder, Shapes, Target, nearest_folder};
 use super::animate_picture;
 use super::axes::Convention;
 use super::dress::Dress;
@@ -40,11 +40,10 @@ pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
     let moments = timing(&args.time, &lichen.cluster)?.moments(&lichen.cluster);
     let moments = moments.map_err(|e| Failure::Usage(e.into()))?;
     let stop = Stop::listen();
-    let made = match target.subject() {
-        Subject::Skin => skins(args, &target, &lichen, moments, &stop),
-        Subject::Points => scenes(args, &target, lichen, (&moments, What::Points), &stop),
-        Subject::Curves => scenes(args, &target, lichen, (&moments, What::Curves), &stop),
-        Subject::Picture => animate_picture::pictures(args, &target, &lichen, moments, &stop),
+    let made = match &target {
+        Target::Skin(to) => skins(args, to, &lichen, moments, &stop),
+        Target::Scene(what, to) => scenes(args, to, lichen, (&moments, *what), &stop),
+        Target::Picture(to) => animate_picture::pictures(args, to, &lichen, moments, &stop),
     };
     // Whatever it failed with then comes of that.
     made.map_err(|e| {
@@ -133,18 +132,9 @@ fn clock(text: &str) -> Result<Clock, Failure> {
     }
 }
 
-/// How a film's frames lie in its file.
-fn convention_of(format: &FilmFormat) -> Convention {
-    Convention {
-        extension: format.extension,
-        axes: format.axes,
-        metres: format.metres,
-    }
-}
-
 fn skins(
     args: &AnimateArgs,
-    target: &Target,
+    to: &Shapes<MeshFormat>,
     lichen: &Growth,
     moments: Vec<Presence>,
     stop: &Stop,
@@ -158,9 +148,9 @@ fn skins(
     let frames = SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
     let frames = frames.map_err(|e| Failure::Usage(e.into()))?;
     let bar = bar(args);
-    match target {
-        Target::Film { format, .. } => {
-            let convention = convention_of(format);
+    match to {
+        Shapes::Film(format) => {
+            let convention = Convention::from(*format);
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
             let film = new_film(args, format).about(&places(lichen, &placement));
@@ -173,17 +163,11 @@ fn skins(
                 })
             })?;
         }
-        Target::Folder { extension, .. } => {
-            let format = mesh_format_of(Path::new(&format!("--format .{extension}")));
-            let format = format.map_err(|unknown| Failure::Usage(unknown.into()))?;
-            let convention = Convention {
-                extension: format.extension,
-                axes: format.axes,
-                metres: format.metres,
-            };
+        Shapes::Folder(format) => {
+            let convention = Convention::from(*format);
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
-            let mut folder = Folder::create(args, extension)?;
+            let mut folder = Folder::create(args, format.extension)?;
             each(frames, |mut mesh| {
                 stop.check()?;
                 mesh.place(&placement);
@@ -192,7 +176,6 @@ fn skins(
             })?;
             folder.finish()?;
         }
-        Target::Movie { .. } => unreachable!("movies show pictures"),
     }
     bar.finish_and_clear();
     Ok(())
@@ -219,16 +202,16 @@ fn each(
 
 fn scenes(
     args: &AnimateArgs,
-    target: &Target,
+    to: &Shapes<SceneFormat>,
     lichen: Growth,
     (moments, what): (&[Presence], What),
     stop: &Stop,
 ) -> Result<(), Failure> {
     let up = Some(lichen.substrate.up_axis());
     let bar = bar(args);
-    match target {
-        Target::Film { format, .. } => {
-            let convention = convention_of(format);
+    match to {
+        Shapes::Film(format) => {
+            let convention = Convention::from(*format);
             let scene = scene(args, lichen, &convention, up)?;
             write_film(
                 args,
@@ -244,17 +227,9 @@ fn scenes(
                 },
             )?;
         }
-        Target::Folder { extension, .. } => {
-            let name = format!("--format .{extension}");
-            let format = SceneFormat::of(Path::new(&name), what);
-            let format = format.map_err(|wrong| Failure::Usage(wrong.into()))?;
-            let convention = Convention {
-                extension: format.extension,
-                axes: format.axes,
-                metres: format.metres,
-            };
-            let scene = scene(args, lichen, &convention, up)?;
-            let mut folder = Folder::create(args, extension)?;
+        Shapes::Folder(format) => {
+            let scene = scene(args, lichen, &Convention::from(*format), up)?;
+            let mut folder = Folder::create(args, format.extension)?;
             frames_of(&scene, what, moments, |frame, color| {
                 stop.check()?;
                 bar.inc(1);
@@ -262,7 +237,6 @@ fn scenes(
             })?;
             folder.finish()?;
         }
-        Target::Movie { .. } => unreachable!("movies show pictures"),
     }
     bar.finish_and_clear();
     Ok(())

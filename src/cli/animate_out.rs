@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::slice;
 
 use thallus::export::{
-    FilmFormat, MESH_FORMATS, OutputDir, OutputError, SCENE_FORMATS, UnknownFormat,
+    self, FilmFormat, MESH_FORMATS, MeshFormat, OutputDir, OutputError, SCENE_FORMATS, SceneFormat,
+    UnknownFormat, mesh_format_of,
 };
 use thallus::picture::{Background, FASTEST_GIF};
 
@@ -18,15 +19,25 @@ use super::skin::check_free;
 
 /// What is written.
 pub(super) enum Target {
+    Skin(Shapes<MeshFormat>),
+    Scene(export::What, Shapes<SceneFormat>),
+    Picture(Pictures),
+}
+
+/// Where frames with a shape go.
+pub(super) enum Shapes<F: 'static> {
     /// A numbered file a frame.
-    Folder { subject: Subject, extension: String },
-    /// One file of geometry.
-    Film {
-        subject: Subject,
-        format: &'static FilmFormat,
-    },
-    /// One file of pictures.
-    Movie { kind: Movie },
+    Folder(&'static F),
+    /// One file.
+    Film(&'static FilmFormat),
+}
+
+/// Where pictures go.
+pub(super) enum Pictures {
+    /// A numbered file a frame.
+    Folder,
+    /// One file.
+    Movie(Movie),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,8 +112,10 @@ impl Target {
 
     pub(super) fn subject(&self) -> Subject {
         match self {
-            Self::Folder { subject, .. } | Self::Film { subject, .. } => *subject,
-            Self::Movie { .. } => Subject::Picture,
+            Self::Skin(_) => Subject::Skin,
+            Self::Scene(export::What::Curves, _) => Subject::Curves,
+            Self::Scene(_, _) => Subject::Points,
+            Self::Picture(_) => Subject::Picture,
         }
     }
 
@@ -121,7 +134,7 @@ impl Target {
             )));
         }
         match args.what {
-            None | Some(Subject::Picture) => Ok(Self::Movie { kind }),
+            None | Some(Subject::Picture) => Ok(Self::Picture(Pictures::Movie(kind))),
             Some(_) => Err(Failure::usage(format!(
                 "{} holds pictures: leave --what away, or name a folder, a .glb or a .usda",
                 args.output.display()
@@ -132,11 +145,13 @@ impl Target {
     fn film(args: &AnimateArgs, format: &'static FilmFormat) -> Result<Self, Failure> {
         refuse_format(args)?;
         match args.what.unwrap_or(Subject::Skin) {
+            Subject::Skin => Ok(Self::Skin(Shapes::Film(format))),
+            Subject::Points => Ok(Self::Scene(export::What::Points, Shapes::Film(format))),
+            Subject::Curves => Ok(Self::Scene(export::What::Curves, Shapes::Film(format))),
             Subject::Picture => Err(Failure::usage(format!(
                 "{} holds no pictures: name a folder, a .gif, a .mp4 or a .webm",
                 args.output.display()
             ))),
-            subject => Ok(Self::Film { subject, format }),
         }
     }
 
@@ -157,23 +172,39 @@ impl Target {
             (None, false) => Subject::Skin,
             (Some(subject), _) => subject,
         };
-        let usual = if subject == Subject::Picture {
-            "png"
-        } else {
-            "ply"
-        };
-        let extension = format.unwrap_or_else(|| usual.to_owned());
-        if subject == Subject::Picture && extension != "png" {
-            return Err(Failure::usage(format!(
+        match (subject, format) {
+            (Subject::Picture, Some(extension)) if !png => Err(Failure::usage(format!(
                 "--what picture is written as png: leave --format {extension} away, or --what picture"
-            )));
-        }
-        if subject != Subject::Picture && png {
-            return Err(Failure::usage(
+            ))),
+            (Subject::Picture, _) => Ok(Self::Picture(Pictures::Folder)),
+            _ if png => Err(Failure::usage(
                 "--format png is for pictures: leave --format away, or give --what picture",
-            ));
+            )),
+            (_, format) => Self::shapes(subject, &format.unwrap_or_else(|| "ply".to_owned())),
         }
-        Ok(Self::Folder { subject, extension })
+    }
+
+    /// A folder of files with this extension.
+    fn shapes(subject: Subject, extension: &str) -> Result<Self, Failure> {
+        // The rest of it is no extension, as of a/b.ply.
+        let whole = extension.bytes().all(|b| b.is_ascii_alphanumeric());
+        let name = match whole {
+            true => format!("--format .{extension}"),
+            false => format!("--format {extension:?}"),
+        };
+        let scene = |what| {
+            let format = SceneFormat::of(Path::new(&name), what);
+            let format = format.map_err(|wrong| Failure::Usage(wrong.into()))?;
+            Ok(Self::Scene(what, Shapes::Folder(format)))
+        };
+        match subject {
+            Subject::Points => scene(export::What::Points),
+            Subject::Curves => scene(export::What::Curves),
+            _ => match mesh_format_of(Path::new(&name)) {
+                Ok(format) => Ok(Self::Skin(Shapes::Folder(format))),
+                Err(unknown) => Err(Failure::Usage(unknown.into())),
+            },
+        }
     }
 }
 
@@ -217,17 +248,17 @@ fn refuse_format(args: &AnimateArgs) -> Result<(), Failure> {
 /// Numbered files, which appear together.
 pub(super) struct Folder {
     dir: OutputDir,
-    extension: String,
+    extension: &'static str,
     digits: usize,
     written: u32,
 }
 
 impl Folder {
-    pub(super) fn create(args: &AnimateArgs, extension: &str) -> Result<Self, Failure> {
+    pub(super) fn create(args: &AnimateArgs, extension: &'static str) -> Result<Self, Failure> {
         let digits = args.time.frames.to_string().len().max(DIGITS);
         Ok(Self {
             dir: OutputDir::create(&args.output, args.force).map_err(of_frames)?,
-            extension: extension.to_owned(),
+            extension,
             digits,
             written: 0,
         })
@@ -239,7 +270,7 @@ impl Folder {
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         self.written += 1;
-        let (number, digits, extension) = (self.written, self.digits, &self.extension);
+        let (number, digits, extension) = (self.written, self.digits, self.extension);
         let name = format!("frame_{number:0digits$}.{extension}");
         Ok(self.dir.write(&name, fill)?)
     }

@@ -1,11 +1,12 @@
 //! Pictures of a growth: numbered PNGs, a GIF, or a film by ffmpeg.
 
 use std::cell::LazyCell;
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::iter;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::spawn;
 
 use anyhow::Context;
 use thallus::appearance::Appearance;
@@ -19,7 +20,7 @@ use thallus::skin::{Cortex, SkinError, SkinFrames};
 
 use super::animate::{Growth, bar};
 use super::animate_args::AnimateArgs;
-use super::animate_out::{Folder, Movie, Target, nearest_folder};
+use super::animate_out::{Folder, Movie, Pictures, nearest_folder};
 use super::dress::{self, made_up};
 use super::failure::Failure;
 use super::interrupt::{Hidden, Stop};
@@ -33,7 +34,7 @@ use super::skin_paint::paint;
 
 pub(super) fn pictures(
     args: &AnimateArgs,
-    target: &Target,
+    target: &Pictures,
     lichen: &Growth,
     moments: Vec<Presence>,
     stop: &Stop,
@@ -84,7 +85,7 @@ pub(super) fn pictures(
 /// Writes pictures as they are made.
 fn write(
     args: &AnimateArgs,
-    target: &Target,
+    target: &Pictures,
     images: impl Iterator<Item = io::Result<Image>> + Send,
     stop: &Stop,
 ) -> Result<(), Failure> {
@@ -95,9 +96,9 @@ fn write(
         stop.check().and(image)
     });
     match target {
-        Target::Movie { kind: Movie::Gif } => gif(args, images)?,
-        Target::Movie { kind } => movie(args, *kind, images)?,
-        _ => {
+        Pictures::Movie(Movie::Gif) => gif(args, images)?,
+        Pictures::Movie(kind) => movie(args, *kind, images)?,
+        Pictures::Folder => {
             let mut folder = Folder::create(args, "png")?;
             for png in packed(images, |image| image.to_png()) {
                 let png = png?;
@@ -110,8 +111,8 @@ fn write(
     Ok(())
 }
 
-fn is_gif(target: &Target) -> bool {
-    matches!(target, Target::Movie { kind: Movie::Gif })
+fn is_gif(target: &Pictures) -> bool {
+    matches!(target, Pictures::Movie(Movie::Gif))
 }
 
 /// The sides of a picture.
@@ -237,11 +238,16 @@ fn movie(
     let folder = folder.with_context(|| format!("{}: making a folder", args.output.display()))?;
     let made = folder.path().join("movie");
     let mut ffmpeg = start(args, kind, &made)?;
+    // It stops to take pictures while nobody reads what it says.
+    let listener = ffmpeg.stderr.take().map(|says| spawn(|| last_line(says)));
     let fed = feed(&mut ffmpeg, images);
-    let done = ffmpeg.wait_with_output().context("waiting for ffmpeg")?;
-    if !done.status.success() || fed.is_err() {
-        let said = String::from_utf8_lossy(&done.stderr);
-        let said = said.lines().last().unwrap_or("it said nothing").to_owned();
+    let done = ffmpeg.wait().context("waiting for ffmpeg")?;
+    let said = listener.and_then(|listener| listener.join().ok().flatten());
+    if let Err(Fed::Image(error)) = fed {
+        return Err(Failure::Failed(error.into()));
+    }
+    if !done.success() || fed.is_err() {
+        let said = said.unwrap_or_else(|| "it said nothing".to_owned());
         let shown = args.output.display();
         return Err(Failure::Failed(anyhow::anyhow!(
             "{shown}: ffmpeg failed: {said}; write a .gif or a folder of pictures instead"
@@ -302,7 +308,28 @@ fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure>
     })
 }
 
-fn feed(ffmpeg: &mut Child, mut images: impl Iterator<Item = io::Result<Image>>) -> io::Result<()> {
-    let mut input = ffmpeg.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
-    images.try_for_each(|image| input.write_all(&image?.rgb))
+/// Why not all pictures went to ffmpeg.
+enum Fed {
+    /// One of them could not be made.
+    Image(io::Error),
+    /// It takes no more.
+    Closed,
+}
+
+fn feed(
+    ffmpeg: &mut Child,
+    mut images: impl Iterator<Item = io::Result<Image>>,
+) -> Result<(), Fed> {
+    let mut input = ffmpeg.stdin.take().ok_or(Fed::Closed)?;
+    images.try_for_each(|image| {
+        let image = image.map_err(Fed::Image)?;
+        input.write_all(&image.rgb).map_err(|_| Fed::Closed)
+    })
+}
+
+/// Of all that is said, the last.
+fn last_line(says: impl Read) -> Option<String> {
+    let lines = BufReader::new(says).split(b'\n');
+    let last = lines.map_while(Result::ok).last()?;
+    Some(String::from_utf8_lossy(&last).into_owned())
 }

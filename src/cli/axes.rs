@@ -1,7 +1,7 @@
 //! From the mesh file's axes and units to those of a file for another program.
 
 use clap::Args;
-use thallus::export::{Axes, Placement, UpAxis};
+use thallus::export::{Axes, FilmFormat, MeshFormat, Placement, SceneFormat, UpAxis};
 
 use super::args::up;
 use super::failure::Failure;
@@ -69,6 +69,22 @@ pub(crate) struct Convention {
     pub(crate) axes: Axes,
     pub(crate) metres: bool,
 }
+
+macro_rules! convention_of {
+    ($($format:ty),*) => {$(
+        impl From<&$format> for Convention {
+            fn from(format: &$format) -> Self {
+                Self {
+                    extension: format.extension,
+                    axes: format.axes,
+                    metres: format.metres,
+                }
+            }
+        }
+    )*};
+}
+
+convention_of!(FilmFormat, MeshFormat, SceneFormat);
 
 impl AxesArgs {
     /// Size of a unit of the file, for files that say it.

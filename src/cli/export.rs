@@ -23,11 +23,7 @@ use super::terminal::{self, Voice};
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let wrong = |e: SceneFormatError| Failure::Usage(e.into());
     let format = SceneFormat::of(&args.output, args.what).map_err(wrong)?;
-    let convention = Convention {
-        extension: format.extension,
-        axes: format.axes,
-        metres: format.metres,
-    };
+    let convention = Convention::from(format);
     check_names_file(&args.output)?;
     leave_no_part();
     start_threads(args.run.threads)?;

@@ -37,11 +37,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
         .iter()
         .try_for_each(|file| grown.spare(file, &args.mesh))?;
     let (substrate, cluster) = grown.on_mesh(&args.mesh)?;
-    let convention = Convention {
-        extension: format.extension,
-        axes: format.axes,
-        metres: format.metres,
-    };
+    let convention = Convention::from(format);
     let placement = args
         .axes
         .placement(&convention, Some(substrate.up_axis()))?;
