@@ -8,7 +8,7 @@ use std::io::Cursor;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use desk::{Desk, assert_refused_in_a_line, names, said};
+use desk::{Desk, assert_refused, assert_refused_in_a_line, names, said};
 use gltf::animation::{Interpolation, util::ReadOutputs};
 use thallus::export::read_elements;
 use thallus::substrate::Substrate;
@@ -374,17 +374,48 @@ fn interrupted_it_leaves_nothing() {
     }
 }
 
+/// Puts a program in the place of ffmpeg; where programs then are.
+#[cfg(unix)]
+fn instead_of_ffmpeg(desk: &Desk, script: &str) -> std::ffi::OsString {
+    use std::os::unix::fs::PermissionsExt;
+    let bin = desk.path("bin");
+    fs::create_dir(&bin).unwrap();
+    fs::write(bin.join("ffmpeg"), format!("#!/bin/sh\n{script}\n")).unwrap();
+    fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    std::env::join_paths([bin, "/usr/bin".into(), "/bin".into()]).unwrap()
+}
+
+/// One that says more than a pipe holds before it takes the first picture.
+#[cfg(unix)]
+#[test]
+fn whatever_ffmpeg_says_a_movie_ends() {
+    let desk = desk();
+    let says = "head -c 300000 /dev/zero >&2; echo >&2; echo all is lost >&2";
+    let path = instead_of_ffmpeg(&desk, &format!("{says}; cat > /dev/null; exit 3"));
+    let mut command = desk.call("animate", "out -o a.mp4 --frames 3 --width 64");
+    let mut child = command
+        .env("PATH", path)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    for _ in 0..600 {
+        if child.try_wait().unwrap().is_some() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    child.kill().unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_refused(&output, 1, &["a.mp4: ffmpeg failed: all is lost"]);
+    assert_eq!(names(desk.0.path()), ["bin", "out", "rock.obj"]);
+}
+
 /// The second Ctrl-C comes while ffmpeg, which takes no picture here, is waited for.
 #[cfg(unix)]
 #[test]
 fn interrupted_twice_a_movie_leaves_nothing() {
-    use std::os::unix::fs::PermissionsExt;
     let desk = desk();
-    let bin = desk.path("bin");
-    fs::create_dir(&bin).unwrap();
-    fs::write(bin.join("ffmpeg"), "#!/bin/sh\nexec sleep 20\n").unwrap();
-    fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
-    let path = std::env::join_paths([bin, "/usr/bin".into(), "/bin".into()]).unwrap();
+    let path = instead_of_ffmpeg(&desk, "exec sleep 20");
     let mut command = desk.call("animate", "out -o a.mp4 --frames 500 --width 320");
     let mut child = command
         .env("PATH", path)
@@ -447,6 +478,16 @@ fn what_cannot_be_is_refused_in_one_line() {
         ("out -o f --ground bark", 2, &["--ground", "--what picture"]),
         ("out -o a.glb --format ply", 2, &["--format", "a.glb"]),
         ("out -o f --format xyz", 2, &["'.xyz'", ".ply"]),
+        (
+            "out -o f --format a/b.ply",
+            2,
+            &["--format a/b.ply", "alone"],
+        ),
+        (
+            "out -o f --what points --format b.csv",
+            2,
+            &["--format b.csv", "alone"],
+        ),
         (
             "out -o f --what picture --format ply",
             2,

@@ -8,6 +8,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
+use thallus::export::read_elements;
 
 /// A box whose sides are charts in a row of six.
 fn cube() -> String {
@@ -87,14 +88,27 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
         let [a, b] = ["as-grown", "turned"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
         assert_eq!(a, b, "{map}");
     }
-    for (command, out) in [
-        ("render --also out --size 64x48", "t.png"),
-        ("skin", "t.ply"),
+    for (command, words) in [
+        ("render", "--also out --size 64x48 -o t.png"),
+        ("skin", "-o t.ply"),
+        ("export", "-o t.csv"),
+        ("animate", "--what points --frames 2 -o t.usda"),
+        ("analyze", "--colony 0"),
     ] {
-        let words = format!("out -o {out} --mesh turned.obj --quiet");
+        let words = format!("out {words} --mesh turned.obj --quiet");
         let output = desk.call(command, &words).output().unwrap();
         assert!(output.status.success(), "{command}: {}", said(&output));
     }
+    let table = String::from_utf8(desk.read("t.csv")).unwrap();
+    let first: Vec<f64> = { table.lines().nth(1).unwrap().split(',').take(6) }
+        .map(|number| number.parse().unwrap())
+        .collect();
+    let grown = read_elements(&desk.path("out/elements.ply")).unwrap();
+    let [x, y, z] = grown.positions[0];
+    let [nx, ny, nz] = grown.normals[0].map(f64::from);
+    let apart =
+        std::iter::zip(first, [x, z, -y, nx, nz, -ny]).map(|(a, b): (f64, f64)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-6, "turned as the mesh is");
     let wider = |line: &str| match line.starts_with("v ") {
         true => line.replace('1', "1.5") + "\n",
         false => format!("{line}\n"),

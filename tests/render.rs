@@ -80,6 +80,9 @@ fn the_camera_that_is_told_takes_the_same_picture() {
     assert_eq!(report["elements"], 250);
     fs::write(desk.path("camera.json"), report["camera"].to_string()).unwrap();
     made(&desk, &format!("out -o b.png {SMALL} --camera camera.json"));
+    fs::write(desk.path("report.json"), report.to_string()).unwrap();
+    made(&desk, &format!("out -o e.png {SMALL} --camera report.json"));
+    assert!(desk.read("e.png") == desk.read("b.png"));
     let [a, b] = ["a.png", "b.png"].map(|name| decoded(&desk, name).3);
     let apart = a
         .iter()
@@ -140,9 +143,9 @@ fn colours_by_a_quantity_are_those_of_the_elements() {
         (1..250).min_by(by).unwrap()
     };
     let steps = "--colormap 0:#ff0000,0.499:#ff0000,0.501:#0000ff,1:#0000ff";
-    for what in ["points", "skin"] {
+    for what in ["points", "skin --resolution 0.3r"] {
         let over = |element, by: &str| {
-            let flags = format!("--what {what} --by {by} {steps} --resolution 0.3r");
+            let flags = format!("--what {what} --by {by} {steps}");
             is_red(middle_over(&desk, element, &flags))
         };
         assert!(over(0, "birth") && !over(249, "birth"), "{what}");
@@ -417,7 +420,30 @@ fn what_is_wrong_is_said_in_one_line() {
         ("out -o a.png --also nowhere", 1, &["nowhere"]),
         ("out -o a.png --also out,lichn", 2, &["lichn"]),
         ("out -o a.png --also out --by birth", 2, &["--also", "--by"]),
+        (
+            "out -o a.png --what points --falloff 3r",
+            2,
+            &["--falloff is for skins", "--what points"],
+        ),
         ("out -o a.png --thickness 0", 2, &["thickness"]),
+        (
+            "out -o a.png --thickness auto",
+            2,
+            &["--thickness", "only the radius"],
+        ),
+        (
+            "out -o a.png --areoles auto",
+            2,
+            &["--areoles", "only the radius"],
+        ),
+        (
+            "out -o a.png --colormap foliose",
+            2,
+            &[
+                "there is no colour map 'foliose'",
+                "grow MESH --preset foliose",
+            ],
+        ),
         ("out -o a.png --zoom 0", 2, &["--zoom"]),
         ("out -o a.png --samples 0", 2, &["--samples"]),
     ] {

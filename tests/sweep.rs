@@ -68,6 +68,28 @@ fn every_combination_is_a_cell_with_every_seed() {
     assert_eq!(plan.folder(1), "cells/L=5r_B=0.2_A=1/seed-8");
 }
 
+/// Files are called after cells, and may have 255 bytes.
+#[test]
+fn long_names_are_cut_and_stay_apart() {
+    let places = |last: f64| {
+        let places = (0..60).map(|i| format!("[0, 1, {}]", if i < 59 { 0.25 } else { last }));
+        format!("[{}]", places.collect::<Vec<_>>().join(", "))
+    };
+    let text = format!(
+        "mesh = \"plane.obj\"\n[axes]\nat = [{}, {}, \"top\"]\n",
+        places(0.5),
+        places(0.75)
+    );
+    let plan = { Grid::from_toml(&text).unwrap() }.plan(&plane(), "plane.obj");
+    let names: Vec<_> = plan.unwrap().cells.into_iter().map(|c| c.name).collect();
+    assert_eq!(names[2], "at=top");
+    assert_ne!(names[0], names[1]);
+    for name in &names[..2] {
+        assert!(name.starts_with("at="), "{name}");
+        assert_eq!(name.len(), 200);
+    }
+}
+
 #[test]
 fn all_cells_reach_as_far_in_mesh_units_unless_told_otherwise() {
     let substrate = plane();

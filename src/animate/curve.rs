@@ -14,6 +14,15 @@ enum Amount {
     Share(f64),
 }
 
+impl Amount {
+    fn of(self, all: usize) -> f64 {
+        match self {
+            Self::Elements(n) => n,
+            Self::Share(share) => share * all as f64,
+        }
+    }
+}
+
 /// A text that is no curve.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -52,10 +61,7 @@ impl Curve {
     /// Elements at a share of the time from the curve's first point to its last, of a lichen that has
     /// so many.
     pub(super) fn elements(&self, share: f64, all: usize) -> f64 {
-        let count = |amount: Amount| match amount {
-            Amount::Elements(n) => n,
-            Amount::Share(share) => share * all as f64,
-        };
+        let count = |amount: Amount| amount.of(all);
         let (start, end) = (self.0[0].0, self.0[self.0.len() - 1].0);
         let time = start + share * (end - start);
         let after = self.0.partition_point(|(t, _)| *t < time);
@@ -69,6 +75,12 @@ impl Curve {
         } else {
             n0 + part * (n1 - n0)
         }
+    }
+
+    /// The most elements at any of its points, of a lichen that has so many.
+    pub(super) fn most(&self, all: usize) -> f64 {
+        let counts = self.0.iter().map(|(_, amount)| amount.of(all));
+        counts.fold(0.0, f64::max)
     }
 
     /// The points of a CSV file: a line a point, a time and a number of elements (or a share with a

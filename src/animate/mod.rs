@@ -58,12 +58,12 @@ pub enum TimingError {
     /// A window that is no length of time.
     #[error("the window is {0} elements: it may be 0 or more")]
     Window(f64),
-    /// The curve goes on beyond the last element.
+    /// The curve goes beyond the last element.
     #[error(
-        "the curve ends at {asked} elements, and the lichen has {there}: end it at that, or at 100%"
+        "the curve goes to {asked} elements, and the lichen has {there}: end it at that, or at 100%"
     )]
     TooMany {
-        /// Where it ends.
+        /// How far it goes.
         asked: f64,
         /// How many there are.
         there: usize,
@@ -79,6 +79,14 @@ impl Clock {
         match self {
             Self::Birth | Self::Radius => elements as f64,
             Self::Curve(curve) => curve.elements(1.0, elements),
+        }
+    }
+
+    /// The most elements that there are in any frame.
+    fn most(&self, elements: usize) -> f64 {
+        match self {
+            Self::Birth | Self::Radius => elements as f64,
+            Self::Curve(curve) => curve.most(elements),
         }
     }
 }
@@ -111,8 +119,9 @@ impl Timing {
         }
         let counts = self.counts(cluster);
         let last = counts.last().copied().unwrap_or_default();
-        if last > there as f64 {
-            return Err(TimingError::TooMany { asked: last, there });
+        let most = self.clock.most(there);
+        if most > there as f64 {
+            return Err(TimingError::TooMany { asked: most, there });
         }
         if last < 1.0 {
             return Err(TimingError::Nothing(last));
@@ -350,7 +359,9 @@ mod tests {
             asked: 22.0,
             there: 21,
         };
-        assert_eq!(beyond, Err(expected));
+        assert_eq!(beyond, Err(expected.clone()));
+        let falling = timing(2, 0.0, clock("0:0,1:22,2:100%")).moments(&cluster);
+        assert_eq!(falling, Err(expected));
     }
 
     #[test]

@@ -118,8 +118,8 @@ fn ground(
     };
     let substrate = load(&mesh)?;
     grown.tell_of_change(args.mesh.as_deref(), &mesh, &substrate);
-    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", mesh.display()));
-    let places = smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
+    let found = smooth_on(&mut grown.elements, &substrate);
+    let (places, _) = found.with_context(|| mesh.display().to_string())?;
     Ok(Some((substrate, places)))
 }
 

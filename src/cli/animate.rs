@@ -251,10 +251,12 @@ fn scene(
     let placement = args.axes.placement(convention, up)?;
     let Growth {
         mut grown,
+        mesh,
         substrate,
         ..
     } = lichen;
-    smooth_on(&mut grown.elements, &substrate).context("the mesh")?;
+    let found = smooth_on(&mut grown.elements, &substrate);
+    found.with_context(|| mesh.display().to_string())?;
     let measured = measure(&grown.elements.sample(), grown.curvature_radius());
     let meters = args.axes.meters_per_unit(convention);
     Ok(Scene::new(grown.elements, measured, &placement, meters))

@@ -186,12 +186,12 @@ impl Target {
 
     /// A folder of files with this extension.
     fn shapes(subject: Subject, extension: &str) -> Result<Self, Failure> {
-        // The rest of it is no extension, as of a/b.ply.
-        let whole = extension.bytes().all(|b| b.is_ascii_alphanumeric());
-        let name = match whole {
-            true => format!("--format .{extension}"),
-            false => format!("--format {extension:?}"),
-        };
+        if !extension.bytes().all(|b| b.is_ascii_alphanumeric()) {
+            return Err(Failure::usage(format!(
+                "--format {extension}: give an extension alone, such as ply"
+            )));
+        }
+        let name = format!("--format .{extension}");
         let scene = |what| {
             let format = SceneFormat::of(Path::new(&name), what);
             let format = format.map_err(|wrong| Failure::Usage(wrong.into()))?;

@@ -1,12 +1,13 @@
 //! Whether lichens would start where nobody sees them: on a piece of the mesh, inside another one.
 
 use rayon::prelude::*;
-use thallus::growth::is_hidden;
+use thallus::growth::Solids;
 use thallus::substrate::{Substrate, SurfacePoint};
 
 /// Says so, and what to do.
 pub(super) fn warning(substrate: &Substrate, seeds: &[SurfacePoint]) -> Option<String> {
-    let hidden = seeds.par_iter().filter(|at| is_hidden(substrate, at));
+    let solids = Solids::of(substrate);
+    let hidden = seeds.par_iter().filter(|at| solids.hide(at));
     let who = match (hidden.count(), seeds.len()) {
         (0, _) => return None,
         (1, 1) => "the lichen starts".to_owned(),

@@ -1,6 +1,9 @@
 //! `thallus export`: a run's lichen for another program.
 
+use std::borrow::Cow;
 use std::path::Path;
+
+use anyhow::Context;
 
 use thallus::export::{
     Elements, NotOnMesh, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
@@ -76,22 +79,32 @@ fn place(
     file: &Path,
     up: Option<UpAxis>,
 ) -> Result<UpAxis, Failure> {
-    let substrate = load(file)?.with_up(up);
+    let substrate = load(file)?;
     grown.tell_of_change(mesh.file.as_deref(), file, &substrate);
-    let not_here = |e| Failure::Failed(anyhow::anyhow!("{}: {e}", file.display()));
-    smooth_on(&mut grown.elements, &substrate).map_err(not_here)?;
-    Ok(substrate.up_axis())
+    let found = smooth_on(&mut grown.elements, &substrate);
+    let (_, is_turned) = found.with_context(|| file.display().to_string())?;
+    let up = if is_turned { mesh.up } else { up };
+    Ok(substrate.with_up(up).up_axis())
 }
 
-/// Gives elements the smooth normals of their mesh, and its own numbers of the triangles.
+/// Gives elements the smooth normals of their mesh, its own numbers of the triangles, and its axes where a program
+/// has [turned](Elements::on_turned) it; where they are, and whether one has.
 pub(super) fn smooth_on(
     elements: &mut Elements,
     substrate: &Substrate,
-) -> Result<Vec<SurfacePoint>, NotOnMesh> {
-    let places = elements.places_on(substrate)?;
+) -> Result<(Vec<SurfacePoint>, bool), NotOnMesh> {
+    let (table, places) = elements.on_turned(substrate)?;
+    let turned = match table {
+        Cow::Owned(turned) => Some(turned),
+        Cow::Borrowed(_) => None,
+    };
+    let is_turned = turned.is_some();
+    if let Some(turned) = turned {
+        *elements = turned;
+    }
     let normals = smooth_normals(substrate, &places);
     let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
     elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
     elements.source_triangle = Some(source.collect());
-    Ok(places)
+    Ok((places, is_turned))
 }

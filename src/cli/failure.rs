@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use thallus::export::OutputError;
 use thallus::growth::PlaceError;
 use thallus::log::{LOG, LogError};
+use thallus::run::preset::UnknownPreset;
 use thallus::run::{GrowError, RecipeFileError, SettingsError, shell_path};
+use thallus::skin::PALETTE;
 use thallus::sweep::{GridError, GridFileError};
 
 use super::number::elements as elements_of;
@@ -193,6 +195,10 @@ impl From<SettingsError> for Failure {
     }
 }
 
+fn is_colormap(name: &str) -> bool {
+    PALETTE.iter().any(|map| map.name == name)
+}
+
 /// The library names settings; their flags have the same names.
 fn with_flags(error: &SettingsError) -> String {
     let text = error.to_string();
@@ -204,6 +210,9 @@ fn with_flags(error: &SettingsError) -> String {
         | SettingsError::KillInsideLaunch { .. }
         | SettingsError::MorePlaces { .. }
         | SettingsError::MoreColonies { .. } => format!("--{text}"),
+        SettingsError::Preset(UnknownPreset { name }) if is_colormap(name) => {
+            return format!("{text}; {name} is a colour map: thallus skin --colormap {name}");
+        }
         SettingsError::Place(PlaceError::NoHabitat) => return text,
         SettingsError::Place(_) => format!("--{text}"),
         SettingsError::AutoLargerThanSurface { .. } => text,

@@ -22,6 +22,7 @@ mod export;
 mod facing;
 mod failure;
 mod foreseen;
+mod given;
 mod grow;
 mod grown;
 mod interrupt;

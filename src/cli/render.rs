@@ -37,6 +37,7 @@ use super::skin_paint::paint;
 use super::terminal::{self, Voice};
 
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
+    check_shape(args)?;
     check_name(&args.output)?;
     check_names_file(&args.output)?;
     check_free(std::slice::from_ref(&args.output), args.force)?;
@@ -81,6 +82,17 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
             },
         },
     )
+}
+
+/// Of granules only what lies over others has a shape.
+fn check_shape(args: &RenderArgs) -> Result<(), Failure> {
+    let has_none = args.what == What::Points && args.also.is_empty();
+    match args.shape.given.first().filter(|_| has_none) {
+        None => Ok(()),
+        Some(first) => Err(Failure::usage(format!(
+            "{first} is for skins, and --what points draws none: leave one of them away"
+        ))),
+    }
 }
 
 fn check_name(file: &Path) -> Result<(), Failure> {

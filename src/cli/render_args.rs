@@ -11,6 +11,7 @@ use thallus::skin::parse_color;
 
 use super::args::choice;
 use super::dress::Dress;
+use super::given::Given;
 use super::mesh_args::MeshArgs;
 use super::render_by::Quantity;
 use super::render_camera::View;
@@ -41,7 +42,7 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) color: ColorArgs,
     #[command(flatten)]
-    pub(crate) shape: ShapeArgs,
+    pub(crate) shape: Given<ShapeArgs>,
     /// Say as JSON what was made, with the camera to use again
     #[arg(long, help_heading = RUN)]
     pub(crate) json: bool,

@@ -100,8 +100,17 @@ impl fmt::Display for View {
     }
 }
 
+/// A camera, or what `render --json` says of a picture, which has one in it.
+fn written(text: &str) -> serde_json::Result<CameraText> {
+    let mut value: serde_json::Value = serde_json::from_str(text)?;
+    match value.get_mut("camera") {
+        Some(camera) => serde_json::from_value(camera.take()),
+        None => serde_json::from_str(text),
+    }
+}
+
 fn camera_text(text: &str) -> Result<CameraText, String> {
-    let camera: CameraText = serde_json::from_str(text).map_err(|e| e.to_string())?;
+    let camera = written(text).map_err(|e| e.to_string())?;
     let [eye, target] = [camera.eye, camera.target].map(glam::DVec3::from);
     let way = target - eye;
     let up = camera.up.map_or(glam::DVec3::ONE, glam::DVec3::from);

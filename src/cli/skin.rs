@@ -151,10 +151,7 @@ pub(super) fn relief(args: &ReliefArgs, in_radii: InRadii) -> Shape {
 }
 
 fn in_radii_or(length: Option<Length>, in_radii: InRadii, default: f64) -> f64 {
-    match length {
-        None | Some(Length::Auto) => default,
-        Some(length) => in_radii(length),
-    }
+    length.map_or(default, in_radii)
 }
 
 fn grow_skin(

@@ -45,7 +45,7 @@ pub(crate) struct ShapeArgs {
     pub(crate) relief: ReliefArgs,
     /// Longest edge of a triangle: half the length gives four times the triangles; 1r gives smoother margins in
     /// close-ups [default: 2r; render takes finer ones from near]
-    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) resolution: Option<Length>,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct ShapeArgs {
 pub(crate) struct ReliefArgs {
     /// Height of closed lichen over the mesh: 0.7r for a thin crust, 3r for fleshy lobes [default:
     /// 1.5r]
-    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) thickness: Option<Length>,
     /// How much thinner the lichen is at its rim, as a share: 0 for a blunt edge, 0.8 for one that
     /// thins out [default: 0.4]
@@ -63,7 +63,7 @@ pub(crate) struct ReliefArgs {
     pub(crate) taper: Option<f64>,
     /// Distance at which an element's influence is halved: 1r shows every element as a granule, 3r
     /// fuses them [default: 1.8r]
-    #[arg(long, value_name = "LEN", allow_negative_numbers = true)]
+    #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) falloff: Option<Length>,
 }
 

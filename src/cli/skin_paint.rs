@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use serde::Deserialize;
 use thallus::input;
-use thallus::run::Length;
+use thallus::run::{Length, preset};
 use thallus::skin::{
     Apothecia, Areoles, Colormap, ColormapError, PALETTE, Paint, Prothallus, SkinError, parse_color,
 };
@@ -65,8 +65,14 @@ fn named(text: &str) -> Result<Paint, Failure> {
     if let Some(map) = PALETTE.iter().find(|map| map.name == text) {
         return Ok(Paint::of(map));
     }
-    let colormap: Colormap = text.parse().map_err(usage("--colormap"))?;
-    Ok(colormap.into())
+    let colormap: Result<Colormap, _> = text.parse();
+    match colormap {
+        Ok(colormap) => Ok(colormap.into()),
+        Err(error) if preset::find(text).is_ok() => Err(Failure::usage(format!(
+            "--colormap: {error}; {text} is a shape to grow in: thallus grow MESH --preset {text}"
+        ))),
+        Err(error) => Err(usage("--colormap")(error)),
+    }
 }
 
 fn usage<E: std::error::Error + Send + Sync + 'static>(flag: &str) -> impl Fn(E) -> Failure {
@@ -130,7 +136,7 @@ fn prothallus(text: &str, in_radii: InRadii) -> Result<Option<Prothallus>, Struc
     }
     let (width, color) = width_and_color(text)?;
     let color = color.unwrap_or(BLACK);
-    let radii = in_radii(width.parse()?) as f32;
+    let radii = in_radii(Length::given(width)?) as f32;
     if radii <= 0.0 {
         return Err(StructureError::Width(width.to_owned()));
     }
@@ -157,7 +163,7 @@ fn areoles(text: &str, in_radii: InRadii) -> Result<Option<Areoles>, StructureEr
     }
     let (width, color) = width_and_color(text)?;
     let areoles = Areoles {
-        width: in_radii(width.parse()?) as f32,
+        width: in_radii(Length::given(width)?) as f32,
         color: color.unwrap_or(BLACK),
     };
     areoles.check()?;
@@ -174,7 +180,7 @@ fn apothecia(
         return Ok(None);
     }
     let (width, color) = width_and_color(text)?;
-    let width = in_radii(width.parse()?) as f32;
+    let width = in_radii(Length::given(width)?) as f32;
     let scaled = own.map(|own| Apothecia {
         spacing: own.spacing * width / own.width,
         width,
@@ -199,7 +205,7 @@ fn usual_apothecia(width: f32) -> Apothecia {
 
 impl ApotheciaTable {
     fn apothecia(&self, in_radii: InRadii) -> Result<Apothecia, StructureError> {
-        let radii = |text: &str| Ok::<_, StructureError>(in_radii(text.parse()?) as f32);
+        let radii = |text: &str| Ok::<_, StructureError>(in_radii(Length::given(text)?) as f32);
         let mut apothecia = usual_apothecia(radii(&self.width)?);
         if let Some(color) = &self.color {
             apothecia.color = parse_color(color)?;

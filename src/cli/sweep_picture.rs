@@ -14,7 +14,7 @@ use thallus::picture::{
     round_below,
 };
 use thallus::skin::{self, Paint, Shape};
-use thallus::sweep::{Axis, CellPicture, Results, captions, title};
+use thallus::sweep::{Axis, CellPicture, Layout, Results, captions, title};
 
 use super::failure::Failure;
 use super::number::plural;
@@ -237,10 +237,15 @@ fn side(results: &Results, size: Size) -> [u32; 2] {
     const WIDEST: u32 = 340;
     const NARROWEST: u32 = 64;
     const SHEET: u32 = 9000;
-    let layout = results.grid.layout();
-    let most = layout.columns.max(layout.rows) as u32;
+    /// Of a whole sheet, whatever is in it: 300 MB.
+    const PIXELS: f64 = 1e8;
+    let Layout { columns, rows, .. } = results.grid.layout();
+    let most = columns.max(rows) as u32;
     let width = (SHEET / most).clamp(NARROWEST, WIDEST).min(size.width);
-    [width, (width * size.height / size.width).max(1)]
+    let each = PIXELS * f64::from(size.aspect()) / (columns as f64 * rows as f64);
+    let width = width.min(each.sqrt() as u32).max(1);
+    let height = u64::from(width) * u64::from(size.height) / u64::from(size.width);
+    [width, (height as u32).max(1)]
 }
 
 /// Where all pictures are taken from.

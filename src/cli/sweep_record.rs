@@ -306,7 +306,7 @@ fn measures(
     report: &RunReport,
 ) -> Result<Vec<(String, f64)>, Failure> {
     let mut elements = as_written(substrate, &growth.cluster)?;
-    let places = smooth_on(&mut elements, substrate).context(ELEMENTS)?;
+    let (places, _) = smooth_on(&mut elements, substrate).context(ELEMENTS)?;
     let metric = SurfaceMetric::new(substrate, &places);
     let analysis = analyze(&elements.sample(), Some(&metric), Centres::default());
     let scalars = analysis.scalars().into_iter();

@@ -1,5 +1,7 @@
 //! A table's elements found again on the mesh that they grew on.
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -117,23 +119,43 @@ impl Elements {
         &self,
         substrate: &Substrate,
     ) -> Result<(Cluster, bool), NotOnMesh> {
+        let (table, places) = self.on_turned(substrate)?;
+        let is_turned = matches!(table, Cow::Owned(_));
+        Ok((table.cluster_at(substrate, places), is_turned))
+    }
+
+    /// The table on such a mesh, turned as that is where it is, and where each element is there.
+    ///
+    /// # Errors
+    /// Those of [`places_on`](Self::places_on), of the mesh as it is.
+    ///
+    /// # Panics
+    /// When columns differ in length: see [`Elements::check`].
+    pub fn on_turned(
+        &self,
+        substrate: &Substrate,
+    ) -> Result<(Cow<'_, Self>, Vec<SurfacePoint>), NotOnMesh> {
         self.check_radius(substrate)?;
-        let [y_up, z_up] = [UpAxis::Y, UpAxis::Z].map(|up| self.turned(up));
-        let tables = [(self, false), (&y_up, true), (&z_up, true)];
+        let turned = || [UpAxis::Y, UpAxis::Z].map(|up| self.turned(up));
         // A ball lies on itself however it is turned: numbers know better than positions.
-        for (table, is_turned) in tables {
+        if let Some(places) = self.places_by_number(substrate) {
+            return Ok((Cow::Borrowed(self), places));
+        }
+        for table in turned() {
             if let Some(places) = table.places_by_number(substrate) {
-                return Ok((table.cluster_at(substrate, places), is_turned));
+                return Ok((Cow::Owned(table), places));
             }
         }
-        let mut problems = Vec::new();
-        for (table, is_turned) in tables {
-            match table.places_by_position(substrate) {
-                Ok(places) => return Ok((table.cluster_at(substrate, places), is_turned)),
-                Err(problem) => problems.push(problem),
+        let problem = match self.places_by_position(substrate) {
+            Ok(places) => return Ok((Cow::Borrowed(self), places)),
+            Err(problem) => problem,
+        };
+        for table in turned() {
+            if let Ok(places) = table.places_by_position(substrate) {
+                return Ok((Cow::Owned(table), places));
             }
         }
-        Err(problems.remove(0))
+        Err(problem)
     }
 
     /// Elements whose up axis becomes this one, from the other.

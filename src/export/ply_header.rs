@@ -102,7 +102,7 @@ pub(super) fn read_header(input: &mut dyn BufRead) -> Result<Header, HeaderError
     if lines.next()? != "ply" {
         return Err((
             1,
-            "this is not a PLY file: its first line is not 'ply'; give the folder of a run, or its elements.ply".to_owned(),
+            "this is no table of elements: its first line is not 'ply'; give the folder of a run, or its elements.ply".to_owned(),
         ));
     }
     let mut draft = Draft::default();

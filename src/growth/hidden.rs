@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::place::plumb;
-use crate::substrate::{Component, Substrate, SurfacePoint};
+use crate::substrate::{Component, Pieces, Substrate, SurfacePoint};
 
 /// Lines along which it is looked whether a place is inside, both ways: along no edge or face that people model.
 const LINES: [DVec3; 3] = [
@@ -15,20 +15,41 @@ const LINES: [DVec3; 3] = [
 /// A sheet that is not closed is on one side of a place, three ways of the six.
 const LEAST_WAYS: usize = 4;
 
-/// Whether a place is inside a solid that another piece of the mesh is: of six ways away from it four at least come out
-/// of that once more often than they go in. So the solid may have holes; one with its faces to the inside is a room.
-///
-/// # Panics
-/// When the substrate does not have the place's triangle.
-pub fn is_hidden(substrate: &Substrate, at: &SurfacePoint) -> bool {
-    let own = substrate.component_of(at.triangle);
-    let place = substrate.position(at);
-    let mut others = substrate.components().iter().filter(|piece| *piece != own);
-    others.any(|piece| {
-        let [low, high] = piece.bounds;
-        let is_within = place.cmpge(low).all() && place.cmple(high).all();
-        is_within && ways_out(substrate, piece, place) >= LEAST_WAYS
-    })
+/// The pieces of a mesh, as solids that places may be inside of.
+#[derive(Debug)]
+pub struct Solids<'a> {
+    substrate: &'a Substrate,
+    /// None where there is but one.
+    pieces: Option<Pieces>,
+}
+
+impl<'a> Solids<'a> {
+    /// Those of a substrate.
+    pub fn of(substrate: &'a Substrate) -> Self {
+        let pieces = substrate.components();
+        Self {
+            substrate,
+            pieces: (pieces.len() > 1).then(|| Pieces::new(pieces)),
+        }
+    }
+
+    /// Whether a place is inside a solid that another piece of the mesh is: of six ways away from it four at least come
+    /// out of that once more often than they go in. So the solid may have holes; one with its faces to the inside is a
+    /// room.
+    ///
+    /// # Panics
+    /// When the substrate does not have the place's triangle.
+    pub fn hide(&self, at: &SurfacePoint) -> bool {
+        let place = self.substrate.position(at);
+        let near = self.pieces.as_ref().map(|pieces| pieces.near(place));
+        near.into_iter().flatten().any(|number| {
+            let piece = &self.substrate.components()[number as usize];
+            let [low, high] = piece.bounds;
+            let is_within = place.cmpge(low).all() && place.cmple(high).all();
+            let is_own = piece.triangles.contains(&at.triangle);
+            is_within && !is_own && ways_out(self.substrate, piece, place) >= LEAST_WAYS
+        })
+    }
 }
 
 /// Along how many ways a piece is left once more often than it is entered.
@@ -82,12 +103,13 @@ mod tests {
     /// For random places, whether they are hidden, and whether they are inside the other of two cubes.
     fn compared(substrate: &Substrate, inside: impl Fn(DVec3) -> bool) -> [usize; 4] {
         let area = AreaSampler::of_all(substrate);
+        let solids = Solids::of(substrate);
         let mut stream = Stream::new(1, Purpose::Walker, 0);
         let mut counts = [0; 4];
         for _ in 0..4000 {
             let at = area.sample(&mut stream);
             let place = substrate.units().to_file(substrate.position(&at));
-            counts[usize::from(is_hidden(substrate, &at)) + 2 * usize::from(inside(place))] += 1;
+            counts[usize::from(solids.hide(&at)) + 2 * usize::from(inside(place))] += 1;
         }
         counts
     }

@@ -29,7 +29,7 @@ mod walker;
 mod walker_model;
 
 pub use habitat::{Habitat, Slope};
-pub use hidden::is_hidden;
+pub use hidden::Solids;
 pub use join::Joined;
 pub use launch::LaunchRing;
 pub use model::{Counts, GrowthModel, Halt, Parallel};

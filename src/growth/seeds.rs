@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::Habitat;
-use super::hidden::is_hidden;
+use super::hidden::Solids;
 use super::launch::AreaSampler;
 use super::place::{PlaceError, SeedPlace, TRIES};
 use crate::rng::{Purpose, Stream};
@@ -17,7 +17,7 @@ impl SeedPlace {
     /// The places of the seed elements of all colonies, whose elements have this radius in local units.
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
-    /// the mesh, or is [inside another](is_hidden), and as seldom kept as a walker sticks in that
+    /// the mesh, or is [inside another](Solids::hide), and as seldom kept as a walker sticks in that
     /// [habitat](Habitat::at). `Top`, `Highest` and `Center` are the [nearest place](Habitat::nearest) where something
     /// may grow, with room about it if there is any. Distances are those through space, but elements on two faces of a
     /// sheet do not overlap.
@@ -39,6 +39,7 @@ impl SeedPlace {
         let mut seeds = Seeds {
             habitat,
             substrate,
+            solids: Solids::of(substrate),
             radius,
             tries: 0,
             places: Vec::with_capacity(places.len()),
@@ -74,6 +75,7 @@ const LEAST_ROOM: f64 = 10.0;
 struct Seeds<'a> {
     habitat: &'a Habitat<'a>,
     substrate: &'a Substrate,
+    solids: Solids<'a>,
     radius: f64,
     /// Random places to try for each, once it is known how many; most of them where nothing may grow, mostly.
     tries: usize,
@@ -149,7 +151,7 @@ impl Seeds<'_> {
             if !self.suits(&at, &mut stream) {
                 continue;
             }
-            if self.is_covered(&at) || is_hidden(self.substrate, &at) {
+            if self.is_covered(&at) || self.solids.hide(&at) {
                 unseen.get_or_insert(at);
             } else if self.overlapped(&at).is_none() {
                 self.push(at);

@@ -47,6 +47,20 @@ impl Length {
         }
     }
 
+    /// Reads a length that is not `auto`, as only the radius of elements can be.
+    ///
+    /// # Errors
+    /// When the text is none.
+    pub fn given(text: &str) -> Result<Self, LengthError> {
+        match text.parse()? {
+            Self::Auto => Err(LengthError {
+                text: text.to_owned(),
+                hint: " here (only the radius of elements can be auto)",
+            }),
+            length => Ok(length),
+        }
+    }
+
     /// The same in element radii; as it is, where it was given in them.
     pub fn in_radii(self, diagonal: f64, radius: f64) -> f64 {
         match self {
@@ -159,6 +173,9 @@ mod tests {
         assert_eq!(read(" 2.5 r "), Length::Radii(2.5));
         assert_eq!(read("0.5%"), Length::Percent(0.5));
         assert_eq!(read("auto"), Length::Auto);
+        assert_eq!(Length::given("2r"), Ok(Length::Radii(2.0)));
+        let refused = Length::given("auto").unwrap_err().to_string();
+        assert!(refused.contains("only the radius"), "{refused}");
     }
 
     #[test]

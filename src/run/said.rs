@@ -73,9 +73,14 @@ fn as_typed(value: &str) -> String {
     }
 }
 
-/// A path as one word of a POSIX shell: for commands that a message names.
+/// A path as one word of a POSIX shell: for commands that a message names. One that looks like a flag is named from
+/// the present folder.
 pub fn shell_path(path: &Path) -> String {
-    shell_word(&path.to_string_lossy())
+    let text = path.to_string_lossy();
+    match text.starts_with('-') {
+        true => shell_word(&format!("./{text}")),
+        false => shell_word(&text),
+    }
 }
 
 /// One word of a POSIX shell, quoted where it must be.
@@ -127,5 +132,6 @@ mod tests {
         assert_eq!(shell_word("my rock's.obj"), r"'my rock'\''s.obj'");
         assert_eq!(shell_word(""), "''");
         assert_eq!(shell_path(Path::new("my runs/1")), "'my runs/1'");
+        assert_eq!(shell_path(Path::new("-o")), "./-o");
     }
 }

@@ -134,7 +134,8 @@ pub enum SettingsError {
     /// The mask is not the one that the recipe was made for.
     #[error(
         "{file} is not the mask that the recipe was made for: its hash is {found}, the recipe's {expected}; name the right \
-         one with --mask, which takes another one too where no run is gone on with"
+         one with --mask; a run is gone on with only beside what it grew beside as that was, but --recipe with --mask grows \
+         a new one beside it as it is"
     )]
     OtherMask {
         /// What it was made of.

@@ -19,6 +19,7 @@ const FAN: usize = 8;
 const SHARE: usize = 1 << 10;
 
 /// A bounding volume hierarchy over triangles in local units.
+#[derive(Debug)]
 pub(super) struct Bvh {
     triangles: usize,
     /// Boxes about eight triangles each, then about eight of those, and so on to no more than eight.
@@ -38,6 +39,11 @@ impl Bvh {
     /// Over places instead of triangles, along a curve as they are.
     pub(super) fn of_places(places: &[DVec3]) -> Self {
         Self::over(places, |place| std::iter::once(*place))
+    }
+
+    /// Over boxes, by their lower and upper corners.
+    pub(super) fn of_boxes(boxes: &[[DVec3; 2]]) -> Self {
+        Self::over(boxes, |corners| corners.iter().copied())
     }
 
     fn over<'a, T: Sync, P: Iterator<Item = DVec3>>(

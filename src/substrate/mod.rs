@@ -20,6 +20,7 @@ mod mask;
 mod neighbour;
 mod order;
 mod pairing;
+mod pieces;
 mod report;
 mod seams;
 mod simplify;
@@ -50,6 +51,7 @@ pub use load::{
 };
 pub use mask::{Mask, MaskError};
 pub(crate) use order::along_curve;
+pub(crate) use pieces::Pieces;
 pub use report::{PieceReport, SubstrateReport};
 use smooth::slope_normals;
 pub(crate) use smooth::{corner_normals, weighted_normal};

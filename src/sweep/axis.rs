@@ -15,8 +15,14 @@ const FIXED: [(&str, &str); 7] = [
     ("mesh", "a sweep is on one mesh"),
     ("mesh-hash", "a sweep is on one mesh"),
     ("mesh-up", "a sweep is on one mesh"),
-    ("mask", "a sweep has one mask: make one for each"),
-    ("mask-hash", "a sweep has one mask: make one for each"),
+    (
+        "mask",
+        "all lichens of a sweep grow with the same masks: make a sweep for each",
+    ),
+    (
+        "mask-hash",
+        "all lichens of a sweep grow with the same masks",
+    ),
     ("version", "it says which program made a recipe"),
 ];
 

@@ -14,6 +14,9 @@ pub const REACH_RADII: f64 = 150.0;
 /// Most runs of a grid.
 const MOST_RUNS: f64 = 1e6;
 
+/// Bytes of a cell's name, at most: a file's may have 255, and some of its files are called after it.
+const LONGEST_NAME: usize = 200;
+
 /// What is to be grown: every combination of the axes' values, with every seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -174,7 +177,7 @@ impl Grid {
         Ok(Cell { name, at, settings })
     }
 
-    /// `L=5r_B=0.2`; `all` where nothing varies but the seed.
+    /// `L=5r_B=0.2`; `all` where nothing varies but the seed. Of a long one the beginning, and a hash of all of it.
     fn name(&self, at: &[usize]) -> String {
         let word = |(axis, &i): (&Axis, &usize)| {
             let label = axis.values()[i].label();
@@ -185,15 +188,14 @@ impl Grid {
                 .collect();
             format!("{}={label}", axis.symbol())
         };
-        match at.is_empty() {
-            true => "all".to_owned(),
-            false => self
-                .axes
-                .iter()
-                .zip(at)
-                .map(word)
-                .collect::<Vec<_>>()
-                .join("_"),
+        let whole = self.axes.iter().zip(at).map(word).collect::<Vec<_>>();
+        match whole.join("_") {
+            none if none.is_empty() => "all".to_owned(),
+            long if long.len() > LONGEST_NAME => {
+                let hash = blake3::hash(long.as_bytes()).to_hex();
+                format!("{}~{}", &long[..LONGEST_NAME - 17], &hash[..16])
+            }
+            name => name,
         }
     }
 

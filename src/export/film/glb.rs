@@ -61,7 +61,7 @@ impl Glb {
         body: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> io::Result<()> {
         let number = self.frames.len() + 1;
-        let name = format!("frame {number}");
+        let name = format!("frame {number:04}");
         self.frames.push(Some(self.meshes.len()));
         self.meshes
             .push(json!({"name": name, "primitives": [primitive]}));
@@ -134,7 +134,7 @@ impl Glb {
                 }));
                 samplers.push(json!({"input": input, "output": output, "interpolation": "STEP"}));
             }
-            let mut node = json!({"name": format!("frame {}", frame + 1), "mesh": mesh});
+            let mut node = json!({"name": format!("frame {:04}", frame + 1), "mesh": mesh});
             if !remains {
                 node["scale"] = json!([0, 0, 0]);
             }
