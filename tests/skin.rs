@@ -425,6 +425,16 @@ fn normals_of_a_decimated_skin_look_outwards() {
     }
 }
 
+/// So they were on the rims of thin plates, and of stones that come to an edge.
+#[test]
+fn normals_of_a_skin_look_outwards() {
+    let surface = slab(16, 1.0, 0.004);
+    let mesh = skinned(&surface, &grown(&surface, 0.007, 3000), &Shape::default());
+    let share = turned_away(&mesh);
+    println!("share {share}");
+    assert!(share <= 1e-4, "{share}");
+}
+
 fn assert_whole(fewer: &TriMesh, mesh: &TriMesh, loss: f64) {
     let count = fewer.triangles.len();
     let faults = faults(fewer.positions.len(), &fewer.triangles);

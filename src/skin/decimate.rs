@@ -1,12 +1,10 @@
 //! Fewer triangles: meshoptimizer's simplifier, which weighs normals and colours with the shape.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
-use rayon::prelude::*;
 
 use super::manifold::faulty;
+use super::outwards::{face_outwards, folded};
 use crate::export::{MeshError, TriMesh, VertexAttribute};
 
 /// Weights of normal and colour against a length of the mesh's size.
@@ -46,64 +44,6 @@ pub fn decimate(mesh: &TriMesh, triangles: usize) -> Result<TriMesh, MeshError> 
     let mut fewer = picked(mesh, fewer);
     face_outwards(&mut fewer);
     Ok(fewer)
-}
-
-/// Gives vertices whose normal looks away from one of their triangles, which renderers show dark, one that looks
-/// the way that all of these do, or as nearly as can be.
-fn face_outwards(mesh: &mut TriMesh) {
-    for (v, faces) in turned_away(mesh, &mesh.triangles) {
-        let (normal, _) = facing(&faces);
-        mesh.normals[v as usize] = normal.as_vec3().to_array();
-    }
-}
-
-/// Vertices of these triangles at which the surface is folded over: no normal looks the way that all of their triangles
-/// do.
-fn folded(mesh: &TriMesh, triangles: &[[u32; 3]]) -> Vec<u32> {
-    let turned = turned_away(mesh, triangles).into_iter();
-    let folded = turned.filter(|(_, faces)| !facing(faces).1);
-    folded.map(|(v, _)| v).collect()
-}
-
-/// Vertices whose normal looks away from one of these triangles, with the normals of all of theirs.
-fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec3>> {
-    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]);
-    let outwards = triangles.par_iter().map(|&[a, b, c]| {
-        let across = (corner(b) - corner(a)).cross(corner(c) - corner(a));
-        across.normalize_or_zero()
-    });
-    let outwards: Vec<DVec3> = outwards.collect();
-    let normal = |v: u32| DVec3::from(mesh.normals[v as usize].map(f64::from));
-    let both = || triangles.iter().zip(&outwards);
-    let mut turned: BTreeMap<u32, Vec<DVec3>> = BTreeMap::new();
-    for (triangle, &outward) in both() {
-        for v in triangle.iter().filter(|v| normal(**v).dot(outward) < 0.0) {
-            turned.insert(*v, Vec::new());
-        }
-    }
-    for (triangle, &outward) in both() {
-        for v in triangle {
-            if let Some(faces) = turned.get_mut(v).filter(|_| outward != DVec3::ZERO) {
-                faces.push(outward);
-            }
-        }
-    }
-    turned
-}
-
-/// A direction that looks the way that all of these do, and whether there is one: that which looks away most is added
-/// until none does (the perceptron, Rosenblatt 1958).
-fn facing(faces: &[DVec3]) -> (DVec3, bool) {
-    const TURNS: usize = 100;
-    let mut sum: DVec3 = faces.iter().sum();
-    for _ in 0..TURNS {
-        let away = faces.iter().map(|face| (sum.dot(*face), face));
-        match away.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            Some((dot, face)) if dot <= 0.0 => sum += *face,
-            _ => return (sum.normalize_or(faces[0]), true),
-        }
-    }
-    (sum.normalize_or(faces[0]), false)
 }
 
 /// Volume inside of closed triangles.

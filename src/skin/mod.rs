@@ -29,6 +29,7 @@ mod history;
 mod lichen;
 mod manifold;
 mod march;
+mod outwards;
 mod paint;
 mod palette;
 mod refine;
@@ -464,12 +465,14 @@ fn finish(
     // As large as before, so they stay in their place.
     let positions = marched.positions.into_iter();
     let normals = marched.normals.into_iter();
-    TriMesh {
+    let mut mesh = TriMesh {
         positions: positions.map(|p| units.to_file(p).to_array()).collect(),
         normals: normals.map(|n| n.to_array()).collect(),
         colors,
         attributes,
         triangles: marched.triangles,
         up: substrate.up_axis(),
-    }
+    };
+    outwards::face_outwards(&mut mesh);
+    mesh
 }

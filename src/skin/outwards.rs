@@ -1,0 +1,138 @@
+//! Normals that look the way that their triangles do: renderers show the others black.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::export::TriMesh;
+
+/// Gives vertices whose normal looks away from one of their triangles one that looks the way that all of these do, or
+/// as nearly as can be. The same for any order of the triangles and their corners.
+pub(super) fn face_outwards(mesh: &mut TriMesh) {
+    let turned = turned_away(mesh, &mesh.triangles);
+    let facing = |(v, faces): (u32, Vec<DVec3>)| (v, facing(faces).0);
+    let normals: Vec<_> = turned.into_par_iter().map(facing).collect();
+    for (v, normal) in normals {
+        mesh.normals[v as usize] = normal.as_vec3().to_array();
+    }
+}
+
+/// Vertices of these triangles at which the surface is folded over: no normal looks the way that all of their triangles
+/// do.
+pub(super) fn folded(mesh: &TriMesh, triangles: &[[u32; 3]]) -> Vec<u32> {
+    let turned = turned_away(mesh, triangles).into_iter();
+    let folded = turned.filter(|(_, faces)| !facing(faces.clone()).1);
+    folded.map(|(v, _)| v).collect()
+}
+
+/// Vertices whose normal looks away from one of these triangles, with the normals of all of theirs.
+fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec3>> {
+    let outwards: Vec<DVec3> = triangles.par_iter().map(|t| outward(mesh, t)).collect();
+    let normal = |v: u32| DVec3::from(mesh.normals[v as usize].map(f64::from));
+    let both = || triangles.par_iter().zip(&outwards);
+    let away = both().flat_map_iter(|(triangle, &outward)| {
+        let away = move |v: &u32| normal(*v).dot(outward) < 0.0;
+        triangle.iter().copied().filter(away)
+    });
+    let away: Vec<u32> = away.collect();
+    let mut turned: BTreeMap<_, _> = away.into_iter().map(|v| (v, Vec::new())).collect();
+    if turned.is_empty() {
+        return turned;
+    }
+    for (triangle, &outward) in triangles.iter().zip(&outwards) {
+        for v in triangle {
+            if let Some(faces) = turned.get_mut(v).filter(|_| outward != DVec3::ZERO) {
+                faces.push(outward);
+            }
+        }
+    }
+    turned
+}
+
+/// The normal of a triangle, to the bit whichever of its corners comes first.
+fn outward(mesh: &TriMesh, triangle: &[u32; 3]) -> DVec3 {
+    let mut corners = triangle.map(|v| DVec3::from(mesh.positions[v as usize]));
+    let least = (0..3).min_by(|&i, &j| in_order(&corners[i], &corners[j]));
+    corners.rotate_left(least.unwrap_or(0));
+    let [a, b, c] = corners;
+    (b - a).cross(c - a).normalize_or_zero()
+}
+
+fn in_order(a: &DVec3, b: &DVec3) -> std::cmp::Ordering {
+    let by = |k: usize| a[k].total_cmp(&b[k]);
+    by(0).then_with(|| by(1)).then_with(|| by(2))
+}
+
+/// A direction that looks the way that all of these do, and whether there is one: that which looks away most is added
+/// until none does (the perceptron, Rosenblatt 1958). Where there is none, the best that was found: it looks away from
+/// none by far.
+fn facing(mut faces: Vec<DVec3>) -> (DVec3, bool) {
+    const TURNS: i32 = 100;
+    faces.sort_unstable_by(in_order);
+    let mut sum: DVec3 = faces.iter().sum();
+    let mut best = (f64::NEG_INFINITY, DVec3::Z);
+    for turn in 0..TURNS {
+        let direction = sum.normalize_or(faces[0]);
+        let away = faces.iter().map(|face| (direction.dot(*face), *face));
+        let Some((least, face)) = away.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            break;
+        };
+        if least > best.0 {
+            best = (least, direction);
+        }
+        if least > 0.0 {
+            break;
+        }
+        // Smaller and smaller steps come nearer to the best there is than whole ones.
+        sum += face / f64::from(1 + turn).sqrt();
+    }
+    (best.1, best.0 > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    /// Random faces of one half space, and a knife's two.
+    #[test]
+    fn a_normal_looks_away_from_none_if_it_can_and_from_none_by_far() {
+        let mut stream = Stream::new(2, Purpose::Walker, 0);
+        let mut direction = || {
+            let numbers = [(); 3].map(|()| stream.uniform() - 0.5);
+            DVec3::from(numbers).normalize()
+        };
+        for _ in 0..200 {
+            let out = direction();
+            let mut faces: Vec<_> = (0..7).map(|_| direction()).collect();
+            faces.retain(|face| face.dot(out) > 0.1);
+            if let Some(first) = faces.first().copied() {
+                let (normal, all) = facing(faces.clone());
+                assert!(all && faces.iter().all(|face| normal.dot(*face) > 0.0));
+                faces.push(-first);
+                let (normal, all) = facing(faces.clone());
+                assert!(!all && faces.iter().all(|face| normal.dot(*face) > -0.2));
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_triangles_and_corners_means_nothing() {
+        let mut stream = Stream::new(3, Purpose::Walker, 0);
+        let mut place = || [(); 3].map(|()| stream.uniform());
+        let mut mesh = TriMesh {
+            positions: (0..30).map(|_| place()).collect(),
+            normals: vec![[0.0, 0.0, 1.0]; 30],
+            triangles: (0..28).map(|i| [i, i + 1, i + 2]).collect(),
+            ..TriMesh::default()
+        };
+        let mut other = mesh.clone();
+        other.triangles.reverse();
+        other.triangles.iter_mut().for_each(|t| t.rotate_left(1));
+        face_outwards(&mut mesh);
+        face_outwards(&mut other);
+        assert_eq!(mesh.normals, other.normals);
+        assert_ne!(mesh.normals, vec![[0.0, 0.0, 1.0]; 30]);
+    }
+}
