@@ -48,23 +48,23 @@ pub struct Recipe {
     pub mask: Option<MaskId>,
     /// How steep the surface may be where it grows.
     pub slope: Option<Slope>,
-    /// Element radius r.
+    /// Element radius r: a millionth to half of the bounding box's diagonal; see [`RADIUS`](super::RADIUS).
     pub radius: f64,
-    /// Curvature radius L.
+    /// Curvature radius L: 2 r to 1000 r; see [`CURVATURE_RADIUS`](super::CURVATURE_RADIUS).
     pub curvature_radius: f64,
-    /// Sticking bias B.
+    /// Sticking bias B: -1 to 2; see [`BIAS`](super::BIAS).
     pub bias: f64,
-    /// Curvature gain A.
+    /// Curvature gain A: 0 to 100; see [`GAIN`](super::GAIN).
     pub gain: f64,
-    /// Lowest sticking probability.
+    /// Lowest sticking probability: 1e-6 to 1; see [`MIN_STICK`](super::MIN_STICK).
     pub min_stick: f64,
     /// Seed of every random stream.
     pub seed: u64,
     /// Where the seed elements go, one a colony.
     pub at: Vec<SeedPlace>,
-    /// Launch radius over the effective radius.
+    /// Launch radius over the effective radius: 1.1 to 100; see [`LAUNCH`](super::LAUNCH).
     pub launch: f64,
-    /// Kill radius over the effective radius.
+    /// Kill radius over the effective radius: above `launch`, up to 10,000; see [`KILL`](super::KILL).
     pub kill: f64,
     /// How walkers are joined.
     pub join: Join,

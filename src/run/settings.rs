@@ -25,50 +25,50 @@ pub struct Settings {
     pub mask: Option<Vec<String>>,
     /// Hashes of the mask's layers that they were resolved for.
     pub mask_hash: Option<Vec<String>>,
-    /// How steep the surface may be where lichen grows.
+    /// How steep the surface may be where lichen grows: of any steepness by default.
     pub slope: Option<Slope>,
     /// Name of a preset that lies under them.
     pub preset: Option<String>,
-    /// Element radius r.
+    /// Element radius r: a millionth to half of the bounding box's diagonal, 1/2000 of it by default; see [`RADIUS`](super::RADIUS).
     pub radius: Option<Length>,
-    /// Curvature radius L.
+    /// Curvature radius L: 2 r to 1000 r, 10 r by default; see [`CURVATURE_RADIUS`](super::CURVATURE_RADIUS).
     pub curvature_radius: Option<Length>,
-    /// Sticking bias B.
+    /// Sticking bias B: -1 to 2, 0.5 by default; see [`BIAS`](super::BIAS).
     pub bias: Option<f64>,
-    /// Curvature gain A.
+    /// Curvature gain A: 0 to 100, 1 by default; see [`GAIN`](super::GAIN).
     pub gain: Option<f64>,
-    /// Lowest sticking probability.
+    /// Lowest sticking probability: 1e-6 to 1, 0.01 by default; see [`MIN_STICK`](super::MIN_STICK).
     pub min_stick: Option<f64>,
-    /// Seed of every random stream.
+    /// Seed of every random stream, 1 by default.
     pub seed: Option<u64>,
-    /// Where seed elements go, one a colony; all at random where the list is empty.
+    /// Where seed elements go, one a colony: [`SeedPlace::Top`] by default, and all at random where the list is empty.
     pub at: Option<Vec<SeedPlace>>,
-    /// How many colonies there are: those that `at` has no place for start at random.
+    /// How many colonies there are, 1 to 10,000, as many as `at` by default: those that it has no place for start at random.
     pub colonies: Option<u64>,
-    /// Launch radius over the effective radius.
+    /// Launch radius over the effective radius: 1.1 to 100, 1.5 by default; see [`LAUNCH`](super::LAUNCH).
     pub launch: Option<f64>,
-    /// Kill radius over the effective radius.
+    /// Kill radius over the effective radius: above `launch`, up to 10,000, 10 by default; see [`KILL`](super::KILL).
     pub kill: Option<f64>,
-    /// How walkers are joined.
+    /// How walkers are joined: [`Join::Pack`] by default.
     pub join: Option<Join>,
-    /// How a walker moves.
+    /// How a walker moves: [`Law::Thesis`] by default.
     pub law: Option<Law>,
-    /// How long steps may be.
+    /// How long steps may be: [`Steps::Large`] by default.
     pub steps: Option<Steps>,
-    /// What open edges do to a walker.
+    /// What open edges do to a walker: [`Boundary::Reflect`] by default.
     pub boundary: Option<Boundary>,
-    /// When growth is done.
+    /// When growth is done: at 20,000 elements by default.
     pub stop: Option<StopSetting>,
 }
 
 /// When growth is done, its length not resolved yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StopSetting {
-    /// At this many elements.
+    /// At this many elements, 1 to a thousand million.
     Elements(u64),
-    /// When the effective radius reaches this length.
+    /// When the effective radius reaches this length; of several colonies, when one extends as far from its seed.
     Reach(Length),
-    /// When this share of the lichen's component is covered.
+    /// When this share, above 0 and up to 1, is covered of the pieces that lichen is on, as far as it may grow there.
     Cover(f64),
 }
 
