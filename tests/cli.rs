@@ -18,6 +18,9 @@ fn help_and_version_are_results() {
             .out
             .contains(env!("CARGO_PKG_VERSION"))
     );
+    for words in ["help --help", "help -h"] {
+        assert_eq!(desk.done(words).out, desk.done("help").out, "{words}");
+    }
     let help = desk.done("grow --help").out;
     for flag in [
         "--radius",

@@ -255,6 +255,11 @@ fn what_cannot_be_is_said_with_its_cure() {
         &[".obj", "instances", ".glb"],
     );
     desk.fails("export many -o a.glb --up z", 2, &[".glb", "y-up", "--up"]);
+    desk.fails(
+        "export many -o a.inc --up z",
+        2,
+        &[".inc", "POV-Ray", "Lichen"],
+    );
     desk.fails("export many -o a.usda --scale 0", 2, &["--scale", "1e-12"]);
     desk.fails("export many -o a.usda --scale nan", 2, &["--scale"]);
     desk.fails("export many -o a.usda --unit parsec", 2, &["parsec"]);

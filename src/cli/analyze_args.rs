@@ -10,7 +10,7 @@ pub(crate) struct AnalyzeArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
     pub(crate) from: PathBuf,
-    /// The mesh that the lichen grew on, for distances along it [default: the one that recipe.toml
+    /// The mesh that the lichen grew on, or a turned copy, for distances along it [default: the one that recipe.toml
     /// beside the elements names]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
@@ -37,7 +37,7 @@ pub(crate) struct AnalyzeArgs {
     /// No progress, notes or warnings: only the result and errors
     #[arg(long)]
     pub(crate) quiet: bool,
-    /// Threads to use; the result is the same for any number [default: all cores]
+    /// Threads to use, up to 1024; the result is the same for any number [default: all cores]
     #[arg(allow_negative_numbers = true, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }

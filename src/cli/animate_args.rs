@@ -54,7 +54,7 @@ pub(crate) struct AnimateArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Picture")]
 pub(crate) struct PictureArgs {
-    /// Width of pictures in pixels; they are three quarters as high
+    /// Width of pictures in pixels, 16 to 16384; they are three quarters as high
     #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384))]
     pub(crate) width: u32,
     /// The lichen as a skin in its own colours, or each element as a granule, coloured by age
@@ -67,7 +67,7 @@ pub(crate) struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Time")]
 pub(crate) struct TimeArgs {
-    /// How many frames; the last shows the whole lichen, or what the curve of --clock ends at
+    /// How many frames, up to 100000; the last shows the whole lichen, or what the curve of --clock ends at
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub(crate) frames: u32,
     /// Frames a second, 0.1 to 1000

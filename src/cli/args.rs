@@ -118,7 +118,7 @@ pub(crate) struct ExportArgs {
     #[command(flatten)]
     pub(crate) axes: AxesArgs,
     /// Overwrite the file if it is there
-    #[arg(long)]
+    #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -176,7 +176,7 @@ pub(crate) struct GrowArgs {
     /// With --resume: where run.log is damaged, go on from what is sound before that place
     #[arg(long, help_heading = RUN)]
     pub(crate) keep_sound: bool,
-    /// Threads to use at most; the result is the same for any number, and growth uses only as many as make it faster
+    /// Threads to use at most, up to 1024; the result is the same for any number, and growth uses only as many as make it faster
     /// [default: as many as there are cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -425,6 +425,40 @@ mod tests {
     #[test]
     fn the_flags_are_sound() {
         Cli::command().debug_assert();
+    }
+
+    /// Where a line is broken by hand, a narrower terminal breaks it again and leaves words alone on a line.
+    #[test]
+    fn paragraphs_below_the_flags_are_broken_by_clap() {
+        for command in Cli::command().get_subcommands() {
+            let below = command.get_after_help().map(ToString::to_string);
+            let lines: Vec<_> = below.iter().flat_map(|text| text.lines()).collect();
+            for line in lines.iter().take(lines.len().saturating_sub(1)) {
+                assert!(line.ends_with('.'), "{}: {line}", command.get_name());
+            }
+        }
+    }
+
+    #[test]
+    fn flags_about_the_file_have_their_own_heading() {
+        let mut told = 0;
+        for command in Cli::command().get_subcommands() {
+            let about_file =
+                |flag: &&clap::Arg| ["up", "unit", "scale"].contains(&flag.get_id().as_str());
+            for flag in command.get_arguments().filter(about_file) {
+                let heading = (command.get_name(), flag.get_help_heading());
+                assert!(
+                    matches!(heading, ("render", Some("View")) | (_, Some("File"))),
+                    "{heading:?}"
+                );
+                told += 1;
+            }
+            let runs = command
+                .get_arguments()
+                .filter(|flag| flag.get_help_heading() == Some("File"));
+            assert!(runs.count() <= 3, "{}", command.get_name());
+        }
+        assert_eq!(told, 12);
     }
 
     #[test]

@@ -7,8 +7,9 @@ use super::args::up;
 use super::failure::Failure;
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = FILE)]
 pub(crate) struct AxesArgs {
-    /// Up axis of the file [default: z for PLY; y for OBJ, glTF and POV-Ray; the mesh's for USD
+    /// Up axis of the file; glTF and POV-Ray have y and take no other [default: z for PLY; y for OBJ; the mesh's for USD
     /// and tables]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     up: Option<UpAxis>,
@@ -16,9 +17,14 @@ pub(crate) struct AxesArgs {
     units: UnitArgs,
 }
 
+/// The heading of these flags in help texts.
+const FILE: &str = "File";
+
 #[derive(Debug, Args)]
+#[command(next_help_heading = FILE)]
 pub(crate) struct UnitArgs {
-    /// What a unit of the mesh is, for glTF, which is in metres, and USD, which says it [default: m]
+    /// What a unit of the mesh is, for glTF, which is in metres, and USD, which says it; other files do not, and it is
+    /// refused for them [default: m]
     #[arg(
         long,
         value_enum,
@@ -26,7 +32,7 @@ pub(crate) struct UnitArgs {
         hide_possible_values = true
     )]
     unit: Option<Unit>,
-    /// Multiply all lengths by this
+    /// Multiply all lengths by this, 1e-12 to 1e12
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
 }
@@ -105,6 +111,17 @@ impl AxesArgs {
     }
 }
 
+/// Another up axis was asked for than files of a format have.
+fn other_up(format: &Convention) -> Failure {
+    let why = match format.extension {
+        "inc" => {
+            "have y up, as POV-Ray has: leave --up away, and turn the object Lichen in the scene"
+        }
+        _ => "are y-up by specification, and programs turn them themselves: leave --up away",
+    };
+    Failure::usage(format!(".{} files {why}", format.extension))
+}
+
 impl UnitArgs {
     fn unit_in_meters(&self) -> f64 {
         self.unit.map_or(1.0, Unit::meters)
@@ -131,11 +148,7 @@ impl UnitArgs {
         };
         let to = match (format.axes, up) {
             (Axes::Fixed(fixed), Some(asked)) if asked != fixed => {
-                return Err(Failure::usage(format!(
-                    ".{} files are y-up by specification, and programs turn them themselves: \
-                     leave --up away",
-                    format.extension
-                )));
+                return Err(other_up(format));
             }
             (Axes::Fixed(up), _) | (_, Some(up)) => Some(up),
             (Axes::Usual(up), None) => Some(up),

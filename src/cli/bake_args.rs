@@ -12,6 +12,7 @@ use super::run_args::{RUN, RunArgs};
 use super::skin_args::{ColorArgs, ReliefArgs};
 
 #[derive(Debug, Args)]
+#[command(mut_arg("unit", |flag| flag.help(UNIT)))]
 pub(crate) struct BakeArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
@@ -41,6 +42,8 @@ pub(crate) struct BakeArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }
+
+const UNIT: &str = "What a unit of the mesh is: lichened.glb, maps.json and heights in EXR are in metres [default: m]";
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Maps")]

@@ -60,6 +60,7 @@ mod sweep_view;
 mod terminal;
 mod warnings;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -71,7 +72,7 @@ use failure::Failure;
 const INTERRUPTED: u8 = 130;
 
 pub(crate) fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(typed()) {
         Ok(cli) => cli,
         Err(message) => return answer(message),
     };
@@ -90,6 +91,15 @@ pub(crate) fn main() -> ExitCode {
         Command::Preset(PresetCommand::Show { name }) => preset::show(&name),
     };
     done.map_or_else(|failure| failure.report(), |()| ExitCode::SUCCESS)
+}
+
+/// What was typed. `help` is answered for `help --help`, where clap looks for a command of that name.
+fn typed() -> Vec<OsString> {
+    let mut words: Vec<_> = std::env::args_os().collect();
+    if words.get(1).is_some_and(|word| word == "help") {
+        words.retain(|word| word != "--help" && word != "-h");
+    }
+    words
 }
 
 /// What clap has to say: help and version are results; the help that answers an empty command, and

@@ -28,7 +28,7 @@ pub(crate) struct RenderArgs {
     /// The picture to write, a PNG
     #[arg(short, long, value_name = "FILE.png")]
     pub(crate) output: PathBuf,
-    /// The lichen as a closed skin, or each element as a granule
+    /// The lichen as a closed skin, or each element as a granule, which takes none of the flags for the shape of skins
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) what: What,
     /// Another lichen on the same mesh, with its own colour map: out/b or out/b,xanthoria. It lies over those given
@@ -58,7 +58,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) shot: ShotArgs,
-    /// Pixels across and down
+    /// Pixels across and down, up to 16384 each
     #[arg(
         long,
         value_name = "WIDTHxHEIGHT",
@@ -79,7 +79,7 @@ pub(crate) struct ViewArgs {
 pub(crate) struct ShotArgs {
     /// Where to look from: 'auto' finds the side that shows most of the lichen; front, back, left, right, top or bottom;
     /// degrees round the mesh from its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up": [x,y,z], "opening": degrees} in
-    /// mesh units, given here or in a file
+    /// mesh units, opening 0.1 to 170, given here or in a file; what 'thallus render --json' prints will do too
     #[arg(
         long,
         value_name = "auto|SIDE|AZIMUTH,ELEVATION|JSON",
@@ -87,7 +87,7 @@ pub(crate) struct ShotArgs {
         allow_hyphen_values = true
     )]
     pub(crate) camera: View,
-    /// Go nearer to what is in the middle: 2 shows half as much of it across
+    /// Go nearer to what is in the middle, 0.01 to 1000: 2 shows half as much of it across
     #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) zoom: f32,
     /// Rays through a pixel, at most: more remove grain but take longer

@@ -12,7 +12,7 @@ pub(crate) struct RunArgs {
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
-    /// Threads to use; the result is the same for any number [default: all cores]
+    /// Threads to use, up to 1024; the result is the same for any number [default: all cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }

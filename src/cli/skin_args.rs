@@ -12,6 +12,7 @@ use super::mesh_args::MeshArgs;
 use super::run_args::{RUN, RunArgs};
 
 #[derive(Debug, Args)]
+#[command(mut_arg("up", |flag| flag.help(UP)))]
 pub(crate) struct SkinArgs {
     /// The folder of a run, or its elements.ply
     #[arg(value_name = "DIR|elements.ply")]
@@ -37,6 +38,8 @@ pub(crate) struct SkinArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }
+
+const UP: &str = "Up axis of the file; glTF has y and takes no other [default: z for PLY; y for OBJ; the mesh's for USD]";
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
@@ -92,10 +95,10 @@ pub(crate) struct ColorArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Size")]
 pub(crate) struct SizeArgs {
-    /// Keep fewer triangles: a share below 1, or how many
+    /// Keep fewer triangles: a share above 0 and up to 1, which is all; or how many, from 4
     #[arg(long, value_name = "RATIO|TRIANGLES", allow_hyphen_values = true)]
     pub(crate) decimate: Option<Goal>,
-    /// Levels of detail, each with half the triangles of the one before: FILE_lod0, FILE_lod1 and so on
+    /// Levels of detail, 1 to 16, each with half the triangles of the one before: FILE_lod0, FILE_lod1 and so on
     #[arg(long, value_name = "LEVELS", value_parser = clap::value_parser!(u8).range(1..=16), allow_negative_numbers = true)]
     pub(crate) lod: Option<u8>,
 }

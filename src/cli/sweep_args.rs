@@ -28,7 +28,8 @@ pub(crate) struct SweepArgs {
     /// Folder to write to. If it is that of the same sweep, what is there is kept, and the rest grows
     #[arg(short, long, value_name = "DIR", required = true)]
     pub(crate) output: Option<PathBuf>,
-    /// Where the mesh of a grid lies [default: where the grid says, seen from here or from the grid]
+    /// Where the mesh of a grid lies; or another mesh for it to grow on, where its lengths stay as they are [default:
+    /// where the grid says, seen from here or from the grid]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
     #[command(flatten)]
@@ -61,7 +62,7 @@ pub(crate) struct SweepArgs {
     /// A recipe file for what all cells share. Flags override it; it overrides the preset
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
-    /// Runs at a time, and threads for everything else; the result is the same for any number
+    /// Runs at a time, and threads for everything else, up to 1024; the result is the same for any number
     /// [default: all cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -115,7 +116,7 @@ pub(crate) struct PictureArgs {
         allow_hyphen_values = true
     )]
     pub(crate) camera: Option<View>,
-    /// Pixels across and down [default: as before in this sweep, or 800x800]
+    /// Pixels across and down, up to 16384 each [default: as before in this sweep, or 800x800]
     #[arg(long, value_name = "WIDTHxHEIGHT", allow_hyphen_values = true)]
     pub(crate) size: Option<Size>,
     /// Rays through a pixel, at most: more remove grain but take longer [default: as before in this sweep, or 4]
@@ -130,19 +131,21 @@ pub(crate) struct PictureArgs {
 const AXES: &str = "Axes";
 const PARTS: &str = "Parts of a sweep";
 
+/// A paragraph is one line here, as clap breaks lines to the width of the terminal.
 const AFTER: &str = "\
-An axis takes VALUES: a list such as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five values
-at equal distances, 3r..300r/5log five of equal ratio, with both ends. Separate values by ';'
-where they have commas, as in --axis 'at=0,1,0; 1,0,0'. The first axis goes across the page, the
-second down; each combination of further ones is a page.
-Every cell grows to the same effective radius, 150 radii of the largest elements, unless
+An axis takes VALUES: a list such as 5r,10r,20r, whose parts may be ranges: 0.2..1.0/5 is five \
+values at equal distances, 3r..300r/5log five of equal ratio, with both ends. Separate values by \
+';' where they have commas, as in --axis 'at=0,1,0; 1,0,0'. The first axis goes across the page, \
+the second down; each combination of further ones is a page.
+Every cell grows to the same effective radius, 150 radii of the largest elements, unless \
 --elements, --reach or --cover says otherwise.
-A grid file is a recipe file with seeds = N and, below a line [axes], one line per axis:
+A grid file is a recipe file with seeds = N and, at its end, a table [axes] with one line per axis: \
 L = \"5r,10r,20r\" or bias = [0.2, 0.5].
-DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the preview,
-results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
-After Ctrl-C, a kill or a power cut the same command goes on. A kill or a power cut loses the elements
-that were not on the disk yet: as a rule those of some seconds, of two minutes or more where the disk stalls.
+DIR gets grid.toml, pictures.toml, cells/CELL/seed-N/ with all that 'thallus grow' writes but the \
+preview, results.csv, results.parquet, pictures/, contact-sheet.png and report.html.
+After Ctrl-C, a kill or a power cut the same command goes on. A kill or a power cut loses the \
+elements that were not on the disk yet: as a rule those of some seconds, of two minutes or more \
+where the disk stalls.
 A run that fails or is impossible leaves cells/CELL/seed-N.error.txt, and the others go on.
 Exit codes: 0 done, 1 a run failed or is missing, 2 wrong usage, 130 interrupted.
 To try: thallus sweep rock.obj -o out/grid --L 5r,10r,20r --B 0.3,0.5,0.9";
@@ -191,8 +194,9 @@ impl Args for SizeArgs {
             .mut_arg("elements", |arg| arg.help("Stop at this many elements"))
             .mut_arg("reach", |arg| {
                 arg.help(
-                    "Stop at this effective radius, as 300r [default: 150 radii of the largest \
-                     elements, in every cell]",
+                    "Stop at this effective radius, as 300r; of several colonies, when one extends \
+                     this far from its seed [default: 150 radii of the largest elements, in every \
+                     cell]",
                 )
             })
     }

@@ -125,7 +125,8 @@ pub const ELEMENTS: ParameterInfo = ParameterInfo {
 /// Effective radius to reach.
 pub const REACH: ParameterInfo = ParameterInfo {
     name: "reach",
-    looks: "Size: stop when the lichen extends this far from its centroid",
+    looks: "Size: stop when the lichen extends this far from its centroid; of several colonies, when \
+            one extends this far from its seed",
     range: "a length above 0",
     default: "",
     low: 0.0,
@@ -135,8 +136,9 @@ pub const REACH: ParameterInfo = ParameterInfo {
 /// Share to cover.
 pub const COVER: ParameterInfo = ParameterInfo {
     name: "cover",
-    looks: "Size: stop when this share of the mesh's piece is covered. Discs leave gaps: growth ends \
-            by itself at about 0.75, or 0.6 where they only touch",
+    looks: "Size: stop when this share is covered of the pieces of the mesh that lichen is on, as far \
+            as it may grow there. Discs leave gaps: growth ends by itself at about 0.75, or 0.6 \
+            where they only touch",
     range: "above 0, up to 1",
     default: "",
     low: f64::MIN_POSITIVE,
