@@ -2,9 +2,10 @@
 //! written.
 //!
 //!     cargo run --release --example in_memory
-#![allow(clippy::print_stdout)] // printing is what it is for
+#![allow(clippy::print_stdout, clippy::print_stderr)] // printing is what it is for
 
 use std::error::Error;
+use std::process::ExitCode;
 
 use thallus::bake::{self, Base, Look, Map, bake};
 use thallus::export::TriMesh;
@@ -86,7 +87,17 @@ fn picture(stone: &Stone, skin: &TriMesh, radius: f64) -> Image {
     render(&world, &Camera::best_view(&world, 320.0 / 240.0), &size)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+pub(crate) fn run() -> Result<(), Box<dyn Error>> {
     let (vertices, uvs, indices) = tile();
     let soup = Soup::from_buffers(&vertices, &indices);
     let texturing = Texturing::from_vertices(&soup.triangles, &uvs);

@@ -1,11 +1,12 @@
 //! Watches a lichen grow: an observer of one's own prints its effective radius as it doubles.
 //!
 //!     cargo run --release --example own_observer -- meshes/rock.obj
-#![allow(clippy::print_stdout)] // printing is what it is for
+#![allow(clippy::print_stdout, clippy::print_stderr)] // printing is what it is for
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::process::ExitCode;
 
 use thallus::cluster::Element;
 use thallus::run::{Execution, Observer, Progress, Settings, StopSetting, grow};
@@ -30,16 +31,24 @@ impl Observer for Doubling {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let file = std::env::args()
-        .nth(1)
-        .unwrap_or_else(|| "meshes/rock.obj".into());
-    let substrate = Substrate::load(Path::new(&file))?;
+fn main() -> ExitCode {
+    let file = std::env::args().nth(1);
+    match run(file.as_deref().unwrap_or("meshes/rock.obj")) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+pub(crate) fn run(file: &str) -> Result<(), Box<dyn Error>> {
+    let substrate = Substrate::load(Path::new(file))?;
     let settings = Settings {
         stop: Some(StopSetting::Elements(8192)),
         ..Settings::default()
     };
-    let recipe = settings.resolve(&substrate, &file)?;
+    let recipe = settings.resolve(&substrate, file)?;
     grow(
         &substrate,
         &recipe,
