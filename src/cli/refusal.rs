@@ -5,6 +5,7 @@ use std::ffi::OsString;
 
 use clap::error::{ContextKind, ContextValue};
 use thallus::run::preset::PRESETS;
+use thallus::sweep::SYMBOLS;
 
 /// Of the flags that exclude one that was given, those that were given too.
 pub(crate) fn of_given(mut refusal: clap::Error) -> clap::Error {
@@ -59,7 +60,6 @@ pub(crate) fn in_words(refusal: &str) -> String {
 
 /// A flag that is called by its letter in the thesis, as `sweep` has it.
 fn by_symbol(refusal: &str) -> Option<String> {
-    const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
     let meant = |(symbol, _): &&(&str, &str)| {
         refusal.starts_with(&format!("unexpected argument '--{symbol}' found"))
     };

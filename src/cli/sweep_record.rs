@@ -238,25 +238,8 @@ fn other_recipe(folder: &Path, recipe: &Recipe) -> Option<String> {
 /// In what settings that are complete are not this recipe, size included.
 pub(super) fn other_settings(there: &Settings, recipe: &Recipe) -> Option<String> {
     let planned = Settings::from(recipe);
-    let mut differences = planned.differences(there);
-    if planned.stop != there.stop {
-        let [planned, there] = [&planned, there].map(size);
-        differences.push(format!("the size was {planned} and is {there}"));
-    }
+    let differences = planned.differences_and_size(there);
     (!differences.is_empty()).then(|| differences.join(", "))
-}
-
-/// `elements = 500`.
-fn size(settings: &Settings) -> String {
-    let stop = Settings {
-        stop: settings.stop,
-        ..Settings::default()
-    };
-    let said = stop.said().pop();
-    said.map_or_else(
-        || "unsaid".to_owned(),
-        |(key, value)| format!("{key} = {value}"),
-    )
 }
 
 /// Whether the elements in a folder are other ones than were measured.

@@ -12,6 +12,7 @@
 //! Nothing here knows of growth or of runs.
 
 mod atomic;
+pub(crate) mod base64;
 mod columns;
 mod csv;
 mod elements;

@@ -36,6 +36,7 @@ pub use recipe::{MeshId, Recipe, StopRule};
 pub(crate) use recipe_keys::{AXES, line_at, not_toml};
 pub use recipe_text::{RecipeFileError, RecipeTextError};
 pub use report::{MeshSummary, RunReport, Timings};
+pub(crate) use said::unquoted;
 pub use said::{UnknownSetting, shell_path, shell_word};
 pub use seed_text::SeedTextError;
 pub use settings::{Complete, Settings, StopSetting};

@@ -45,6 +45,28 @@ impl Settings {
         entries.map(|(key, value, _)| (key, value)).collect()
     }
 
+    /// In what others [differ](Self::differences), and in the size at which growth stops.
+    pub fn differences_and_size(&self, others: &Self) -> Vec<String> {
+        let mut differences = self.differences(others);
+        if self.stop != others.stop {
+            let [was, is] = [self, others].map(Self::size);
+            differences.push(format!("the size was {was} and is {is}"));
+        }
+        differences
+    }
+
+    /// `elements = 500`.
+    fn size(&self) -> String {
+        let stop = Self {
+            stop: self.stop,
+            ..Self::default()
+        };
+        match stop.said().pop() {
+            Some((key, value)) => format!("{key} = {value}"),
+            None => "the usual".to_owned(),
+        }
+    }
+
     /// What is said as flags of `thallus grow`, each with its value in one word of a POSIX shell.
     /// Version, mesh and hashes are no flags.
     pub fn flags(&self) -> String {
@@ -65,12 +87,23 @@ impl Settings {
 
 /// A TOML value as it is typed after a flag: strings bare, lists without brackets.
 fn as_typed(value: &str) -> String {
-    let parsed = format!("v = {value}").parse::<toml::Table>();
-    match parsed.ok().and_then(|mut table| table.remove("v")) {
-        Some(toml::Value::String(text)) => text,
+    match read(value) {
         Some(toml::Value::Array(_)) => value.replace(['[', ']', ' '], ""),
+        _ => unquoted(value),
+    }
+}
+
+/// The text that a TOML value holds.
+pub(crate) fn unquoted(value: &str) -> String {
+    match read(value) {
+        Some(toml::Value::String(text)) => text,
         _ => value.to_owned(),
     }
+}
+
+fn read(value: &str) -> Option<toml::Value> {
+    let table = format!("v = {value}").parse::<toml::Table>();
+    table.ok()?.remove("v")
 }
 
 /// A path as one word of a POSIX shell: for commands that a message names. One that looks like a flag is named from

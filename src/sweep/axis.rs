@@ -3,8 +3,8 @@
 use super::AxisError;
 use crate::run::{COLONIES, ELEMENTS, Settings};
 
-/// The letters of the thesis for the parameters that it varies.
-const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
+/// The letters of the thesis for the parameters that it varies, and their names.
+pub const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias"), ("A", "gain")];
 
 /// Settings that are no axes, and what to do instead.
 const FIXED: [(&str, &str); 7] = [

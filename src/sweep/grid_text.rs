@@ -71,14 +71,7 @@ impl Grid {
     /// In what another grid differs, in words. The path of the mesh does not count, nor how a number was
     /// written, where cells have the same names.
     pub fn differences(&self, other: &Self) -> Vec<String> {
-        let mut differences = self.base.differences(&other.base);
-        if self.base.stop != other.base.stop {
-            differences.push(format!(
-                "the size was {} and is {}",
-                size(self),
-                size(other)
-            ));
-        }
+        let mut differences = self.base.differences_and_size(&other.base);
         if self.seeds != other.seeds {
             differences.push(format!("seeds was {} and is {}", self.seeds, other.seeds));
         }
@@ -103,18 +96,6 @@ impl Grid {
         }
         differences
     }
-}
-
-fn size(grid: &Grid) -> String {
-    let stop = Settings {
-        stop: grid.base.stop,
-        ..Settings::default()
-    };
-    let said = stop.said().pop();
-    said.map_or_else(
-        || "the usual".to_owned(),
-        |(key, value)| format!("{key} = {value}"),
-    )
 }
 
 fn blank(c: char) -> char {

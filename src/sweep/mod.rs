@@ -14,7 +14,7 @@ mod grid_text;
 mod page;
 mod results;
 
-pub use axis::{Axis, AxisValue};
+pub use axis::{Axis, AxisValue, SYMBOLS};
 pub use error::{AxisError, GridError, GridFileError, GridTextError};
 pub use grid::{Cell, Grid, GridRun, Layout, Plan, REACH_RADII, cost};
 pub use page::{CellPicture, captions, mean_of, page, title};

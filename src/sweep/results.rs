@@ -3,7 +3,7 @@
 use super::{Axis, Cell, Grid, Plan};
 use crate::analysis::SCALARS;
 use crate::export::{Table, TableColumn, TableValues};
-use crate::run::{COLONIES, COVER, ELEMENTS, REACH, Settings, Stopped, shell_word};
+use crate::run::{COLONIES, COVER, ELEMENTS, REACH, Settings, Stopped, shell_word, unquoted};
 
 /// What a run came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -276,15 +276,6 @@ fn column_name(key: &str) -> String {
     match [ELEMENTS.name, REACH.name, COVER.name].contains(&key) {
         true => format!("stop_{name}"),
         false => name,
-    }
-}
-
-/// The text that a TOML value holds.
-fn unquoted(value: &str) -> String {
-    let parsed = format!("v = {value}").parse::<toml::Table>();
-    match parsed.ok().and_then(|mut table| table.remove("v")) {
-        Some(toml::Value::String(text)) => text,
-        _ => value.to_owned(),
     }
 }
 
