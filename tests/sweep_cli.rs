@@ -175,6 +175,10 @@ fn the_same_bytes_on_any_number_of_threads_and_in_any_parts() {
     done(&desk, &format!("{GRID} -o shared2 --shard 2/2"));
     done(&desk, "merge ./shared1 shared2 -o shared1 --quiet");
     assert_same(&desk, "shared1", "whole");
+    assert!(
+        !desk.path("shared1/part-1-of-2.txt").exists(),
+        "it is a part no more"
+    );
 
     // A doubled part is told; one that differs is refused.
     let output = done(&desk, "merge part1 part2 part3 whole -o twice");

@@ -334,7 +334,7 @@ impl Sweep<'_> {
         let kept = match all - runs.len() {
             0 => String::new(),
             n => format!(
-                ", {} of them finished, not asked for now or impossible",
+                ", {} of which are not grown now (finished, not asked for or impossible)",
                 count(n as u64)
             ),
         };

@@ -70,6 +70,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         voice,
     };
     page.make(&style)?;
+    sweep_part::unmark(&args.output)?;
     let reason = |(run, source): (usize, &Source)| Some((run, source.as_ref().err()?.clone()));
     let failures = sources.iter().enumerate().filter_map(reason).collect();
     let [grid, output] = [&args.output.join(GRID), &args.output].map(|p| shell_path(p));

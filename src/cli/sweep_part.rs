@@ -5,6 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use thallus::export::write_file_atomically;
 use thallus::sweep::Plan;
 
@@ -19,14 +20,27 @@ const END: &str = ".txt";
 
 /// Says in a folder that this part is grown into it.
 pub(super) fn mark(folder: &Path, shard: Shard) -> Result<(), Failure> {
-    let Shard { part, parts } = shard;
-    let file = folder.join(format!("{START}{part}{MIDDLE}{parts}{END}"));
+    let file = folder.join(file_name(shard));
     if file.is_file() {
         return Ok(());
     }
     let text = format!("This folder holds part {shard} of the sweep in grid.toml.\n");
     let fill = |out: &mut dyn Write| out.write_all(text.as_bytes());
     Ok(write_file_atomically(&file, true, fill)?)
+}
+
+/// Takes away what says so, where a folder has come to hold all of them.
+pub(super) fn unmark(folder: &Path) -> Result<(), Failure> {
+    let files = { marks(folder).into_iter() }.map(|shard| folder.join(file_name(shard)));
+    for file in files {
+        fs::remove_file(&file)
+            .with_context(|| format!("{}: removing it failed", file.display()))?;
+    }
+    Ok(())
+}
+
+fn file_name(Shard { part, parts }: Shard) -> String {
+    format!("{START}{part}{MIDDLE}{parts}{END}")
 }
 
 /// The parts that a folder says it holds.
