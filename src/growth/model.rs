@@ -22,6 +22,9 @@ pub trait GrowthModel {
     ///
     /// # Errors
     /// When there will be none, or when `cancelled` says so.
+    ///
+    /// # Panics
+    /// When the model was not told of each element of the cluster once, or there is none yet.
     fn next(
         &mut self,
         cluster: &Cluster,

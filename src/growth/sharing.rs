@@ -51,6 +51,9 @@ impl Walked {
     }
 }
 
+/// Threads that walk, at most: more than there are walkers for, and each takes memory from the start.
+const MOST_THREADS: usize = 1024;
+
 /// How long a number of threads is timed at least.
 const TRIAL: Duration = Duration::from_millis(4);
 
@@ -77,7 +80,7 @@ impl Sharing {
 
     /// Among this many threads at most, on a machine of so many cores.
     pub(super) fn new(most: usize, cores: usize) -> Self {
-        let most = most.max(1);
+        let most = most.clamp(1, MOST_THREADS);
         Self {
             threads: most.min(cores).max(1),
             most,
@@ -221,6 +224,13 @@ mod tests {
     fn all_are_kept_where_that_is_asked_for() {
         let used = used(Sharing::always(8), |t, _| 1.0 / t as f64);
         assert_eq!(share_of(&used, 8), 1.0);
+    }
+
+    #[test]
+    fn no_number_is_too_large() {
+        assert_eq!(Sharing::always(usize::MAX).threads(), MOST_THREADS);
+        let some = Sharing::new(usize::MAX, 2);
+        assert_eq!((some.threads(), some.most()), (2, MOST_THREADS));
     }
 
     #[test]

@@ -76,6 +76,8 @@ pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
     parallel: Parallel,
     /// Flights of the fleet so far.
     flown: Arc<AtomicU64>,
+    /// Elements that it was told of.
+    told: usize,
 }
 
 impl<I: ElementIndex> std::fmt::Debug for WalkerModel<'_, I> {
@@ -135,18 +137,19 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             scratch: vec![Mutex::default()],
             parallel: Parallel::default(),
             flown: Arc::default(),
+            told: 0,
             substrate,
             parameters,
         }
     }
 
-    /// The same on several threads of the present rayon pool, always.
+    /// The same on several threads of the present rayon pool, always; 1024 of them at most.
     #[must_use]
     pub fn on_threads(self, threads: usize) -> Self {
         self.sharing(Sharing::always(threads))
     }
 
-    /// The same on as many threads of the present rayon pool as pay, but no more than these.
+    /// The same on as many threads of the present rayon pool as pay, but no more than these, nor than 1024.
     #[must_use]
     pub fn on_threads_that_pay(self, most: usize) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -415,6 +418,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     fn born(&mut self, cluster: &Cluster) {
         self.counts_at_birth.clone_from(&self.counts);
         if !cluster.is_empty() {
+            self.told += 1;
             self.index.insert(cluster.elements());
             self.launcher
                 .update(self.substrate, &self.parameters, cluster);
@@ -422,6 +426,12 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
+        // Walkers would find nothing of it, or nothing to set out from, and go on for ever.
+        let (told, born) = (self.told, cluster.len());
+        assert!(
+            told == born && born > 0,
+            "a model told of {told} births, and a cluster of {born}: tell it of each, a seed first"
+        );
         self.weigh_far();
         let halt = loop {
             self.launcher.make_ready(&self.habitat, self.far.as_ref());
@@ -482,6 +492,19 @@ mod tests {
             cluster.push(model.next(cluster, &|| false).expect("a birth"));
             model.born(cluster);
             seen(model);
+        }
+    }
+
+    #[test]
+    fn clusters_that_it_was_not_told_of_are_refused() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let seed = Element::seed(&substrate, substrate.nearest(substrate.bounds()[0]).0);
+        for births in [0, 1] {
+            let births = &[seed][..births];
+            let (mut model, mut cluster) = begun(&substrate, &parameters(1e-3), births, 1);
+            cluster.extend(births.iter().copied());
+            let next = std::panic::AssertUnwindSafe(|| model.next(&cluster, &|| true));
+            assert!(std::panic::catch_unwind(next).is_err(), "{births:?}");
         }
     }
 
