@@ -94,10 +94,17 @@ impl Camera {
 
     /// The same, moved sideways until a point is within this share of the way from the picture's middle
     /// to its edges, for pictures of this width over height.
+    ///
+    /// # Panics
+    /// When `aspect` or `share` is negative or no number.
     #[must_use]
     pub fn centred(&self, point: [f32; 3], aspect: f32, share: f32) -> Self {
         let v = Vec3A::from_array(point) - self.eye;
         let most = share * self.half_height * v.dot(self.forward).max(0.0);
+        assert!(
+            most >= 0.0 && most * aspect >= 0.0,
+            "{point:?} within {share} of the way to edges of aspect {aspect}"
+        );
         let over = |x: f32, most: f32| x - x.clamp(-most, most);
         let [x, y] = [
             over(v.dot(self.right), most * aspect),

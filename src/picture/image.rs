@@ -48,6 +48,9 @@ impl Image {
 
     /// The picture at this width, in proportion, on nothing: each pixel is the mean light of those
     /// that it covers. A width that is not smaller changes nothing; 0 counts as 1.
+    ///
+    /// # Panics
+    /// When there are fewer bytes than `width` and `height` say.
     #[must_use]
     pub fn shrunk(&self, width: u32) -> Self {
         let width = width.max(1);
@@ -126,7 +129,7 @@ impl Image {
     }
 
     /// Lays a rectangle (left, top, right, bottom; pixels) over the picture, in the colour for each
-    /// place across. Pixels that it covers in part are covered in part.
+    /// place across. Pixels that it covers in part are covered in part; one with a side that is no number covers none.
     pub(super) fn fill(
         &mut self,
         [left, top, right, bottom]: [f32; 4],
@@ -137,8 +140,14 @@ impl Image {
             let at = at as f32;
             (high.min(at + 1.0) - low.max(at)).clamp(0.0, 1.0)
         };
-        for y in top.floor() as i64..bottom.ceil() as i64 {
-            for x in left.floor() as i64..right.ceil() as i64 {
+        if [left, top, right, bottom].iter().any(|side| side.is_nan()) {
+            return;
+        }
+        let pixels = |low: f32, high: f32, side: u32| {
+            low.floor().max(0.0) as i64..(high.ceil() as i64).min(side.into())
+        };
+        for y in pixels(top, bottom, self.height) {
+            for x in pixels(left, right, self.width) {
                 let covered = within(top, bottom, y) * within(left, right, x);
                 self.blend(x, y, color(x as f32 + 0.5), share * covered);
             }
@@ -186,6 +195,22 @@ fn with_alpha(rgb: &[u8], alpha: &[u8]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rectangles_end_with_the_picture() {
+        let blank = Image::sheet(4, 4, [0; 3]);
+        let filled = |rectangle: [f32; 4]| {
+            let mut image = blank.clone();
+            image.fill(rectangle, 1.0, |_| [9; 3]);
+            image
+        };
+        let all = Image::sheet(4, 4, [9; 3]);
+        let (far, none) = (f32::INFINITY, f32::NAN);
+        assert_eq!(filled([-1e30, -far, 1e30, far]), all);
+        assert_eq!(filled([-1.0, -1.0, 5.0, 4.0]), all);
+        assert_eq!(filled([none, 0.0, 4.0, 4.0]), blank);
+        assert_eq!(filled([far, 0.0, far, 4.0]), blank);
+    }
 
     #[test]
     fn shrinking_keeps_the_light() {

@@ -25,7 +25,7 @@ pub enum Key<'a> {
     Length {
         /// What it is, with its unit.
         label: &'a str,
-        /// How long it is in the picture, as a share of the picture's width.
+        /// How long it is in the picture, as a share of the picture's width: 0 to 1, to which others are limited.
         share: f32,
     },
 }
@@ -103,7 +103,7 @@ impl Sheet {
                 .iter()
                 .map(|(name, _)| words(name) + LINE * self.unit)
                 .fold(words(title), f32::max),
-            Key::Length { label, share } => words(label).max(share * image.width as f32),
+            Key::Length { label, share } => words(label).max(length(*share, image.width)),
         }
     }
 
@@ -131,7 +131,7 @@ impl Sheet {
             }
             Key::Length { label, share } => {
                 self.write(image, label, [x, y]);
-                self.draw_rule(image, share * image.width as f32, [x, y + line]);
+                self.draw_rule(image, length(*share, image.width), [x, y + line]);
             }
         }
     }
@@ -179,6 +179,11 @@ impl Sheet {
     }
 }
 
+/// A share of so many pixels; none where it is no number.
+pub(super) fn length(share: f32, of: u32) -> f32 {
+    share.clamp(0.0, 1.0).max(0.0) * of as f32
+}
+
 /// A number on a bar.
 struct Tick {
     /// How far along the bar.
@@ -222,6 +227,10 @@ pub fn round_below(x: f64) -> f64 {
 
 /// A number as people write it, to the decimals that a step of its scale needs.
 pub fn number(value: f64, step: f64) -> String {
+    if !value.is_finite() {
+        return value.to_string();
+    }
+    let step = if step.is_finite() { step } else { 0.0 };
     let size = value.abs().max(step.abs());
     if size != 0.0 && !(1e-3..1e7).contains(&size) {
         let order = |x: f64| libm::floor(libm::log10(x.abs().max(1e-300)) + 1e-9);
@@ -297,6 +306,10 @@ mod tests {
         assert_eq!(number(2e-5, 1e-5), "2e-5");
         assert_eq!(number(0.0, 0.5), "0.0");
         assert_eq!(number(0.0, 1e-5), "0");
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(number(odd, 1.0), odd.to_string());
+            assert_eq!(number(1.0, odd), "1");
+        }
         assert_eq!(round_below(0.0999), 0.05);
         assert_eq!(round_below(3.0), 2.0);
         assert_eq!(round_below(1000.0), 1000.0);

@@ -30,7 +30,8 @@ pub struct Settings {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Rays through each pixel, at most: where the first few agree, they are enough.
+    /// Rays through each pixel, at most: where the first few agree, they are enough. 0 counts as 1, and more than a
+    /// million (2^20) as that.
     pub samples: u32,
     /// Behind everything.
     pub background: Background,
@@ -57,6 +58,9 @@ const TILE: usize = 64;
 /// of the most.
 const PILOT: u32 = 1;
 const PILOT_SHARE: u32 = 8;
+
+/// Nobody waits for more, and numbers of them are added up in 32 bits.
+const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Pixels to each side that are looked at for that.
 const REACH: usize = 2;
@@ -142,7 +146,7 @@ impl<'a> Frame<'a> {
     pub(super) fn new(camera: &'a Camera, studio: &'a Studio<'a>, settings: &Settings) -> Self {
         camera.assert_finite();
         let [width, height] = [settings.width, settings.height].map(|side| side.max(1));
-        let samples = settings.samples.max(1);
+        let samples = settings.samples.clamp(1, MOST_SAMPLES);
         Self {
             camera,
             studio,

@@ -1,6 +1,6 @@
 //! Pictures side by side, with the values that make them along the edges.
 
-use super::legend::INK;
+use super::legend::{INK, length};
 use super::{Image, text};
 
 /// A grid of pictures of one size.
@@ -16,7 +16,7 @@ pub struct ContactSheet {
     pub tiles: Vec<Tile>,
     /// Pixels of a tile's side: pictures are shrunk to it.
     pub side: [u32; 2],
-    /// A length in all pictures: its name, and its share of a tile's width.
+    /// A length in all pictures: its name, and its share of a tile's width, 0 to 1, to which others are limited.
     pub scale: Option<(String, f32)>,
     /// Below everything.
     pub note: String,
@@ -101,7 +101,7 @@ impl ContactSheet {
         let [left, _] = place.tile(0, 0);
         let mut x = left as f32;
         if let Some((label, share)) = &self.scale {
-            let length = share * self.side[0] as f32;
+            let length = length(*share, self.side[0]);
             let thick = (0.006 * self.side[0] as f32).max(1.0);
             image.fill([x, y - thick, x + length, y], 1.0, |_| INK);
             x += length + place.small;
@@ -163,7 +163,7 @@ impl Places {
         let title = 2.0 * margin + text::width(&sheet.title, 1.25 * letters);
         let down = top + (sheet.rows.len() as u32 * step[1]) as f32 + 1.6 * small + margin;
         let scale = sheet.scale.as_ref().map_or(0.0, |(label, share)| {
-            share * side + 3.0 * small + text::width(label, small)
+            length(*share, sheet.side[0]) + 3.0 * small + text::width(label, small)
         });
         let foot = left + scale + text::width(&sheet.note, small) + margin;
         Self {
@@ -232,6 +232,17 @@ mod tests {
         let tiles_and_paper = count(SHEET) + count(EMPTY) + 3 * 2500;
         let inked = image.rgb.len() / 3 - tiles_and_paper;
         assert!(inked > 200, "there are letters: {inked}");
+    }
+
+    #[test]
+    fn a_length_ends_with_a_tile() {
+        let width = |share: f32| {
+            let mut sheet = sheet();
+            sheet.scale = Some(("a length".to_owned(), share));
+            sheet.draw().width
+        };
+        assert_eq!([1e7, f32::INFINITY].map(width), [width(1.0); 2]);
+        assert_eq!([-1e7, f32::NAN].map(width), [width(0.0); 2]);
     }
 
     #[test]
