@@ -236,7 +236,7 @@ impl Metric for SurfaceMetric<'_> {
 
     fn ring_areas(&self, from: usize, width: f64, rings: usize) -> Option<Vec<f64>> {
         let centre = self.places[from];
-        Some(ground::ring_areas(self.substrate, centre, width, rings))
+        ground::ring_areas(self.substrate, centre, width, rings)
     }
 }
 

@@ -11,24 +11,38 @@ use super::geodesic::SurfaceMetric;
 use super::mass::Metric;
 use crate::substrate::{Substrate, SurfacePoint, area};
 
-/// Areas of so many rings of this width about a place, in the units of the file.
+/// Pieces, beyond those that a mesh has anyway, of which rings are made at most: a gigabyte of them.
+const MOST_PIECES: usize = 1 << 24;
+
+/// The narrowest rings, in shares of the diagonal of the mesh: in pieces of less the corners are in one place.
+const NARROWEST: f64 = 1e-10;
+
+/// Areas of so many rings of this width about a place, in the units of the file. None where they are too narrow, or so
+/// many that it takes too many pieces.
 pub(super) fn ring_areas(
     substrate: &Substrate,
     centre: SurfacePoint,
     width: f64,
     rings: usize,
-) -> Vec<f64> {
+) -> Option<Vec<f64>> {
+    assert!(
+        width > 0.0 && width.is_finite(),
+        "rings of a positive width, not {width}"
+    );
     let units = substrate.units();
+    if width < NARROWEST * units.diagonal() {
+        return None;
+    }
     let reach = width * rings as f64;
     let mut pieces = Pieces::new(substrate, centre, units.length_to_local(width), rings);
-    (0..substrate.triangles().len() as u32).for_each(|t| pieces.cut(t));
+    (0..substrate.triangles().len() as u32).try_for_each(|t| pieces.cut(t))?;
     let places = &pieces.places;
     let distances = SurfaceMetric::new(substrate, places).distances(0, reach + width);
     let mut areas = vec![0.0; rings];
     for (corners, area) in distances[1..].as_chunks().0.iter().zip(pieces.areas) {
         add(&mut areas, *corners, units.area_to_file(area), width);
     }
-    areas
+    Some(areas)
 }
 
 /// Shares the area of a piece out to the rings that it lies in.
@@ -65,6 +79,8 @@ struct Pieces<'a> {
     /// Width of a ring, and of all; local units.
     width: f64,
     reach: f64,
+    /// How many there may be.
+    most: usize,
     /// The place, and three corners a piece.
     places: Vec<SurfacePoint>,
     /// Local units.
@@ -78,14 +94,15 @@ impl<'a> Pieces<'a> {
             centre: substrate.position(&centre),
             width,
             reach: width * rings as f64,
+            most: MOST_PIECES + substrate.triangles().len(),
             places: vec![centre],
             areas: Vec::new(),
         }
     }
 
     /// Halves what is too large, and leaves out what is too far away through space, and so along the
-    /// surface too.
-    fn cut(&mut self, triangle: u32) {
+    /// surface too. None where there are too many pieces.
+    fn cut(&mut self, triangle: u32) -> Option<()> {
         let corner = |weights| SurfacePoint::from_weights(triangle, weights);
         let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(corner);
         let mut left = vec![whole];
@@ -101,9 +118,13 @@ impl<'a> Pieces<'a> {
                 left.extend(halves(piece, longest));
                 continue;
             }
+            if self.areas.len() == self.most {
+                return None;
+            }
             self.places.extend(piece);
             self.areas.push(area(at));
         }
+        Some(())
     }
 
     /// Near the middle distances are far from linear.
@@ -129,4 +150,23 @@ fn halves(piece: [SurfacePoint; 3], edge: usize) -> [[SurfacePoint; 3]; 2] {
         v: 0.5 * (a.v + b.v),
     };
     [[a, middle, c], [middle, b, c]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::substrate::Soup;
+
+    #[test]
+    fn there_are_no_more_pieces_than_there_may_be() {
+        let soup = Soup {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..Soup::default()
+        };
+        let substrate = Substrate::from_soup(soup).expect("a mesh");
+        let mut pieces = Pieces::new(&substrate, SurfacePoint::centroid(0), 1e-5, 100_000);
+        pieces.most = 1000;
+        assert_eq!((pieces.cut(0), pieces.areas.len()), (None, 1000));
+    }
 }

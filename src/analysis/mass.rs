@@ -5,9 +5,15 @@ use rayon::prelude::*;
 /// Distances from one element to all.
 pub trait Metric: Sync {
     /// The distance from an element to every element. Those beyond `limit` may be told as infinite.
+    ///
+    /// # Panics
+    /// When there is no such element.
     fn distances(&self, from: usize, limit: f64) -> Vec<f64>;
 
     /// How many elements are no farther from an element than each of these radii, which ascend.
+    ///
+    /// # Panics
+    /// When there is no such element; when radii do not ascend, or the first is negative or no number.
     fn within(&self, from: usize, radii: &[f64]) -> Vec<u64> {
         let mut rings = Rings::new(radii);
         let limit = radii.last().copied().unwrap_or(0.0);
@@ -18,7 +24,10 @@ pub trait Metric: Sync {
     }
 
     /// Area of the ground in each of so many rings of this width about an element, the first a disc, in
-    /// the square of the unit of distances. None where no ground is known.
+    /// the square of the unit of distances. None where no ground is known, or too little to tell such rings apart.
+    ///
+    /// # Panics
+    /// When there is no such element, or the width is not a positive finite number.
     fn ring_areas(&self, _from: usize, _width: f64, _rings: usize) -> Option<Vec<f64>> {
         None
     }
@@ -106,7 +115,12 @@ impl<'a> RingFinder<'a> {
     const BELOW: u32 = f64::MANTISSA_DIGITS - 2;
 
     fn new(radii: &'a [f64]) -> Self {
-        let key = |radius: Option<&f64>| radius.map_or(0, |r| r.to_bits() >> Self::BELOW);
+        let is_length = radii.first().is_none_or(|&r| r >= 0.0);
+        assert!(
+            is_length && radii.is_sorted(),
+            "radii that do not ascend from 0 on: {radii:?}"
+        );
+        let key = |radius: Option<&f64>| radius.map_or(0, |r| r.abs().to_bits() >> Self::BELOW);
         let (base, last) = (key(radii.first()), key(radii.last()));
         let least = |key: u64| f64::from_bits(key << Self::BELOW);
         let ring = |key: u64| radii.partition_point(|&r| r < least(key));
@@ -154,6 +168,27 @@ mod tests {
                     "{distance} in {radii:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn radii_that_do_not_ascend_are_refused() {
+        for radii in [
+            &[0.5, 0.1][..],
+            &[-1.0],
+            &[f64::NAN],
+            &[0.5, f64::NAN],
+            &[0.1, f64::NAN, 0.2],
+        ] {
+            let refused = std::panic::catch_unwind(|| RingFinder::new(radii)).err();
+            let said = refused.and_then(|said| said.downcast::<String>().ok());
+            assert!(
+                said.is_some_and(|said| said.contains("ascend")),
+                "{radii:?}"
+            );
+        }
+        for radii in [&[-0.0, 1.0][..], &[0.3, 0.3], &[1.0, f64::INFINITY]] {
+            assert_eq!(RingFinder::new(radii).ring_of(0.0), 0);
         }
     }
 

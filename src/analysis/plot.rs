@@ -1,6 +1,7 @@
 //! Plots of an analysis, as SVG and PNG.
 
 use std::error::Error;
+use std::ops::{Range, RangeInclusive};
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -48,7 +49,7 @@ pub fn plot_names() -> impl Iterator<Item = &'static str> {
 /// fitted to, their local slopes, the widths of the branches, and growth with the density profile.
 ///
 /// # Errors
-/// When the plotting library cannot draw one.
+/// When the plotting library cannot draw one; when numbers are beyond 1e-150 to 1e150, which no axis shows.
 pub fn plots(analysis: &Analysis) -> Result<Vec<(&'static str, Vec<u8>)>, PlotError> {
     let mut files = Vec::new();
     for plot in PLOTS {
@@ -239,7 +240,7 @@ where
         (&areas[1], growth, "elements"),
     ] {
         let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
-        let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
+        let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)))?;
         let panel = Panel {
             key: SeriesLabelPosition::LowerLeft,
             ..rising("Dimension by local slope", x, "dimension")
@@ -274,7 +275,7 @@ where
         .margin(14)
         .x_label_area_size(46)
         .y_label_area_size(70)
-        .build_cartesian_2d(0.0..widest * 1.05, 0.0..highest * 1.1)?;
+        .build_cartesian_2d(range_to(1.05 * widest)?, range_to(1.1 * highest)?)?;
     mesh(&mut chart, &panel)?;
     let bar = |([from, to], share): ([f64; 2], f64)| {
         Rectangle::new([(from, 0.0), (to, share)], PLAIN.mix(0.75).filled())
@@ -325,8 +326,8 @@ where
     draw(
         &areas[1],
         &of_profile,
-        0.0..1.05 * far,
-        0.0..1.1 * high,
+        range_to(1.05 * far)?,
+        range_to(1.1 * high)?,
         &[profile],
     )
 }
@@ -343,19 +344,38 @@ fn falling<'a>(title: &'a str, x: &'a str, y: &'a str) -> Panel<'a> {
     Panel { title, x, y, key }
 }
 
+/// Ends of axes: beyond, their marks are never all found.
+const AXIS: RangeInclusive<f64> = 1e-150..=1e150;
+
+fn checked(range: Range<f64>) -> Result<Range<f64>, Box<dyn Error>> {
+    let Range { start, end } = range;
+    let is_sound = (start == 0.0 || AXIS.contains(&start)) && AXIS.contains(&end);
+    match is_sound {
+        true => Ok(range),
+        false => Err(format!("no axis goes from {start:e} to {end:e}").into()),
+    }
+}
+
+/// From zero.
+fn range_to(end: f64) -> Result<Range<f64>, Box<dyn Error>> {
+    checked(0.0..end)
+}
+
 /// From the least to the greatest of positive values, with some room: to whole decades where there
 /// would be few of them.
-fn positive_range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+fn positive_range(values: impl Iterator<Item = f64>) -> Result<Range<f64>, Box<dyn Error>> {
     const FEW: f64 = 100.0;
     let decade = |value: f64, whole: fn(f64) -> f64| libm::exp10(whole(libm::log10(value)));
-    let (least, greatest) = values.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| {
+    let positive = values.filter(|&value| value > 0.0);
+    let (least, greatest) = positive.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| {
         (a.min(v), b.max(v))
     });
-    match () {
-        () if least >= greatest => 0.5..2.0,
+    checked(match () {
+        () if least > greatest => 0.5..2.0,
+        () if least == greatest => 0.5 * least..2.0 * least,
         () if greatest < FEW * least => decade(least, libm::floor)..decade(greatest, libm::ceil),
         () => least / 1.2..greatest * 1.2,
-    }
+    })
 }
 
 fn log_log<B: DrawingBackend>(area: &Area<B>, panel: &Panel<'_>, curves: &[Curve]) -> Drawn
@@ -363,8 +383,8 @@ where
     B::ErrorType: 'static,
 {
     let points = || curves.iter().flat_map(|c| &c.points);
-    let x = positive_range(points().map(|p| p.0));
-    let y = positive_range(points().map(|p| p.1));
+    let x = positive_range(points().map(|p| p.0))?;
+    let y = positive_range(points().map(|p| p.1))?;
     draw(area, panel, x.log_scale(), y.log_scale(), curves)
 }
 
@@ -387,7 +407,8 @@ where
     mesh(&mut chart, panel)?;
     for curve in curves {
         let Curve { color, dashed, .. } = *curve;
-        let points = curve.points.iter().copied();
+        let is_there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+        let points = curve.points.iter().copied().filter(is_there);
         let drawn = match dashed {
             true => {
                 chart.draw_series(DashedLineSeries::new(points, 6, 4, color.stroke_width(2)))?
@@ -447,4 +468,44 @@ fn tick(value: f64) -> String {
     }
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_hold_what_is_drawn_and_end() {
+        let range = |values: &[f64]| positive_range(values.iter().copied()).ok();
+        assert_eq!(range(&[]), Some(0.5..2.0));
+        assert_eq!(range(&[5.0; 3]), Some(2.5..10.0));
+        assert_eq!(range(&[3.0, 0.0, 50.0, f64::NAN]), Some(1.0..100.0));
+        assert_eq!(range(&[1.2, 1200.0]), Some(1.0..1440.0));
+        for odd in [1e-310, 1e160, f64::INFINITY] {
+            assert_eq!(range(&[1.0, odd]), None, "{odd}");
+            assert!(range_to(odd).is_err(), "{odd}");
+        }
+        assert!(range_to(f64::NAN).is_err() && range_to(0.0).is_err());
+    }
+
+    /// As wide as axes are.
+    #[test]
+    fn the_widest_axes_are_drawn() {
+        let ends = vec![(1e-149, 1e149), (1e149, 1e-149)];
+        let curve = Curve {
+            label: "ends".to_owned(),
+            color: PLAIN,
+            dashed: false,
+            points: ends.clone(),
+            fit: ends,
+        };
+        let drawn = Image::drawn([600, 400], |drawing| {
+            log_log(
+                &drawing.into_drawing_area(),
+                &rising("a", "b", "c"),
+                &[curve],
+            )
+        });
+        assert!(drawn.is_ok());
+    }
 }
