@@ -10,8 +10,6 @@ use std::process::Output;
 use desk::{Desk, assert_refused_in_a_line, fields, names, said};
 use serde_json::Value;
 use thallus::analysis::{SCALARS, plot_names};
-use thallus::export::{format_of, read_elements};
-use thallus::picture::age_color;
 
 /// Plain DLA, which is large enough for every fit.
 const GROWN: &str = "rock.obj --radius 0.04% --gain 0 --bias 1 --join touch --elements 6000 -o out";
@@ -71,19 +69,37 @@ fn documented() -> BTreeSet<String> {
 }
 
 /// Squares of such lengths are no numbers, and ladders up to them did not end.
+/// Squares of such lengths are no numbers: measures panicked, and plots were drawn for ever.
 #[test]
-fn places_beyond_all_measure_are_refused() {
+fn lengths_beyond_all_measure_are_refused() {
     let desk = Desk::new();
-    desk.done("rock.obj --elements 20 -o out");
-    let file = desk.path("out/elements.ply");
-    let mut elements = read_elements(&file).unwrap();
-    elements.positions[7] = [1e200, 0.0, 0.0];
-    let mut bytes = Vec::new();
-    let format = format_of(&file).unwrap();
-    format.write(&elements, &age_color, &mut bytes).unwrap();
-    fs::write(&file, bytes).unwrap();
-    let parts = ["element 7 is at [1e200, 0.0, 0.0]", "cannot be measured"];
-    refused(&desk, "out --quiet", 1, &parts);
+    let properties = "x y z nx ny nz radius parent colony triangle u v probability";
+    let table = |radius: &str, x: &str| {
+        let declared = properties.split(' ').map(|name| match name {
+            "parent" | "colony" | "triangle" => format!("property int {name}\n"),
+            _ => format!("property double {name}\n"),
+        });
+        let declared: String = declared.collect();
+        let rows = format!(
+            "0 0 0 0 0 1 {radius} -1 0 0 0.3 0.3 1\n{x} 0 0 0 0 1 {radius} 0 0 0 0.3 0.3 1\n"
+        );
+        format!("ply\nformat ascii 1.0\nelement vertex 2\n{declared}end_header\n{rows}")
+    };
+    let radius = "radius must be a positive number, and from 1e-150 to 1e150";
+    for (table, problem) in [
+        (table("1", "1e200"), "element 1: position is beyond 1e150"),
+        (table("1", "-1e155"), "element 1: position is beyond 1e150"),
+        (table("1e308", "2"), radius),
+        (table("1e-310", "2"), radius),
+    ] {
+        fs::write(desk.path("odd.ply"), table).unwrap();
+        let parts = ["odd.ply: contents", problem, "take another unit"];
+        refused(&desk, "odd.ply --quiet --plots plots", 1, &parts);
+        let exported = desk.call("export odd.ply -o odd.csv --quiet", "").output();
+        assert_refused_in_a_line(&exported.unwrap(), 1, &parts);
+    }
+    fs::write(desk.path("odd.ply"), table("1", "2")).unwrap();
+    answered(&desk, "odd.ply --quiet --plots plots");
 }
 
 #[test]

@@ -39,7 +39,8 @@ fn profile_on(mesh: &Substrate, radius: f64, positions: &[DVec3]) -> Vec<[f64; 2
         surface: 0,
     };
     let metric = SurfaceMetric::new(mesh, &places);
-    analyze(&sample, Some(&metric), few).front.profile
+    let found = analyze(&sample, Some(&metric), few);
+    found.expect("elements").front.profile
 }
 
 /// The share that elements with one to this much area cover, all rings but the last, beyond which the

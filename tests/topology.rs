@@ -423,7 +423,7 @@ fn a_lichen_is_measured_alike_however_triangles_are_wound() {
     let again = carried_over(&lichen.cluster, &rock, &turned);
     let centres = Centres::default();
     let numbers = |on: &Substrate, lichen: &Cluster| {
-        let found = Analysis::of(on, lichen, centres);
+        let found = Analysis::of(on, lichen, centres).expect("elements");
         let width = found.branch_width.expect("a rim").mean;
         [
             found.density,

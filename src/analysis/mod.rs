@@ -46,7 +46,7 @@ pub use width::{Distribution, Histogram};
 pub use crate::morphometry::LOOK;
 
 use crate::cluster::Cluster;
-use crate::export::Elements;
+use crate::export::{Elements, LENGTHS};
 use crate::morphometry::{Neighbours, Sample, density, is_rim, smooth_normals};
 use crate::substrate::Substrate;
 use dimension::Scales;
@@ -69,6 +69,26 @@ impl Default for Centres {
             surface: 100,
         }
     }
+}
+
+/// Why a lichen cannot be measured.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// It has no elements.
+    #[error("there are no elements to measure")]
+    Empty,
+    /// Nothing is of this radius, or no squares of it are numbers.
+    #[error(
+        "a radius of {0:e} cannot be measured: from 1e-150 to 1e150 it can, so take another unit"
+    )]
+    Radius(f64),
+    /// A position is not finite, or no squares of its distances are numbers.
+    #[error("element {0} is beyond 1e150, where nothing can be measured: take another unit")]
+    Place(usize),
+    /// [`Centres::space`] is 0.
+    #[error("no element is to be averaged over through space: give at least 1")]
+    Centres,
 }
 
 /// What was measured on a lichen.
@@ -117,10 +137,16 @@ impl Analysis {
     ///
     /// The cluster must have grown on this substrate. Of another it may give numbers without meaning.
     ///
+    /// # Errors
+    /// As [`analyze`].
+    ///
     /// # Panics
-    /// When the cluster is empty, no element is to be averaged over through space, one is in a triangle
-    /// that the substrate does not have, or one is not born after its parent.
-    pub fn of(substrate: &Substrate, cluster: &Cluster, centres: Centres) -> Self {
+    /// When an element is in a triangle that the substrate does not have, or is not born after its parent.
+    pub fn of(
+        substrate: &Substrate,
+        cluster: &Cluster,
+        centres: Centres,
+    ) -> Result<Self, AnalysisError> {
         let places: Vec<_> = cluster.elements().iter().map(|e| e.at).collect();
         let normals = smooth_normals(substrate, &places);
         let mut elements = Elements::of(substrate, cluster);
@@ -139,24 +165,36 @@ impl Analysis {
 /// The fractal dimensions of a lichen, measured on all of rayon's threads: through space by every
 /// method, and with a metric of its surface by those that it gives.
 ///
+/// # Errors
+/// As [`analyze`].
+///
 /// # Panics
 /// As [`analyze`].
 pub fn dimensions(
     sample: &Sample<'_>,
     surface: Option<&dyn Metric>,
     centres: Centres,
-) -> Vec<Dimension> {
-    assert_measurable(sample);
+) -> Result<Vec<Dimension>, AnalysisError> {
+    check(sample, centres)?;
     let rim = is_rim(&neighbours(sample, LOOK));
-    dimensions_among(sample, &rim, surface, centres)
+    Ok(dimensions_among(sample, &rim, surface, centres))
 }
 
 /// What every measure takes for granted: without it some would not end.
-fn assert_measurable(sample: &Sample<'_>) {
+fn check(sample: &Sample<'_>, centres: Centres) -> Result<(), AnalysisError> {
     let radius = sample.radius;
-    assert!(radius > 0.0 && radius.is_finite(), "a radius of {radius}");
-    let mut places = sample.positions.iter().flatten();
-    assert!(places.all(|x| x.is_finite()), "a place that is no number");
+    if sample.positions.is_empty() {
+        return Err(AnalysisError::Empty);
+    }
+    if !LENGTHS.contains(&radius) {
+        return Err(AnalysisError::Radius(radius));
+    }
+    if centres.space == 0 {
+        return Err(AnalysisError::Centres);
+    }
+    let is_far = |p: &[f64; 3]| !p.iter().all(|x| x.abs() <= *LENGTHS.end());
+    let far = sample.positions.iter().position(is_far);
+    far.map_or(Ok(()), |element| Err(AnalysisError::Place(element)))
 }
 
 /// The elements about each, within so many radii.
@@ -170,8 +208,6 @@ fn dimensions_among(
     surface: Option<&dyn Metric>,
     centres: Centres,
 ) -> Vec<Dimension> {
-    assert!(!sample.positions.is_empty(), "elements to measure");
-    assert!(centres.space > 0, "centres");
     let scales = Scales::of(sample);
     let mut dimensions = dimension::through_space(sample, rim, &scales, centres.space);
     if let Some(metric) = surface.filter(|_| centres.surface > 0) {
@@ -183,12 +219,18 @@ fn dimensions_among(
 
 /// Measures a lichen on all of rayon's threads; with a metric of its surface, along that too.
 ///
-/// # Panics
-/// When there are no elements, the slices differ in length, the radius is not a positive finite number, a
-/// position is not finite, an element is not born after its parent, the metric is of fewer elements, or none is
+/// # Errors
+/// When there are no elements, the radius is not from 1e-150 to 1e150, a position is beyond 1e150, or no element is
 /// to be averaged over through space.
-pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centres) -> Analysis {
-    assert_measurable(sample);
+///
+/// # Panics
+/// When the slices differ in length, an element is not born after its parent, or the metric is of fewer elements.
+pub fn analyze(
+    sample: &Sample<'_>,
+    surface: Option<&dyn Metric>,
+    centres: Centres,
+) -> Result<Analysis, AnalysisError> {
+    check(sample, centres)?;
     let n = sample.positions.len();
     let near = neighbours(sample, LOOK);
     let rim = is_rim(&near);
@@ -197,7 +239,7 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
     let lobes = neighbours(sample, LOBE);
     let lobe_widths = branch_widths(sample.radius, &is_rim(&lobes), &lobes);
     let known: Vec<f64> = widths.iter().copied().flatten().collect();
-    Analysis {
+    Ok(Analysis {
         elements: n,
         colonies: dimension::seeds(sample).len(),
         radius: sample.radius,
@@ -212,5 +254,5 @@ pub fn analyze(sample: &Sample<'_>, surface: Option<&dyn Metric>, centres: Centr
         branching: Branching::new(sample, &near, &widths),
         front: Front::new(sample, surface),
         dimensions,
-    }
+    })
 }

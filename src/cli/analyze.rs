@@ -33,7 +33,6 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
     let mut grown = Grown::read(&args.from, voice)?;
     choose_colony(args, &mut grown, voice)?;
-    check_lengths(&args.from, &grown.elements.positions)?;
     let ground = ground(args, &mut grown, voice)?;
     let doing = elements(grown.elements.len());
     let spinner = spinner(voice, &format!("measuring {doing}"));
@@ -43,6 +42,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     let metric = metric.as_ref().map(|metric| metric as _);
     let analysis = measure(&grown.elements.sample(), metric, centres(args));
     spinner.finish_and_clear();
+    let analysis = analysis.with_context(|| args.from.display().to_string())?;
     if let Some(folder) = &args.plots {
         write_plots(folder, args.force, &analysis)?;
     }
@@ -66,28 +66,14 @@ fn choose_colony(args: &AnalyzeArgs, grown: &mut Grown, voice: Voice) -> Result<
         }
         return Ok(());
     };
-    grown.elements = grown.elements.of_colony(colony);
+    let alone = grown.elements.of_colony(colony);
+    grown.elements = alone.with_context(|| args.from.display().to_string())?;
     match grown.elements.is_empty() {
         false => Ok(()),
         true => Err(Failure::usage(format!(
             "{}: no element is of colony {colony}; give one from 0 to {}",
             args.from.display(),
             colonies.saturating_sub(1)
-        ))),
-    }
-}
-
-/// Refuses places so far away that squares of their distances are no numbers.
-fn check_lengths(from: &Path, positions: &[[f64; 3]]) -> Result<(), Failure> {
-    const FARTHEST: f64 = 1e150;
-    let is_far = |p: &[f64; 3]| p.iter().any(|x| x.abs() > FARTHEST);
-    match positions.iter().position(is_far) {
-        None => Ok(()),
-        Some(i) => Err(Failure::Failed(anyhow::anyhow!(
-            "{}: element {i} is at {:?}, beyond {FARTHEST:e}: such lengths cannot be measured; take another unit, \
-             or the table as it was written",
-            from.display(),
-            positions[i]
         ))),
     }
 }

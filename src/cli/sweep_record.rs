@@ -292,6 +292,7 @@ fn measures(
     let (places, _) = smooth_on(&mut elements, substrate).context(ELEMENTS)?;
     let metric = SurfaceMetric::new(substrate, &places);
     let analysis = analyze(&elements.sample(), Some(&metric), Centres::default());
+    let analysis = analysis.context(ELEMENTS)?;
     let scalars = analysis.scalars().into_iter();
     // The radius is a parameter.
     let found = scalars.filter(|(name, _)| *name != "radius");

@@ -1,5 +1,10 @@
 //! The finished table of elements, a column an attribute.
 
+use std::ops::RangeInclusive;
+
+/// Lengths whose squares are numbers, and what they are divided by too.
+pub(crate) const LENGTHS: RangeInclusive<f64> = 1e-150..=1e150;
+
 /// Elements in birth order: row i was born i-th.
 ///
 /// All columns have the same length. Lengths and positions are in the mesh file's own units
@@ -75,6 +80,9 @@ impl Values {
     }
 }
 
+/// What is wrong with a value, as the end of a sentence.
+pub(super) const INFINITE: &str = "is not a finite number";
+
 /// What makes a table unfit to be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -92,8 +100,10 @@ pub enum TableError {
     /// More elements than a signed 32-bit birth index counts.
     #[error("{0} elements: files number them with 32 bits, which end at 2147483647")]
     TooMany(usize),
-    /// The radius is not a positive finite number.
-    #[error("the radius must be a positive number")]
+    /// The radius is not from 1e-150 to 1e150.
+    #[error(
+        "the radius must be a positive number, and from 1e-150 to 1e150 to be measured: take another unit"
+    )]
     Radius,
     /// A row holds what no element can.
     #[error("element {element}: {column} {problem}")]
@@ -105,6 +115,9 @@ pub enum TableError {
         /// What is wrong, as the end of a sentence.
         problem: &'static str,
     },
+    /// A stream of a [`Scene`](super::Scene) has an element that is none.
+    #[error("stream {0} leads through an element that there is not")]
+    Stream(usize),
 }
 
 /// One element with its values as files type them.
@@ -133,15 +146,14 @@ impl Elements {
     }
 
     /// Checks what every file promises: columns of one length, finite numbers, a positive radius
-    /// (unless empty), parents born before their children, and indices that fit a signed 32-bit
-    /// integer.
+    /// (unless empty), lengths that can be measured, from 1e-150 to 1e150, parents born before their children, and
+    /// indices that fit a signed 32-bit integer.
     ///
     /// # Errors
     /// The first that does not hold.
     pub fn check(&self) -> Result<(), TableError> {
         self.check_lengths()?;
-        let positive = self.radius.is_finite() && self.radius > 0.0;
-        if !(positive || self.is_empty()) {
+        if !(LENGTHS.contains(&self.radius) || self.is_empty()) {
             return Err(TableError::Radius);
         }
         (0..self.len()).try_for_each(|i| self.check_row(i))
@@ -176,7 +188,7 @@ impl Elements {
 
     fn check_row(&self, element: usize) -> Result<(), TableError> {
         const UNBORN: &str = "must be -1 or an element that was born before";
-        const INFINITE: &str = "is not a finite number";
+        const FAR: &str = "is beyond 1e150, where nothing can be measured: take another unit";
         const WIDE: &str = "is beyond 2147483647, the last that files can say";
         let fail = |column, problem| {
             Err(TableError::Value {
@@ -193,6 +205,12 @@ impl Elements {
         let fits = |index: u32| i32::try_from(index).is_ok();
         if !self.positions[element].iter().all(|x| x.is_finite()) {
             return fail("position", INFINITE);
+        }
+        if !self.positions[element]
+            .iter()
+            .all(|x| x.abs() <= *LENGTHS.end())
+        {
+            return fail("position", FAR);
         }
         if !self.normals[element].iter().all(|x| x.is_finite()) {
             return fail("normal", INFINITE);

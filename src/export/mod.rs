@@ -46,6 +46,7 @@ use std::path::{Path, PathBuf};
 
 pub use crate::substrate::UpAxis;
 pub use atomic::{discard_unfinished_files, write_file_atomically};
+pub(crate) use elements::LENGTHS;
 pub use elements::{Attribute, Elements, TableError, Values};
 pub use film::{FILM_FORMATS, Film, FilmFormat};
 pub use mesh::{
@@ -163,6 +164,18 @@ fn by_extension<F: Extension>(
 /// When there is no extension or no such format; the message names those that there are.
 pub fn format_of(path: &Path) -> Result<&'static ElementFormat, UnknownFormat> {
     by_extension(FORMATS, "elements", path)
+}
+
+/// Refuses a unit that has no length.
+fn check_unit(meters_per_unit: f64) -> io::Result<()> {
+    let is_length = meters_per_unit > 0.0 && meters_per_unit.is_finite();
+    match is_length {
+        true => Ok(()),
+        false => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("a unit is a positive number of metres, not {meters_per_unit}"),
+        )),
+    }
 }
 
 impl ElementFormat {

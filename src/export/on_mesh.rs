@@ -5,21 +5,28 @@ use std::borrow::Cow;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::Elements;
+use super::{Elements, TableError};
 use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
 use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
 /// Elements that do not lie on a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "element {element} is not on this mesh ({problem}): name the mesh that the lichen grew on, as \
-     it was then"
-)]
-pub struct NotOnMesh {
-    /// Birth index of the first one.
-    pub element: usize,
-    /// What is wrong.
-    pub problem: String,
+#[non_exhaustive]
+pub enum NotOnMesh {
+    /// One is elsewhere.
+    #[error(
+        "element {element} is not on this mesh ({problem}): name the mesh that the lichen grew on, as \
+         it was then"
+    )]
+    Element {
+        /// Birth index of the first one.
+        element: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Of a table that is not sound no element is anywhere.
+    #[error(transparent)]
+    Table(#[from] TableError),
 }
 
 /// How far the table's rounding may move an element, in radii.
@@ -30,9 +37,11 @@ impl Elements {
     /// otherwise all by their positions, as on a mesh whose triangles were put in another order or cut in another way.
     ///
     /// # Errors
-    /// When an element is farther than a twentieth of the radius from the surface that looks its way, beyond what
-    /// float32 rounds; when no run on this mesh could have elements of their radius.
+    /// When the table [is not sound](Self::check); when an element is farther than a twentieth of the radius from the
+    /// surface that looks its way, beyond what float32 rounds; when no run on this mesh could have elements of their
+    /// radius.
     pub fn places_on(&self, substrate: &Substrate) -> Result<Vec<SurfacePoint>, NotOnMesh> {
+        self.check()?;
         self.check_radius(substrate)?;
         let places = self.places_by_number(substrate);
         places.map_or_else(|| self.places_by_position(substrate), Ok)
@@ -71,7 +80,7 @@ impl Elements {
                 _ => "none of it looks that way".to_owned(),
             };
             let element = i;
-            Err(NotOnMesh { element, problem })
+            Err(NotOnMesh::Element { element, problem })
         };
         let found: Vec<_> = (0..self.len()).into_par_iter().map(place).collect();
         found.into_iter().collect()
@@ -84,9 +93,6 @@ impl Elements {
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on).
-    ///
-    /// # Panics
-    /// When columns differ in length: see [`Elements::check`].
     pub fn to_cluster(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
         let places = self.places_on(substrate)?;
         Ok(self.cluster_at(substrate, places))
@@ -112,9 +118,6 @@ impl Elements {
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on), of the mesh as it is.
-    ///
-    /// # Panics
-    /// When columns differ in length: see [`Elements::check`].
     pub fn to_cluster_on_turned(
         &self,
         substrate: &Substrate,
@@ -128,13 +131,11 @@ impl Elements {
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on), of the mesh as it is.
-    ///
-    /// # Panics
-    /// When columns differ in length: see [`Elements::check`].
     pub fn on_turned(
         &self,
         substrate: &Substrate,
     ) -> Result<(Cow<'_, Self>, Vec<SurfacePoint>), NotOnMesh> {
+        self.check()?;
         self.check_radius(substrate)?;
         let turned = || [UpAxis::Y, UpAxis::Z].map(|up| self.turned(up));
         // A ball lies on itself however it is turned: numbers know better than positions.
@@ -178,7 +179,7 @@ impl Elements {
         let grows = (LEAST_RADIUS * diagonal..=diagonal).contains(&radius);
         match grows || self.is_empty() {
             true => Ok(()),
-            false => Err(NotOnMesh {
+            false => Err(NotOnMesh::Element {
                 element: 0,
                 problem: format!("its radius is {radius:e}, and the mesh {diagonal:e} across"),
             }),
@@ -362,7 +363,8 @@ mod tests {
                 ..elements.clone()
             };
             let refused = other.places_on(&substrate).expect_err("no lichen");
-            assert!(refused.problem.contains(&format!("radius is {radius:e}")));
+            let expected = format!("radius is {radius:e}");
+            assert!(refused.to_string().contains(&expected), "{refused}");
         }
     }
 }

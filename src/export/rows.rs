@@ -1,19 +1,31 @@
 //! Some rows of a table of elements.
 
-use super::elements::{Attribute, Elements, Values};
+use std::iter::zip;
+
+use super::elements::{Attribute, Elements, TableError, Values};
 
 impl Elements {
     /// The elements of one colony alone, in birth order: parents are the rows of this table.
-    pub fn of_colony(&self, colony: u32) -> Self {
+    ///
+    /// # Errors
+    /// When the table [is not sound](Self::check), or an element has a parent in another colony.
+    pub fn of_colony(&self, colony: u32) -> Result<Self, TableError> {
+        self.check()?;
         let rows: Vec<usize> = (0..self.len())
             .filter(|&row| self.colony[row] == colony)
             .collect();
         let mut alone = self.take_rows(rows.iter().copied());
-        for parent in alone.parent.iter_mut().filter(|parent| **parent >= 0) {
-            let row = rows.binary_search(&(*parent as usize));
-            *parent = row.map_or(-1, |row| row as i32);
+        for (&element, parent) in zip(&rows, &mut alone.parent) {
+            if let Ok(born) = usize::try_from(*parent) {
+                let foreign = |_| TableError::Value {
+                    element,
+                    column: "parent",
+                    problem: "is of another colony",
+                };
+                *parent = rows.binary_search(&born).map_err(foreign)? as i32;
+            }
         }
-        alone
+        Ok(alone)
     }
 
     /// How many colonies there are, by the highest number.
@@ -77,12 +89,27 @@ mod tests {
             parent,
         };
         assert_eq!(all.colonies(), 2);
-        let alone = all.of_colony(1);
+        let alone = all.of_colony(1).expect("a sound table");
         assert_eq!(alone.parent, [-1, 0, 1, 2]);
         let x: Vec<f64> = alone.positions.iter().map(|p| p[0]).collect();
         assert_eq!(x, [1.0, 3.0, 4.0, 6.0]);
         assert_eq!(alone.source_triangle, Some(vec![1, 3, 4, 6]));
         assert_eq!(alone.attributes[0].values, Values::I32(vec![0, 1, 2, 3]));
-        assert_eq!(all.of_colony(2).len(), 0);
+        assert!(all.of_colony(2).is_ok_and(|none| none.is_empty()));
+        let with_parent = |element: usize, parent: i32| {
+            let mut other = all.clone();
+            other.parent[element] = parent;
+            other.of_colony(1)
+        };
+        for (element, parent, problem) in [(4, 2, "another colony"), (4, 900, "born before")] {
+            let refused = with_parent(element, parent).expect_err("no parent of it");
+            assert!(refused.to_string().contains(problem), "{refused}");
+        }
+        let mut ragged = all;
+        ragged.uv.pop();
+        assert!(matches!(
+            ragged.of_colony(1),
+            Err(TableError::Ragged { column: "uv", .. })
+        ));
     }
 }

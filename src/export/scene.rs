@@ -1,6 +1,6 @@
 //! What exporters for other programs write: the measured lichen in the axes and units of a file.
 
-use super::elements::{Attribute, Elements, Values};
+use super::elements::{Attribute, Elements, INFINITE, TableError, Values};
 use super::ply;
 use crate::morphometry::{Morphometry, Sample};
 use crate::substrate::UpAxis;
@@ -134,6 +134,28 @@ impl Scene {
         }
     }
 
+    /// Checks what every file promises: [sound elements](Elements::check), an orientation and a branch radius for each,
+    /// all of them finite, and streams of elements that there are.
+    ///
+    /// # Errors
+    /// The first that does not hold.
+    pub fn check(&self) -> Result<(), TableError> {
+        self.elements.check()?;
+        let expected = self.elements.len();
+        let orientations = self
+            .orientations
+            .iter()
+            .map(|q| q.iter().all(|x| x.is_finite()));
+        check_column("orientation", orientations, expected)?;
+        let radii = self.branch_radii.iter().map(|x| x.is_finite());
+        check_column("branch_radius", radii, expected)?;
+        let strays = |stream: &Vec<u32>| stream.iter().any(|&i| i as usize >= expected);
+        match self.streams.iter().position(strays) {
+            None => Ok(()),
+            Some(stream) => Err(TableError::Stream(stream)),
+        }
+    }
+
     /// Where files with float32 positions and a double translation put their own origin: zero,
     /// unless float32 would move elements by more than a hundredth of their radius.
     pub(super) fn origin(&self) -> [f64; 3] {
@@ -160,6 +182,30 @@ impl Scene {
         let o = self.origin();
         let local = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - o[k]) as f32);
         self.elements.positions.iter().map(local).collect()
+    }
+}
+
+/// Refuses a column of another length, or with a value that is not finite.
+fn check_column(
+    column: &'static str,
+    mut finite: impl ExactSizeIterator<Item = bool>,
+    expected: usize,
+) -> Result<(), TableError> {
+    let found = finite.len();
+    if found != expected {
+        return Err(TableError::Ragged {
+            column,
+            found,
+            expected,
+        });
+    }
+    match finite.position(|is_finite| !is_finite) {
+        None => Ok(()),
+        Some(element) => Err(TableError::Value {
+            element,
+            column,
+            problem: INFINITE,
+        }),
     }
 }
 

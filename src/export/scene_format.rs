@@ -7,7 +7,8 @@ use std::path::Path;
 use super::scene::Scene;
 use super::{AgeColor, gltf, obj, ply, pov, usda};
 use super::{
-    CSV, ElementFormat, Extension, NPY, NPZ, PARQUET, UnknownFormat, by_extension, dotted,
+    CSV, ElementFormat, Extension, NPY, NPZ, PARQUET, UnknownFormat, by_extension, check_unit,
+    dotted,
 };
 use crate::substrate::UpAxis;
 
@@ -200,9 +201,9 @@ impl SceneFormat {
     /// Writes the scene, buffered. The same scene gives the same bytes.
     ///
     /// # Errors
-    /// Those of `out`; `InvalidData` around a [`TableError`](super::TableError) when the elements
-    /// are not sound; `InvalidInput` when the format cannot hold what was asked for, that many
-    /// elements, or none.
+    /// Those of `out`; `InvalidData` around a [`TableError`](super::TableError) when the scene [is not
+    /// sound](Scene::check); `InvalidInput` when the format cannot hold what was asked for, that many
+    /// elements, or none, or when its unit is no positive number of metres.
     pub fn write(
         &self,
         what: What,
@@ -220,7 +221,8 @@ impl SceneFormat {
                 "its lengths are beyond what 32-bit numbers hold: bring them nearer to 1 with --scale",
             ));
         }
-        scene.elements.check().map_err(unsound)?;
+        scene.check().map_err(unsound)?;
+        check_unit(scene.meters_per_unit)?;
         if what == What::Curves && scene.streams.is_empty() {
             return Err(invalid("there are no branches: no element has a parent"));
         }

@@ -10,7 +10,10 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use super::{AgeColor, Axes, Extension, Scene, TriMesh, UnknownFormat, UpAxis, What, by_extension};
+use super::{
+    AgeColor, Axes, Extension, Scene, TriMesh, UnknownFormat, UpAxis, What, by_extension,
+    check_unit,
+};
 
 /// A file format for films.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +73,8 @@ impl FilmFormat {
 pub struct Film {
     fps: f64,
     form: Form,
+    /// What its frames are of: points, curves, or skins, which are none of these.
+    of: Option<Option<What>>,
     /// Whether any frame shows anything.
     shows: bool,
 }
@@ -91,6 +96,7 @@ impl Film {
         Self {
             fps,
             form,
+            of: None,
             shows: false,
         }
     }
@@ -110,11 +116,12 @@ impl Film {
     /// of them has it.
     ///
     /// # Errors
-    /// `InvalidData` around a [`MeshError`](super::MeshError) when the mesh is not sound; those of
-    /// temporary files.
+    /// `InvalidData` around a [`MeshError`](super::MeshError) when the mesh is not sound; `InvalidInput` in a film of
+    /// something else; those of temporary files.
     pub fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        self.is_of(None)?;
         self.shows |= !mesh.triangles.is_empty();
         match &mut self.form {
             Form::Usda(film) => film.add_skin(mesh),
@@ -126,11 +133,15 @@ impl Film {
     /// for all frames.
     ///
     /// # Errors
-    /// `InvalidInput` for instances; those of temporary files.
+    /// `InvalidInput` for instances, and in a film of something else; `InvalidData` around a
+    /// [`TableError`](super::TableError) when the scene [is not sound](Scene::check); those of temporary files.
     pub fn add_scene(&mut self, what: What, scene: &Scene, color: AgeColor<'_>) -> io::Result<()> {
         if what == What::Instances {
             return Err(invalid("films hold skins, points or curves"));
         }
+        let unsound = |e| io::Error::new(io::ErrorKind::InvalidData, e);
+        scene.check().map_err(unsound)?;
+        self.is_of(Some(what))?;
         self.shows |= match what {
             What::Curves => scene.streams.iter().any(|stream| !stream.is_empty()),
             _ => !scene.elements.is_empty(),
@@ -141,15 +152,26 @@ impl Film {
         }
     }
 
+    /// Refuses a frame of something else than those before it.
+    fn is_of(&mut self, what: Option<What>) -> io::Result<()> {
+        match *self.of.get_or_insert(what) == what {
+            true => Ok(()),
+            false => Err(invalid(
+                "a film is of skins, of points or of curves in all frames",
+            )),
+        }
+    }
+
     /// Writes the film, whose unit is so many metres where the file says it.
     ///
     /// # Errors
     /// Those of `out` and of the temporary files; `InvalidInput` when the format cannot hold as much, when no frame
-    /// shows anything, or when the frames a second are no positive number.
+    /// shows anything, or when the frames a second or the metres a unit are no positive number.
     pub fn write(self, meters_per_unit: f64, out: &mut dyn Write) -> io::Result<()> {
         if !(self.fps > 0.0 && self.fps.is_finite()) {
             return Err(invalid("frames a second are a positive number"));
         }
+        check_unit(meters_per_unit)?;
         if !self.shows {
             return Err(invalid(NOTHING));
         }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 pub use textured::{MapImages, TexturedMesh};
 
-use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension};
+use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension, check_unit};
 
 /// A number for each vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,13 +152,14 @@ impl MeshFormat {
     ///
     /// # Errors
     /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound;
-    /// `InvalidInput` when the format cannot hold that much.
+    /// `InvalidInput` when the format cannot hold that much, or the unit is no positive number of metres.
     pub fn write(
         &self,
         mesh: &TriMesh,
         meters_per_unit: f64,
         out: &mut dyn Write,
     ) -> io::Result<()> {
+        check_unit(meters_per_unit)?;
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
         let mut out = BufWriter::with_capacity(1 << 16, out);
