@@ -43,6 +43,7 @@ pub const FINEST: f64 = 8.0;
 /// How a dimension was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Method {
     /// Number of elements within a distance of the seeds.
     MassRadius,

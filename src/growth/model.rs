@@ -40,6 +40,7 @@ pub trait GrowthModel {
 
 /// Why a model gives no next element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Halt {
     /// The lichen leaves no place free on its component.
     NoFreeSurface,

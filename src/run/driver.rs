@@ -36,6 +36,7 @@ impl Growth {
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Stopped {
     /// It has the number of elements that was asked for.
     Elements,

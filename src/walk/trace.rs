@@ -21,6 +21,7 @@ use crate::substrate::{Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
 
 /// Why a trace ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum End {
     /// It covered the whole distance.
     Distance,

@@ -40,6 +40,7 @@ const HEAD: usize = 1024;
 
 /// A mesh file's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ.
     Obj,
