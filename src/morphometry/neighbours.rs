@@ -84,6 +84,9 @@ impl Neighbours {
     }
 
     /// The unit normal of a point.
+    ///
+    /// # Panics
+    /// When there is no such point.
     pub fn normal(&self, of: usize) -> Vec3 {
         self.places[self.slots[of] as usize].1
     }
@@ -101,6 +104,9 @@ impl Neighbours {
     /// Where the normals are within 60° of each other the way is that through space. Beyond it is
     /// laid out flat over the fold, in the tangent plane at `of`, and so longer than the distance.
     /// No way is longer than the neighbours' distance.
+    ///
+    /// # Panics
+    /// When there is no such point.
     pub fn visit(&self, of: usize, mut visit: impl FnMut(u32, DVec3, f64)) {
         let visit = |slot: usize, way, distance| visit(self.numbers[slot], way, distance);
         self.visit_slots(self.slots[of] as usize, |_| true, visit);

@@ -102,6 +102,9 @@ fn serial_share(parallel: f64, all: f64) -> f64 {
 
 impl RunReport {
     /// The report of a finished run.
+    ///
+    /// # Panics
+    /// When it grew on another substrate, as far as that has no such triangles.
     pub fn new(
         substrate: &Substrate,
         recipe: &Recipe,

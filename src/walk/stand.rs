@@ -32,6 +32,9 @@ pub struct Moved {
 
 impl Stand {
     /// At a point of the surface.
+    ///
+    /// # Panics
+    /// When the substrate has no such triangle.
     #[inline(always)]
     pub fn new(substrate: &Substrate, point: &SurfacePoint) -> Self {
         let [a, b, c] = substrate.charts()[point.triangle as usize].corners();
