@@ -5,6 +5,7 @@ mod common;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use glam::DVec3;
 use thallus::analysis::{Analysis, AnalysisError, Centres, Metric, SurfaceMetric};
 use thallus::cluster::Cluster;
 use thallus::export::{
@@ -15,7 +16,7 @@ use thallus::growth::SeedPlace;
 use thallus::morphometry::measure;
 use thallus::picture::{ContactSheet, Image, Key, Tile, draw_legend};
 use thallus::run::{Execution, Recipe, grow};
-use thallus::substrate::{Substrate, SurfacePoint, UpAxis};
+use thallus::substrate::{Mask, Substrate, SurfacePoint, UpAxis};
 
 fn recipe(substrate: &Substrate) -> Recipe {
     Recipe {
@@ -79,9 +80,12 @@ fn no_number_of_threads_is_too_many() {
     }
 }
 
+/// Makes something unsound.
+type Wrong<T> = fn(&mut T);
+
 /// Scenes with one thing wrong.
 fn unsound_scenes(sound: &Scene) -> Vec<Scene> {
-    let wrongs: [fn(&mut Scene); 7] = [
+    let wrongs: [Wrong<Scene>; 7] = [
         |scene| scene.streams[0].push(20),
         |scene| scene.orientations.truncate(19),
         |scene| scene.orientations[3][1] = f32::NAN,
@@ -90,7 +94,7 @@ fn unsound_scenes(sound: &Scene) -> Vec<Scene> {
         |scene| scene.elements.uv.truncate(2),
         |scene| scene.elements.parent[3] = 900,
     ];
-    let with = |wrong: fn(&mut Scene)| {
+    let with = |wrong: Wrong<Scene>| {
         let mut scene = sound.clone();
         wrong(&mut scene);
         scene
@@ -191,7 +195,7 @@ fn units_have_a_length() {
 fn tables_that_are_not_sound_are_on_no_mesh() {
     let plane = common::plane(1.0);
     let sound = elements(&plane);
-    let wrongs: [(fn(&mut Elements), &str); 5] = [
+    let wrongs: [(Wrong<Elements>, &str); 5] = [
         (|table| table.uv.clear(), "column 'uv' has 0 rows"),
         (|table| table.normals.truncate(3), "column 'normal'"),
         (|table| table.parent[3] = 1000, "element 3: parent"),
@@ -289,4 +293,41 @@ fn lengths_in_pictures_end_with_them() {
         ..ContactSheet::default()
     };
     assert!(sheet.draw().width < 400);
+}
+
+#[test]
+fn masks_are_for_one_mesh() {
+    let [plane, wider] = [1.0, 2.0].map(common::plane);
+    let beside = |substrate: &Substrate| Mask::beside(substrate, &[DVec3::ZERO], 0.1);
+    let mask = beside(&plane);
+    assert!(
+        common::plane(1.0)
+            .with_mask(Some(mask.clone()))
+            .mask()
+            .is_some()
+    );
+    assert_eq!(mask.at(&SurfacePoint::centroid(1)), 1.0);
+    panicked(|| mask.at(&SurfacePoint::centroid(2)));
+    let said = panicked(|| wider.with_mask(Some(mask.clone())));
+    assert_eq!(said, "another mesh's mask");
+    let said = panicked(|| mask.and(beside(&common::plane(3.0))));
+    assert_eq!(said, "masks of different meshes");
+    for (place, radius) in [
+        (0.0, f64::NAN),
+        (0.0, -1.0),
+        (0.0, f64::INFINITY),
+        (f64::NAN, 0.1),
+    ] {
+        let said = panicked(|| Mask::beside(&plane, &[DVec3::splat(place)], radius));
+        assert!(said.contains("nowhere"), "{said}");
+    }
+}
+
+#[test]
+fn nothing_is_within_a_negative_radius() {
+    let plane = common::plane(1.0);
+    let centre = plane.position(&SurfacePoint::centroid(0));
+    let within = |radius: f64| plane.triangles_within(centre, radius).len();
+    assert_eq!([1e-3, 1e3].map(within), [1, 2]);
+    assert_eq!([-1e3, f64::NAN, -f64::INFINITY].map(within), [0; 3]);
 }

@@ -18,6 +18,8 @@ const WHITE: f32 = 15.0 / 16.0;
 /// It may have several layers, whose order makes no difference: lichen grows only where all let it.
 #[derive(Clone)]
 pub struct Mask {
+    /// The hash of its substrate's mesh.
+    mesh: String,
     triangles: usize,
     /// By their hashes.
     layers: Vec<Arc<Layer>>,
@@ -126,7 +128,16 @@ impl Mask {
 
     /// Of the room that another lichen leaves: elements do not overlap its elements, which are at these positions with
     /// this radius; local units. That is asked of distances through space, as packed elements are told apart.
+    ///
+    /// # Panics
+    /// When a position or the radius is not finite, or the radius is negative.
     pub fn beside(substrate: &Substrate, positions: &[DVec3], radius: f64) -> Self {
+        let is_there =
+            radius >= 0.0 && radius.is_finite() && positions.iter().all(|p| p.is_finite());
+        assert!(
+            is_there,
+            "another lichen that is nowhere, with a radius of {radius}"
+        );
         let mut hasher = blake3::Hasher::new();
         for value in positions.iter().flat_map(DVec3::to_array).chain([radius]) {
             hasher.update(&value.to_le_bytes());
@@ -141,6 +152,7 @@ impl Mask {
 
     fn of_layer(substrate: &Substrate, layer: Layer) -> Self {
         Self {
+            mesh: substrate.mesh_hash().to_owned(),
             triangles: substrate.triangles().len(),
             layers: vec![Arc::new(layer)],
         }
@@ -149,10 +161,11 @@ impl Mask {
     /// Both: where either has nothing grow nothing does, and factors are multiplied.
     ///
     /// # Panics
-    /// When they were made for different numbers of triangles.
+    /// When they were made for different meshes.
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
-        assert_eq!(self.triangles, other.triangles, "masks of different meshes");
+        let are_of_one = (&self.mesh, self.triangles) == (&other.mesh, other.triangles);
+        assert!(are_of_one, "masks of different meshes");
         self.layers.extend(other.layers);
         self.layers.sort_by(|a, b| a.hash.cmp(&b.hash));
         self
@@ -184,6 +197,7 @@ impl Mask {
     /// # Panics
     /// When the substrate that it was made for has no such triangle.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
+        assert!((at.triangle as usize) < self.triangles, "no triangle of it");
         { self.layers.iter() }
             .map(|layer| layer.paint.at(at))
             .product()
@@ -197,9 +211,9 @@ impl Mask {
         })
     }
 
-    /// How many triangles the substrate has that it was made for.
-    pub(super) fn triangles(&self) -> usize {
-        self.triangles
+    /// Whether it was made for a substrate of this mesh.
+    pub(super) fn is_for(&self, substrate: &Substrate) -> bool {
+        self.mesh == substrate.mesh_hash() && self.triangles == substrate.triangles().len()
     }
 }
 

@@ -223,12 +223,11 @@ impl Substrate {
     /// The same where lichen may only grow as a mask has it, or without one everywhere.
     ///
     /// # Panics
-    /// When the mask was made for another number of triangles.
+    /// When the mask was made for another mesh, which is one with another [hash](Self::mesh_hash).
     #[must_use]
     pub fn with_mask(self, mask: Option<Mask>) -> Self {
-        let triangles = self.triangles.len();
-        let is_for_it = |mask: &Mask| mask.triangles() == triangles;
-        assert!(mask.as_ref().is_none_or(is_for_it), "another mesh's mask");
+        let is_for_it = mask.as_ref().is_none_or(|mask| mask.is_for(&self));
+        assert!(is_for_it, "another mesh's mask");
         Self { mask, ..self }
     }
 
@@ -382,6 +381,9 @@ impl Substrate {
     }
 
     /// What lies across a half-edge.
+    ///
+    /// # Panics
+    /// When there is no such half-edge.
     pub fn twin(&self, half_edge: HalfEdge) -> Twin {
         let (first, k) = (half_edge / 3 * 3, half_edge % 3);
         self.crossings[(first + (k + 2) % 3) as usize].exits[0]
@@ -438,6 +440,9 @@ impl Substrate {
     /// The number that results name a triangle by: pieces from the largest area down, in the file's
     /// order inside each. In a clean file of one piece it is the file's own number. It is not the number that
     /// a [`SurfacePoint`] has: [`from_canonical`](Self::from_canonical) gives that.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn canonical_triangle(&self, triangle: u32) -> u32 {
         self.numbers[triangle as usize]
     }
@@ -452,17 +457,26 @@ impl Substrate {
 
     /// The number that a triangle had in the file, polygons being counted as their triangles. Two have the same
     /// where a corner of others lies on the edge of one.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn source_triangle(&self, triangle: u32) -> u32 {
         let place = self.source[triangle as usize];
         self.parts.get(&place).map_or(place, |part| part.of)
     }
 
     /// Whether a triangle is part of one of the file.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn is_part(&self, triangle: u32) -> bool {
         self.parts.contains_key(&self.source[triangle as usize])
     }
 
     /// Weights of a triangle's corners in that one: its own, unless it is a part.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn source_weights(&self, triangle: u32) -> [[f64; 3]; 3] {
         let part = self.parts.get(&self.source[triangle as usize]);
         part.map_or(caps::WHOLE, |part| part.weights)
@@ -480,6 +494,9 @@ impl Substrate {
     }
 
     /// Corners of a triangle, local units.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         let [a, b, c] = self.triangles[triangle as usize];
         let vertex = |i: u32| self.vertices[i as usize];
@@ -492,11 +509,17 @@ impl Substrate {
     }
 
     /// Half-edges that leave a vertex, one for each triangle there.
+    ///
+    /// # Panics
+    /// When there is no such vertex.
     pub fn half_edges_at(&self, vertex: u32) -> &[HalfEdge] {
         self.corners.of(vertex)
     }
 
     /// A point's position in space, local units.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn position(&self, p: &SurfacePoint) -> DVec3 {
         let [a, b, c] = self.corners(p.triangle);
         a + (b - a) * p.u + (c - a) * p.v
@@ -505,6 +528,9 @@ impl Substrate {
     /// A triangle's unit normal. It is that of the file's winding, unless some of its component's triangles are wound
     /// against others: then all normals of that component are on one side, outwards where it is closed, else on
     /// that of most of it, by area.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
@@ -516,6 +542,9 @@ impl Substrate {
     /// bounding box, as the noise of a scan or the steps of a terrain, is taken out before, as far as the mean of some
     /// hundred triangles does that. Larger triangles keep their normals. The first call finds it for all corners, which
     /// takes 36 bytes a triangle.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn slope_normal(&self, at: &SurfacePoint) -> DVec3 {
         let all = self.find_slope_normals();
         let corners = all[at.triangle as usize].map(|normal| normal.as_dvec3());
@@ -537,11 +566,15 @@ impl Substrate {
     }
 
     /// A triangle's area, local units squared.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     pub fn area(&self, triangle: u32) -> f64 {
         area(self.corners(triangle))
     }
 
-    /// The point of the surface nearest to a point in space, and the distance; local units.
+    /// The point of the surface nearest to a point in space, and the distance; local units. Of a point that is not
+    /// finite it may be any, and the distance no number.
     pub fn nearest(&self, p: DVec3) -> (SurfacePoint, f64) {
         let distance_sq = |t| (self.position(&self.nearest_in(t, p)) - p).length_squared();
         let (triangle, d) = self.bvh.nearest(p, distance_sq).unwrap_or((0, 0.0));
@@ -579,9 +612,9 @@ impl Substrate {
     /// Triangles of which some point lies within `radius` of a centre, ascending.
     ///
     /// This is the thesis's triangle list (Sumner 2001, 6.3.2), asked for when it is needed instead of
-    /// stored: a triangle belongs when its nearest point does.
+    /// stored: a triangle belongs when its nearest point does. None is within a negative radius.
     pub fn triangles_within(&self, centre: DVec3, radius: f64) -> Vec<u32> {
-        let limit = radius * radius;
+        let limit = radius * radius.abs();
         let mut found = Vec::new();
         self.bvh.visit(
             |b| box_distance_sq(b, centre) <= limit,

@@ -27,10 +27,14 @@ impl SurfacePoint {
         }
     }
 
-    /// From the weights of the three corners, which are clamped to the triangle.
+    /// From the weights of the three corners, which are clamped to the triangle: the centroid where none is positive,
+    /// infinite ones above all others.
     pub fn from_weights(triangle: u32, weights: [f64; 3]) -> Self {
         let [w0, w1, w2] = weights.map(|w| w.max(0.0));
         let sum = w0 + w1 + w2;
+        if !(sum > 0.0 && sum < f64::INFINITY) {
+            return Self::from_odd_weights(triangle, [w0, w1, w2]);
+        }
         Self {
             triangle,
             u: w1 / sum,
@@ -38,8 +42,48 @@ impl SurfacePoint {
         }
     }
 
+    /// From weights whose sum is 0 or no number.
+    #[cold]
+    fn from_odd_weights(triangle: u32, weights: [f64; 3]) -> Self {
+        let largest = weights.into_iter().fold(0.0, f64::max);
+        let beside_largest = |w: f64| match largest.is_infinite() {
+            true => f64::from(w == largest),
+            false => w / largest,
+        };
+        match largest > 0.0 {
+            true => Self::from_weights(triangle, weights.map(beside_largest)),
+            false => Self::centroid(triangle),
+        }
+    }
+
     /// The weights of the three corners.
     pub fn weights(&self) -> [f64; 3] {
         [1.0 - self.u - self.v, self.u, self.v]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_weights_are_of_a_place_in_the_triangle() {
+        let (most, far, none) = (f64::MAX, f64::INFINITY, f64::NAN);
+        let third = 1.0 / 3.0;
+        for (weights, [u, v]) in [
+            ([0.0, 2.0, 2.0], [0.5, 0.5]),
+            ([-1.0, 1.0, 3.0], [0.25, 0.75]),
+            ([none, 1.0, 3.0], [0.25, 0.75]),
+            ([0.0; 3], [third; 2]),
+            ([-1.0, none, -far], [third; 2]),
+            ([most; 3], [third; 2]),
+            ([most, 0.0, most], [0.0, 0.5]),
+            ([1.0, far, 1.0], [1.0, 0.0]),
+            ([1.0, far, far], [0.5, 0.5]),
+        ] {
+            let found = SurfacePoint::from_weights(0, weights);
+            let off = (found.u - u).abs().max((found.v - v).abs());
+            assert!(off < 1e-15, "{weights:?}: {found:?}");
+        }
     }
 }
