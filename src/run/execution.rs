@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// How to run, apart from what to grow.
 #[derive(Clone, Debug)]
 pub struct Execution {
-    /// Threads that walk, at most, 0 being taken for 1 and more than 1024 for 1024; the result is the same for any number. One by default: two are 1.5 times
-    /// as fast, and many lichens are grown faster side by side (`docs/performance.md`). They are threads of the rayon
-    /// pool that the run is in; while one of them adds births the others spin, so the pool is busy until the run ends.
+    /// Threads that walk, at most, 0 being taken for 1 and more than 1024 for 1024; the result is the same for any number.
+    /// One by default: two are 1.5 times as fast, and many lichens are grown faster side by side
+    /// (`docs/performance.md`). They are threads of the rayon pool that the run is in; while one of them adds births the
+    /// others spin, so the pool is busy until the run ends.
     pub threads: usize,
     /// Whether all of them walk all the time, for measurements. Else, where fewer are faster, fewer do:
     /// that is found by trial.
