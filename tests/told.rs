@@ -69,6 +69,23 @@ fn a_long_run_is_told_its_memory_and_time_before_it_starts() {
     assert!(!short.contains("memory"), "{short}");
 }
 
+/// A skin with many elements near each of very many triangles.
+#[test]
+fn a_long_skin_is_told_its_time_before_it_is_made() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} -o out"));
+    let skin = |words: &str| {
+        let mut command = desk.call("skin", &format!("out -o a.ply --threads 1 {words}"));
+        command.stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let told = first_line(skin("--resolution 0.1r --thickness 20r --falloff 8r"));
+    for part in ["note: about ", " triangles of skin", " on 1 thread"] {
+        assert!(told.contains(part), "{told}");
+    }
+    let short = skin("").wait_with_output().unwrap();
+    assert_eq!(said(&short), "");
+}
+
 /// What a run that goes on says of what is left.
 fn told_of_the_rest(desk: &Desk, folder: &str) -> String {
     let mut command = desk.command(&format!("--resume {folder}"));

@@ -200,14 +200,15 @@ fn check_within(free: Option<f64>, needed: f64, what: &str, cure: &str) -> Resul
     }
 }
 
-/// Refuses skins, all of which are there at a time, that do not fit.
+/// Refuses skins, all of which are there at a time, that do not fit; about how many triangles they have.
 pub(super) fn check_skins<'a>(
     substrate: &Substrate,
     skins: impl IntoIterator<Item = (&'a Cluster, &'a Shape)>,
-) -> Result<(), Failure> {
+) -> Result<f64, Failure> {
     let triangles = |(cluster, shape)| expected_triangles(substrate, cluster, shape);
     let triangles = skins.into_iter().map(triangles).sum();
-    check_triangles(triangles, SKIN_BYTES * triangles)
+    check_triangles(triangles, SKIN_BYTES * triangles)?;
+    Ok(triangles)
 }
 
 /// What becomes of the frames of an animation.
