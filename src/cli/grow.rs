@@ -419,7 +419,11 @@ fn recipe(
 ) -> Result<Recipe, Failure> {
     match settings.check_mesh(&file, substrate.mesh_hash()) {
         Err(_) if args.resume.is_some() => return Err(other_mesh(args, &settings, substrate)),
-        Err(other) if args.mesh.is_none() => return Err(Failure::Failed(other.into())),
+        Err(other) if args.mesh.is_none() => {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{other}; name the right file, or name this one as MESH to grow on it all the same"
+            )));
+        }
         Err(_) => voice.note(&format!(
             "{file} is another mesh than the recipe was made for: lengths stay those of the recipe"
         )),

@@ -98,11 +98,15 @@ fn layer_among(
 }
 
 fn other(named: &str, mask: &Mask, expected: &[String]) -> Failure {
-    Failure::Failed(anyhow::Error::new(SettingsError::OtherMask {
+    let other = SettingsError::OtherMask {
         file: named.to_owned(),
         found: mask.hashes().join(", "),
         expected: expected.join(", "),
-    }))
+    };
+    Failure::Failed(anyhow::anyhow!(
+        "{other}; name the right one with --mask; a run is gone on with only beside what it grew beside as that was, but \
+         --recipe with --mask grows a new one beside it as it is"
+    ))
 }
 
 /// Refuses words that are no mask, before anything is read.

@@ -175,7 +175,11 @@ pub(super) fn settle(
     named_mesh::warn_of_nameless(mesh, voice);
     let shown = mesh.display().to_string();
     match grid.base.check_mesh(&shown, substrate.mesh_hash()) {
-        Err(other) if !is_named => return Err(Failure::Failed(other.into())),
+        Err(other) if !is_named => {
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{other}; name the right one with --mesh"
+            )));
+        }
         Err(_) => voice.note(&format!(
             "{shown} is another mesh than the grid was made for: lengths stay those of the grid"
         )),

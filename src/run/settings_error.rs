@@ -133,9 +133,7 @@ pub enum SettingsError {
     UnwantedMask,
     /// The mask is not the one that the recipe was made for.
     #[error(
-        "{file} is not the mask that the recipe was made for: its hash is {found}, the recipe's {expected}; name the right \
-         one with --mask; a run is gone on with only beside what it grew beside as that was, but --recipe with --mask grows \
-         a new one beside it as it is"
+        "{file} is not the mask that the recipe was made for: its hash is {found}, the recipe's {expected}"
     )]
     OtherMask {
         /// What it was made of.
@@ -147,8 +145,7 @@ pub enum SettingsError {
     },
     /// The mesh is not the one that the recipe was made for.
     #[error(
-        "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's \
-         {expected}; name the right file, or name this one as MESH to grow on it all the same"
+        "{file} is not the mesh that the recipe was made for: its hash is {found}, the recipe's {expected}"
     )]
     OtherMesh {
         /// The file that was loaded.
