@@ -329,6 +329,58 @@ fn a_film_without_ffmpeg_says_so_and_leaves_nothing() {
     assert_eq!(names(desk.0.path()), ["out", "rock.obj"]);
 }
 
+/// Two that begin apart, and meet.
+#[test]
+fn several_lichens_grow_in_one_animation() {
+    let desk = Desk::new();
+    for (name, at) in [("one", "center"), ("two", "0.05,0.6,0.1")] {
+        desk.done(&format!(
+            "rock.obj --radius 0.4% --elements 120 --at {at} -o {name}"
+        ));
+    }
+    let view = "--what picture --frames 2 --width 64 --samples 1 --camera top --quiet";
+    let last = |words: &str, folder: &str| {
+        made(&desk, &format!("{words} -o {folder} {view}"));
+        desk.read(&format!("{folder}/frame_0002.png"))
+    };
+    for (n, draw) in ["--draw points", "--draw skin"].iter().enumerate() {
+        let one = last(&format!("one {draw}"), &format!("one{n}"));
+        let both = last(&format!("one --also two {draw}"), &format!("both{n}"));
+        let other = last(&format!("two --also one {draw}"), &format!("other{n}"));
+        assert!(both != one, "{draw}");
+        assert!(both == other, "{draw}: the same lichens");
+        assert!(desk.read(&format!("both{n}/frame_0001.png")) != both);
+    }
+    let colored = last("one --also two,xanthoria", "colored");
+    assert!(colored != desk.read("both1/frame_0002.png"));
+    let overlapping = animate(
+        &desk,
+        "one --also one -o over --what picture --frames 1 --width 32",
+    );
+    assert!(said(&overlapping).contains("it lies over another"));
+    let cases: &[(&str, i32, &[&str])] = &[
+        ("one -o a.glb --also two", 2, &["--also is for pictures"]),
+        (
+            "one -o a.gif --also nowhere",
+            1,
+            &["--also nowhere", "no such file"],
+        ),
+        (
+            "one -o a.gif --also two,xanthoria --draw points",
+            2,
+            &["--also two,xanthoria", "by age"],
+        ),
+        (
+            "one -o a.gif --also two --clock 0:0,1:121",
+            2,
+            &["121", "120"],
+        ),
+    ];
+    for (words, code, parts) in cases {
+        refused(&desk, words, *code, parts);
+    }
+}
+
 /// Pictures of bare rock would be a wrong answer.
 #[test]
 fn a_skin_that_misses_the_lichen_is_refused_in_pictures_too() {

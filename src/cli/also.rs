@@ -22,20 +22,23 @@ pub(crate) struct Also {
     text: String,
     from: PathBuf,
     pub(crate) color: ColorArgs,
+    /// Whether it names these itself.
+    pub(crate) names_colors: bool,
 }
 
 impl Also {
     /// One as it is typed; colours that it does not name are those of the first.
     pub(crate) fn parse(text: &str, first: &ColorArgs) -> Self {
-        let (from, colormap) = match split(text) {
+        let (from, own) = match split(text) {
             Some((from, map)) => (from, Some(map.to_owned())),
-            None => (text, first.colormap.clone()),
+            None => (text, None),
         };
         Self {
             text: text.to_owned(),
             from: from.into(),
+            names_colors: own.is_some(),
             color: ColorArgs {
-                colormap,
+                colormap: own.or_else(|| first.colormap.clone()),
                 ..first.clone()
             },
         }

@@ -14,9 +14,10 @@ use thallus::export::{
 use thallus::input;
 use thallus::morphometry::measure;
 use thallus::picture::{Ground, age_color};
-use thallus::skin::{Shape, SkinError, SkinFrames};
+use thallus::skin::{SkinError, SkinFrames};
 use thallus::substrate::{Substrate, Texturing};
 
+use super::also::{Also, OTHER_MESH, tell_of_overlaps};
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
 use super::animate_out::{Folder, Shapes, Target, nearest_folder};
 use super::animate_picture;
@@ -24,11 +25,13 @@ use super::axes::Convention;
 use super::dress::Dress;
 use super::export::smooth_on;
 use super::failure::Failure;
-use super::grown::Grown;
+use super::grown::{Grown, Origin};
 use super::interrupt::Stop;
 use super::memory::{self, Frames};
 use super::number::{duration, plural};
+use super::render_args::What as Drawn;
 use super::skin::{InUnits, start_threads};
+use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
 use super::terminal;
 
@@ -69,6 +72,34 @@ pub(super) struct Growth {
     /// Where pictures are made.
     pub(super) texturing: Texturing,
     pub(super) cluster: Cluster,
+    /// Beside it, in pictures.
+    pub(super) others: Vec<Another>,
+}
+
+/// Another lichen on the same mesh.
+pub(super) struct Another {
+    origin: Origin,
+    pub(super) cluster: Cluster,
+    pub(super) color: ColorArgs,
+}
+
+impl Another {
+    fn read(also: &Also, args: &AnimateArgs, substrate: &Substrate) -> Result<Self, Failure> {
+        if also.names_colors && args.picture.draw == Drawn::Points {
+            return Err(Failure::usage(
+                "granules are coloured by age: leave the colour map away, or draw skins",
+            ));
+        }
+        let grown = also.read(args.run.voice())?;
+        grown.spare(&args.output, &args.mesh)?;
+        let found = grown.elements.to_cluster_on_turned(substrate);
+        let (cluster, _) = found.context(OTHER_MESH)?;
+        Ok(Self {
+            origin: grown.origin(),
+            cluster,
+            color: also.color.clone(),
+        })
+    }
 }
 
 impl Growth {
@@ -84,23 +115,39 @@ impl Growth {
             false => Some(&bare),
         };
         let (substrate, cluster, texturing) = grown.on_dressed(&mesh, &args.mesh, dress)?;
+        let another = |text: &String| {
+            let also = Also::parse(text, &args.color);
+            Another::read(&also, args, &substrate).map_err(|e| also.failed(e))
+        };
+        let others: Vec<Another> = args
+            .picture
+            .also
+            .iter()
+            .map(another)
+            .collect::<Result<_, _>>()?;
+        let origin = grown.origin();
+        let first = std::iter::once((&origin, &cluster));
+        let all = first.chain(others.iter().map(|a| (&a.origin, &a.cluster)));
+        tell_of_overlaps(&substrate, all, voice);
         Ok(Self {
             grown,
             mesh,
             substrate,
             texturing,
             cluster,
+            others,
         })
-    }
-
-    /// Refuses frames of no shape, and such as do not fit.
-    pub(super) fn check_memory(&self, shape: &Shape, frames: Frames) -> Result<(), Failure> {
-        shape.check().map_err(|e| Failure::Usage(e.into()))?;
-        memory::check_frames(&self.substrate, &self.cluster, shape, frames)
     }
 }
 
-fn timing(args: &TimeArgs, cluster: &Cluster) -> Result<Timing, Failure> {
+impl Growth {
+    /// The first, and those beside it.
+    pub(super) fn clusters(&self) -> impl Iterator<Item = &Cluster> {
+        std::iter::once(&self.cluster).chain(self.others.iter().map(|a| &a.cluster))
+    }
+}
+
+pub(super) fn timing(args: &TimeArgs, cluster: &Cluster) -> Result<Timing, Failure> {
     let (clock, all) = (clock(&args.clock)?, cluster.len());
     let window = Window::elements(args.window, all, clock.end(all), args.frames);
     Ok(Timing {
@@ -143,7 +190,12 @@ fn skins(
     let in_radii = |length| units.in_radii(length);
     let shape = super::skin::shape(&args.shape, &in_radii);
     let paint = paint(&args.color, &in_radii)?;
-    lichen.check_memory(&shape, Frames::Meshes)?;
+    shape.check().map_err(|e| Failure::Usage(e.into()))?;
+    memory::check_frames(
+        &lichen.substrate,
+        [(&lichen.cluster, &shape)],
+        Frames::Meshes,
+    )?;
     let up = Some(lichen.substrate.up_axis());
     let frames = SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
     let frames = frames.map_err(|e| Failure::Usage(e.into()))?;

@@ -57,6 +57,10 @@ pub(crate) struct PictureArgs {
     /// Width of pictures in pixels, 16 to 16384; they are three quarters as high
     #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384))]
     pub(crate) width: u32,
+    /// Another lichen on the same mesh, with its own colour map, that grows in the same time: out/b or out/b,xanthoria.
+    /// May be repeated
+    #[arg(long, value_name = "DIR[,COLORMAP]")]
+    pub(crate) also: Vec<String>,
     /// The lichen as a skin in its own colours, or each element as a granule, coloured by age
     #[arg(long, value_parser = what(), hide_possible_values = true, value_name = "skin|points", default_value = "skin")]
     pub(crate) draw: What,

@@ -10,15 +10,15 @@ use std::thread::spawn;
 
 use anyhow::Context;
 use thallus::appearance::Appearance;
-use thallus::cluster::Presence;
+use thallus::cluster::{Cluster, Presence};
 use thallus::export::{TriMesh, write_file_atomically};
 use thallus::picture::{
     Camera, Disc, Finish, GifPacker, GifPalette, GifWriter, Ground, Image, Painted, Scene,
     Settings, Stone, Structure, TimeLapse, World,
 };
-use thallus::skin::{Cortex, SkinError, SkinFrames};
+use thallus::skin::{Cover, Paint, Shape, SkinError, SkinFrames};
 
-use super::animate::{Growth, bar};
+use super::animate::{Growth, bar, timing};
 use super::animate_args::AnimateArgs;
 use super::animate_out::{Folder, Movie, Pictures, nearest_folder};
 use super::dress::{self, made_up};
@@ -30,6 +30,7 @@ use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::render_camera::warn_unseen;
 use super::skin::{InUnits, shape};
+use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
 
 pub(super) fn pictures(
@@ -40,38 +41,25 @@ pub(super) fn pictures(
     stop: &Stop,
 ) -> Result<(), Failure> {
     memory::check_sizes(sides(args))?;
-    // A GIF's palette is chosen by the first picture and the last.
-    let ahead = moments.last().filter(|_| is_gif(target));
-    let moments: Vec<_> = ahead.into_iter().chain(&moments).copied().collect();
     let shots = Shots::new(args, lichen)?;
     let mut lapse = shots.time_lapse();
+    let moments = moments_of_all(args, target, lichen, moments)?;
     match args.picture.draw {
         What::Points => {
-            let mut take = |moment| lapse.take(&shots.granules(moment), &[]);
-            let images = moments.iter().map(|moment| Ok(take(moment)));
+            let mut take = |frame: usize| lapse.take(&shots.granules(&moments, frame), &[]);
+            let images = (0..moments[0].len()).map(|frame| Ok(take(frame)));
             write(args, target, images, stop)
         }
         What::Skin => {
-            let units = InUnits::of(&lichen.substrate, &lichen.cluster);
-            let in_radii = |length| units.in_radii(length);
-            let shape = shape(&args.shape, &in_radii);
-            let paint = paint(&args.color, &in_radii)?;
-            let pixels = sides(args).map(u64::from).iter().product();
-            lichen.check_memory(&shape, Frames::Pictures(pixels))?;
-            let skins =
-                SkinFrames::new(&lichen.substrate, &lichen.cluster, &shape, &paint, moments);
-            let mut skins = skins.map_err(|e| Failure::Usage(e.into()))?.in_parts();
-            // The first frames may have no surface yet, but not all.
-            let (mut shown, too_coarse) = (false, AtomicBool::new(false));
-            let next = || {
-                let mesh = skins.next()?;
-                shown |= !mesh.triangles.is_empty();
-                let is_too_coarse = !shown && skins.len() == 0;
-                too_coarse.store(is_too_coarse, Ordering::Relaxed);
-                Some(match is_too_coarse {
-                    true => Err(io::Error::other(SkinError::TooCoarse)),
-                    false => Ok(shots.of_skin(&mut lapse, mesh, skins.cortex())),
-                })
+            let looks = looks(args, lichen)?;
+            let mut skins = Skins::new(lichen, &looks, moments)?;
+            let too_coarse = AtomicBool::new(false);
+            let next = || match skins.next()? {
+                true => Some(Ok(shots.of_skins(&mut lapse, &mut skins))),
+                false => {
+                    too_coarse.store(true, Ordering::Relaxed);
+                    Some(Err(io::Error::other(SkinError::TooCoarse)))
+                }
             };
             let made = write(args, target, iter::from_fn(next), stop);
             match too_coarse.into_inner() {
@@ -79,6 +67,117 @@ pub(super) fn pictures(
                 false => made,
             }
         }
+    }
+}
+
+/// The moments of each lichen, of the first these.
+fn moments_of_all(
+    args: &AnimateArgs,
+    target: &Pictures,
+    lichen: &Growth,
+    first: Vec<Presence>,
+) -> Result<Vec<Vec<Presence>>, Failure> {
+    let mut all = vec![first];
+    for (another, text) in lichen.others.iter().zip(&args.picture.also) {
+        let moments = timing(&args.time, &another.cluster)?.moments(&another.cluster);
+        let moments = moments.with_context(|| format!("--also {text}"));
+        all.push(moments.map_err(Failure::Usage)?);
+    }
+    // A GIF's palette is chosen by the first picture and the last.
+    for moments in all.iter_mut().filter(|_| is_gif(target)) {
+        moments.splice(..0, moments.last().copied());
+    }
+    Ok(all)
+}
+
+/// What a lichen looks like.
+type Looks = (Shape, Paint);
+
+/// What each looks like; refuses such as do not fit.
+fn looks(args: &AnimateArgs, lichen: &Growth) -> Result<Vec<Looks>, Failure> {
+    let look = |(cluster, color): (&Cluster, &ColorArgs)| {
+        let units = InUnits::of(&lichen.substrate, cluster);
+        let in_radii = |length| units.in_radii(length);
+        let shape = shape(&args.shape, &in_radii);
+        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        Ok((shape, paint(color, &in_radii)?))
+    };
+    let own: &ColorArgs = &args.color;
+    let others = lichen.others.iter().map(|a| (&a.cluster, &a.color));
+    let looks: Result<Vec<Looks>, Failure> = iter::once((&lichen.cluster, own))
+        .chain(others)
+        .map(look)
+        .collect();
+    let looks = looks?;
+    let shapes = lichen.clusters().zip(looks.iter().map(|(shape, _)| shape));
+    let pixels = sides(args).map(u64::from).iter().product();
+    memory::check_frames(&lichen.substrate, shapes, Frames::Pictures(pixels))?;
+    warn_of_covers(args, lichen, &looks)?;
+    Ok(looks)
+}
+
+/// Says so where one lies over another: both are drawn, and it is by chance which is seen.
+fn warn_of_covers(args: &AnimateArgs, lichen: &Growth, looks: &[Looks]) -> Result<(), Failure> {
+    /// Of those beside which another grew some are at its rim.
+    const MOST_HIDDEN: f64 = 0.1;
+    let clusters: Vec<&Cluster> = lichen.clusters().collect();
+    for (k, another) in lichen.others.iter().enumerate() {
+        let cover = Cover::new(&lichen.substrate, &another.cluster, &looks[k + 1].0);
+        let cover = cover.map_err(|e| Failure::Usage(e.into()))?;
+        let is_over = |under: &&Cluster| {
+            let hidden = cover.hides(&lichen.substrate, under);
+            let count = hidden.iter().filter(|hidden| **hidden).count();
+            count as f64 > MOST_HIDDEN * hidden.len() as f64
+        };
+        if clusters[..=k].iter().any(is_over) {
+            args.run.voice().warn(&format!(
+                "--also {}: it lies over another, and animations show both where they overlap: grow it beside that one \
+                 (thallus grow --mask)",
+                args.picture.also[k]
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The skins of all lichens, moment by moment.
+struct Skins<'a> {
+    frames: Vec<SkinFrames<'a>>,
+    /// Those of the present moment.
+    meshes: Vec<TriMesh>,
+    /// Which have had a surface.
+    shown: Vec<bool>,
+}
+
+impl<'a> Skins<'a> {
+    fn new(
+        lichen: &'a Growth,
+        looks: &'a [Looks],
+        moments: Vec<Vec<Presence>>,
+    ) -> Result<Self, Failure> {
+        let each = lichen.clusters().zip(looks).zip(moments);
+        let frames = each.map(|((cluster, (shape, paint)), moments)| {
+            let frames = SkinFrames::new(&lichen.substrate, cluster, shape, paint, moments);
+            Ok(frames.map_err(|e| Failure::Usage(e.into()))?.in_parts())
+        });
+        let frames: Vec<_> = frames.collect::<Result<_, Failure>>()?;
+        Ok(Self {
+            meshes: Vec::new(),
+            shown: vec![false; frames.len()],
+            frames,
+        })
+    }
+
+    /// Goes on to the next moment, if there is one; false where the last is over and one has had no surface, as only
+    /// the first frames may.
+    fn next(&mut self) -> Option<bool> {
+        let meshes: Option<Vec<TriMesh>> = self.frames.iter_mut().map(Iterator::next).collect();
+        self.meshes = meshes?;
+        for (shown, mesh) in self.shown.iter_mut().zip(&self.meshes) {
+            *shown |= !mesh.triangles.is_empty();
+        }
+        let is_last = self.frames[0].len() == 0;
+        Some(!is_last || self.shown.iter().all(|shown| *shown))
     }
 }
 
@@ -126,7 +225,8 @@ struct Shots<'a> {
     ground: Ground,
     own: Option<Appearance<'a>>,
     stone: Stone,
-    discs: Vec<Disc>,
+    /// Of each lichen.
+    discs: Vec<Vec<Disc>>,
     camera: Camera,
     settings: Settings,
 }
@@ -135,10 +235,14 @@ impl<'a> Shots<'a> {
     fn new(args: &AnimateArgs, lichen: &'a Growth) -> Result<Self, Failure> {
         let [width, height] = sides(args);
         let stone = stone(&lichen.substrate)?;
-        let discs = by_age(&lichen.substrate, &lichen.cluster);
+        let discs = lichen
+            .clusters()
+            .map(|cluster| by_age(&lichen.substrate, cluster));
+        let discs: Vec<Vec<Disc>> = discs.collect();
+        let all = discs.concat();
         let grown = LazyCell::new(|| {
             World::new(&Scene {
-                discs: &discs,
+                discs: &all,
                 ..bare(&lichen.substrate, &stone)
             })
         });
@@ -147,7 +251,7 @@ impl<'a> Shots<'a> {
         let looks = (&lichen.substrate, &lichen.texturing);
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
-        let camera = view.zoomed(&camera, middle(&discs), aspect);
+        let camera = view.zoomed(&camera, middle(&discs[0]), aspect);
         warn_unseen(&camera, &grown, aspect, args.run.voice());
         drop(grown);
         Ok(Self {
@@ -167,12 +271,8 @@ impl<'a> Shots<'a> {
     }
 
     fn time_lapse(&self) -> TimeLapse<'_> {
-        let bare = staged(
-            &self.lichen.substrate,
-            &self.stone,
-            self.ground,
-            &self.discs,
-        );
+        let all = self.discs.concat();
+        let bare = staged(&self.lichen.substrate, &self.stone, self.ground, &all);
         let bare = Scene {
             finish: self.own.as_ref().map(|own| own as &dyn Finish),
             ..bare
@@ -181,26 +281,33 @@ impl<'a> Shots<'a> {
     }
 
     /// Elements swell with their influence.
-    fn granules(&self, moment: &Presence) -> Vec<Disc> {
-        let born = moment.born(self.discs.len());
-        let disc = |(birth, disc): (usize, &Disc)| Disc {
-            radius: disc.radius * moment.influence(birth),
-            ..*disc
+    fn granules(&self, moments: &[Vec<Presence>], frame: usize) -> Vec<Disc> {
+        let of_one = |(discs, moments): (&Vec<Disc>, &Vec<Presence>)| {
+            let moment = moments[frame];
+            let born = discs.iter().take(moment.born(discs.len())).enumerate();
+            let swollen = born.map(|(birth, disc)| Disc {
+                radius: disc.radius * moment.influence(birth),
+                ..*disc
+            });
+            swollen.collect::<Vec<_>>()
         };
-        self.discs[..born].iter().enumerate().map(disc).collect()
+        self.discs.iter().zip(moments).flat_map(of_one).collect()
     }
 
-    fn of_skin(&self, lapse: &mut TimeLapse, mesh: TriMesh, cortex: Option<&Cortex>) -> Image {
-        let Growth {
-            substrate, cluster, ..
-        } = self.lichen;
-        let skin = Skin::new(substrate, mesh, cluster.radius() as f32);
-        let cut = cortex.map(Cut);
-        let painted = Painted {
+    fn of_skins(&self, lapse: &mut TimeLapse, skins: &mut Skins) -> Image {
+        let substrate = &self.lichen.substrate;
+        let meshes = std::mem::take(&mut skins.meshes);
+        let drawn: Vec<Skin> = { self.lichen.clusters().zip(meshes) }
+            .map(|(cluster, mesh)| Skin::new(substrate, mesh, cluster.radius() as f32))
+            .collect();
+        let cuts: Vec<_> = { skins.frames.iter() }
+            .map(|frames| frames.cortex().map(Cut))
+            .collect();
+        let painted = drawn.iter().zip(&cuts).map(|(skin, cut)| Painted {
             structure: cut.as_ref().map(|cut| cut as &dyn Structure),
             ..skin.painted()
-        };
-        lapse.take(&[], &[painted])
+        });
+        lapse.take(&[], &painted.collect::<Vec<_>>())
     }
 }
 

@@ -219,11 +219,10 @@ pub(super) enum Frames {
     Pictures(u64),
 }
 
-/// Refuses frames that do not fit: they share what one takes, and keep what is felt where.
-pub(super) fn check_frames(
+/// Refuses frames that do not fit: those of a lichen share what one takes, and keep what is felt where.
+pub(super) fn check_frames<'a>(
     substrate: &Substrate,
-    cluster: &Cluster,
-    shape: &Shape,
+    lichens: impl IntoIterator<Item = (&'a Cluster, &'a Shape)>,
     frames: Frames,
 ) -> Result<(), Failure> {
     let (picture, kept) = match frames {
@@ -233,13 +232,15 @@ pub(super) fn check_frames(
             (PICTURE_BYTES, kept)
         }
     };
-    let felt = FELT_BYTES * expected_near(cluster, shape);
-    let triangles = expected_triangles(substrate, cluster, shape);
-    let timed = TIMED_BYTES * cluster.len() as f64;
-    check_triangles(
-        triangles,
-        (FRAME_BYTES + picture + felt) * triangles + timed + kept,
-    )
+    let (mut all, mut needed) = (0.0, kept);
+    for (cluster, shape) in lichens {
+        let felt = FELT_BYTES * expected_near(cluster, shape);
+        let triangles = expected_triangles(substrate, cluster, shape);
+        let timed = TIMED_BYTES * cluster.len() as f64;
+        all += triangles;
+        needed += (FRAME_BYTES + picture + felt) * triangles + timed;
+    }
+    check_triangles(all, needed)
 }
 
 fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {

@@ -75,8 +75,12 @@ mod tests {
                     }
                 }
             }
-            assert!(found > 0 || count < 500, "{found}");
-            assert!(looked_at <= 100 * count, "{looked_at} of {count}");
+            if count == 500 {
+                assert!(
+                    found > 0 && looked_at < 300 * count / 5,
+                    "{found} {looked_at}"
+                );
+            }
         }
     }
 }
