@@ -338,6 +338,7 @@ fn several_lichens_grow_in_one_animation() {
             "rock.obj --radius 0.4% --elements 120 --at {at} -o {name}"
         ));
     }
+    desk.done("rock.obj --radius 0.4% --elements 80 -o few");
     let view = "--what picture --frames 2 --width 64 --samples 1 --camera top --quiet";
     let last = |words: &str, folder: &str| {
         made(&desk, &format!("{words} -o {folder} {view}"));
@@ -371,9 +372,14 @@ fn several_lichens_grow_in_one_animation() {
             &["--also two,xanthoria", "by age"],
         ),
         (
-            "one -o a.gif --also two --clock 0:0,1:121",
+            "one -o a.gif --also few --clock 0:0,1:90",
             2,
-            &["121", "120"],
+            &["--also few", "90", "80"],
+        ),
+        (
+            "one -o a.gif --also two,puce",
+            2,
+            &["--also two,puce", "no colour map 'puce'"],
         ),
     ];
     for (words, code, parts) in cases {

@@ -79,15 +79,22 @@ fn moments_of_all(
 ) -> Result<Vec<Vec<Presence>>, Failure> {
     let mut all = vec![first];
     for (another, text) in lichen.others.iter().zip(&args.picture.also) {
-        let moments = timing(&args.time, &another.cluster)?.moments(&another.cluster);
-        let moments = moments.with_context(|| format!("--also {text}"));
-        all.push(moments.map_err(Failure::Usage)?);
+        let moments = timing(&args.time, &another.cluster).and_then(|timing| {
+            let moments = timing.moments(&another.cluster);
+            moments.map_err(|e| Failure::Usage(e.into()))
+        });
+        all.push(moments.map_err(|e| of_another(text, e))?);
     }
     // A GIF's palette is chosen by the first picture and the last.
     for moments in all.iter_mut().filter(|_| is_gif(target)) {
         moments.splice(..0, moments.last().copied());
     }
     Ok(all)
+}
+
+/// What is wrong with another lichen, and with which.
+fn of_another(text: &str, failure: Failure) -> Failure {
+    failure.at(format!("--also {text}"))
 }
 
 /// What a lichen looks like.
@@ -102,13 +109,11 @@ fn looks(args: &AnimateArgs, lichen: &Growth) -> Result<Vec<Looks>, Failure> {
         shape.check().map_err(|e| Failure::Usage(e.into()))?;
         Ok((shape, paint(color, &in_radii)?))
     };
-    let own: &ColorArgs = &args.color;
-    let others = lichen.others.iter().map(|a| (&a.cluster, &a.color));
-    let looks: Result<Vec<Looks>, Failure> = iter::once((&lichen.cluster, own))
-        .chain(others)
-        .map(look)
-        .collect();
-    let looks = looks?;
+    let mut looks = vec![look((&lichen.cluster, &args.color))?];
+    for (another, text) in lichen.others.iter().zip(&args.picture.also) {
+        let own = look((&another.cluster, &another.color));
+        looks.push(own.map_err(|e| of_another(text, e))?);
+    }
     let shapes = lichen.clusters().zip(looks.iter().map(|(shape, _)| shape));
     let pixels = sides(args).map(u64::from).iter().product();
     memory::check_frames(&lichen.substrate, shapes, Frames::Pictures(pixels))?;
