@@ -365,6 +365,6 @@ fn sweeps_have_masks_and_slopes() {
     assert_refused_in_a_line(
         &sweep("square.obj --axis mask=a.png -o no"),
         2,
-        &["one mask"],
+        &["the same masks"],
     );
 }

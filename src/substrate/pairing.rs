@@ -2,8 +2,8 @@
 //!
 //! Where solids touch along an edge, every second wedge about it is free, and the two triangles that face each other
 //! over it are joined: walkers stay outside. So it is where the triangles about the edge are wound by turns one way
-//! and the other. Elsewhere the two that continue each other most straightly are joined, then the next two, and so on;
-//! an odd one out ends there. Edges of more than 64 triangles are walls to all of them.
+//! and the other. Elsewhere the two that continue each other most straightly are joined, then the next two, and so on:
+//! first those on one side of the surface, by their winding, then the rest; an odd one out ends there. Edges of more than 64 triangles are walls to all of them.
 
 use glam::{DVec2, DVec3};
 
@@ -100,24 +100,27 @@ fn quarters(direction: DVec2) -> Option<f64> {
     })
 }
 
-/// Those that continue each other most straightly first; ties go to the lower numbers.
+/// Those that continue each other most straightly first, but before them those that are on one side of the surface, being
+/// wound opposite ways along the edge; ties go to the lower numbers.
 fn straightest(sides: &[Side]) -> Vec<[usize; 2]> {
     let all = 0..sides.len();
-    let mut pairs: Vec<(f64, [usize; 2])> = all
+    let turns_over = |i: usize, j: usize| sides[i].is_along == sides[j].is_along;
+    let mut pairs: Vec<(bool, f64, [usize; 2])> = all
         .clone()
         .flat_map(|i| (i + 1..all.end).map(move |j| [i, j]))
-        .map(|[i, j]| (sides[i].away.dot(sides[j].away), [i, j]))
+        .map(|[i, j]| (turns_over(i, j), sides[i].away.dot(sides[j].away), [i, j]))
         .collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let by_sides = |a: &(bool, f64, _), b: &(bool, f64, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+    pairs.sort_by(|a, b| by_sides(a, b).then(a.2.cmp(&b.2)));
     let mut free = vec![true; sides.len()];
-    pairs.retain(|(_, pair)| {
+    pairs.retain(|(_, _, pair)| {
         let both = pair.iter().all(|&i| free[i]);
         if both {
             pair.iter().for_each(|&i| free[i] = false);
         }
         both
     });
-    pairs.into_iter().map(|(_, pair)| pair).collect()
+    pairs.into_iter().map(|(_, _, pair)| pair).collect()
 }
 
 /// Unit vector in a triangle's plane, perpendicular to its edge, which begins at a, and away from it.
@@ -178,6 +181,21 @@ mod tests {
         assert_eq!(joined(&cubes.map(|(turn, w)| (turn, !w))), [[0, 3], [1, 2]]);
         let mixed = [cubes[2], cubes[1], cubes[0], cubes[3]];
         assert_eq!(joined(&mixed), [[0, 3], [1, 2]]);
+    }
+
+    /// Where solids run into each other too: walkers do not come to the inside.
+    #[test]
+    fn nothing_is_turned_over_that_need_not_be() {
+        let (along, against) = (true, false);
+        let ring = [
+            (0.041, against),
+            (0.046, along),
+            (0.219, along),
+            (0.414, against),
+        ];
+        assert_eq!(joined(&ring), [[0, 2], [1, 3]]);
+        let wall_within = [(0.0, along), (0.3, along), (0.46, along), (0.9, against)];
+        assert_eq!(joined(&wall_within), [[0, 1], [2, 3]]);
     }
 
     /// A block on a plate, welded to it: from the plate up the wall, and what is under the block among itself.
