@@ -9,8 +9,9 @@ use std::path::Path;
 
 use desk::{Desk, PROMISED};
 use thallus::export::read_elements;
+use thallus::growth::SeedPlace;
 use thallus::run::{GrowError, Settings, SettingsError, grow};
-use thallus::substrate::{Substrate, UpAxis};
+use thallus::substrate::{Soup, Substrate, UpAxis};
 
 /// A rock in an OBJ file, y-up as the format has it, and the same as programs with z up leave it.
 fn two_rocks() -> Desk {
@@ -172,4 +173,34 @@ fn a_substrate_that_was_told_otherwise_is_refused() {
         ..Settings::default()
     };
     assert_eq!(usual.resolve(&load(), "rock.obj").unwrap().mesh_up, None);
+}
+
+/// A square ring of height 0.2 with a hole in its middle, y up.
+fn ring() -> Soup {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let mut soup = Soup::default();
+    for (height, half) in [(0.0, 1.0), (0.0, 0.6), (0.2, 1.0), (0.2, 0.6)] {
+        let place = |[x, z]: [f64; 2]| [half * x, height, half * z];
+        soup.positions.extend(corners.map(place));
+    }
+    for k in 0..4 {
+        let next = (k + 1) % 4;
+        let at = |ring: u32, k: u32| 4 * ring + k;
+        for [first, second] in [[2, 3], [1, 0], [0, 2], [3, 1]] {
+            let [a, b] = [at(first, k), at(first, next)];
+            let [c, d] = [at(second, next), at(second, k)];
+            soup.triangles.extend([[a, d, c], [a, c, b]]);
+        }
+    }
+    soup
+}
+
+/// Not on the wall of the hole, which is nearest to the middle.
+#[test]
+fn the_top_of_a_ring_looks_up() {
+    let substrate = Substrate::from_soup(ring()).unwrap();
+    let top = SeedPlace::Top.locate(&substrate, 1, 0).unwrap();
+    let place = substrate.units().to_file(substrate.position(&top));
+    assert!((place.y - 0.2).abs() < 1e-9, "{place}");
+    assert!(substrate.normal(top.triangle).y > 0.999);
 }

@@ -4,13 +4,14 @@ use glam::{DVec2, DVec3};
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
-use crate::substrate::{Substrate, SurfacePoint};
+use crate::substrate::{Component, Substrate, SurfacePoint};
 
 /// Where the seed element of a colony goes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SeedPlace {
     /// On the mesh's largest piece, where a plumb line through the middle of that piece's bounding
-    /// box first meets it from above; where it misses, the piece's point nearest to that middle.
+    /// box first meets it from above; where it misses, as in a ring, where that through the nearest centroid of a triangle
+    /// does that looks up; where none does, the piece's point nearest to that middle.
     Top,
     /// The point of the surface nearest to this one (file units).
     Point([f64; 3]),
@@ -230,15 +231,26 @@ fn top(substrate: &Substrate) -> SurfacePoint {
     let piece = &substrate.components()[0];
     let middle = (piece.bounds[0] + piece.bounds[1]) * 0.5;
     let up = substrate.up();
-    let below = substrate.triangles_near_line(middle, up, &piece.triangles);
-    let hits = below
-        .into_iter()
-        .filter_map(|t| plumb(substrate, t, middle, up));
-    let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
-    match hits.reduce(higher) {
-        Some((_, at)) => at,
-        None => substrate.nearest_among(middle, &piece.triangles),
-    }
+    let above = |place: DVec3| {
+        let below = substrate.triangles_near_line(place, up, &piece.triangles);
+        let hits = { below.into_iter() }.filter_map(|t| plumb(substrate, t, place, up));
+        let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
+        hits.reduce(higher).map(|(_, at)| at)
+    };
+    above(middle)
+        .or_else(|| above(nearest_that_looks_up(substrate, piece, middle)?))
+        .unwrap_or_else(|| substrate.nearest_among(middle, &piece.triangles))
+}
+
+/// Of the triangles of a piece that look up, the centroid nearest to a plumb line.
+fn nearest_that_looks_up(substrate: &Substrate, piece: &Component, line: DVec3) -> Option<DVec3> {
+    /// Within 45° of straight up.
+    const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    let up = substrate.up();
+    let upper = { piece.triangles.clone() }.filter(|&t| substrate.normal(t).dot(up) > STEEPEST);
+    let centroids = upper.map(|t| substrate.corners(t).iter().sum::<DVec3>() / 3.0);
+    let aside = |place: &DVec3| (*place - line).cross(up).length_squared();
+    centroids.min_by(|a, b| aside(a).total_cmp(&aside(b)))
 }
 
 /// Height at which a line along `up` through a point meets a triangle, and where.

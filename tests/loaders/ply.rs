@@ -84,6 +84,9 @@ fn all_three_encodings_give_the_same_soup() {
         let text = ascii().replacen("ply\n", first, 1);
         assert_eq!(parsed(&text, Format::Ply), soup, "{first:?}");
     }
+    // As Blender 2.4 wrote it.
+    let text = ascii().replacen("comment made", "Created", 1);
+    assert_eq!(parsed(text, Format::Ply), soup);
     let begun = [b"\xEF\xBB\xBFply \r\n", &binary(false)[4..]].concat();
     assert_eq!(parsed(begun, Format::Ply), soup);
 }

@@ -239,7 +239,10 @@ impl Images<'_> {
         let source = texture.and_then(|t| t.source);
         let image = source.filter(|&s| s < self.places.len());
         let Some(image) = image.and_then(|s| self.image(s)) else {
-            let note = format!("the {what} texture is passed over: it has no PNG or JPEG image");
+            let note = format!(
+                "the {what} texture is passed over: it has no PNG or JPEG image (WebP and KTX2 are not read: save it as one of \
+                 those)"
+            );
             self.out.notes.push(note);
             return None;
         };

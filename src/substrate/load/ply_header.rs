@@ -185,6 +185,10 @@ fn fault(line: usize, problem: String) -> LoadFault {
     LoadFault::malformed(Ply, format!("line {line}"), problem, cure)
 }
 
+fn is_keyword(word: &[u8]) -> bool {
+    [&b"format"[..], b"element", b"property"].contains(&word)
+}
+
 struct Parser {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
@@ -209,8 +213,14 @@ impl Parser {
                 let kind = Kind::One(scalar_named(scalar)?);
                 self.property(&name(&words[2..]), kind)
             }
+            // Nothing else may stand before the elements, so it is a comment, as an early Blender wrote them.
+            [word, ..] if self.is_before_elements() && !is_keyword(word) => Ok(()),
             _ => Err(format!("{} is not a header line", quoted(line))),
         }
+    }
+
+    fn is_before_elements(&self) -> bool {
+        self.encoding.is_some() && self.elements.is_empty()
     }
 
     fn format(&mut self, name: &[u8]) -> Result<(), String> {
