@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use rayon::prelude::*;
 use thallus::cluster::Cluster;
 use thallus::run::shell_path;
@@ -12,9 +13,6 @@ use super::grown::{Grown, Origin};
 use super::number::count;
 use super::skin_args::ColorArgs;
 use super::terminal::Voice;
-
-/// Why one cannot be beside the first.
-pub(crate) const OTHER_MESH: &str = "it grew on another mesh than the first";
 
 /// Another lichen, and the colours that it was asked for in.
 pub(crate) struct Also {
@@ -44,13 +42,21 @@ impl Also {
         }
     }
 
-    pub(crate) fn read(&self, voice: Voice) -> Result<Grown, Failure> {
-        match self.from.as_os_str().is_empty() {
-            true => Err(Failure::usage(
+    /// The lichen, on the mesh of the first.
+    pub(crate) fn read(
+        &self,
+        substrate: &Substrate,
+        voice: Voice,
+    ) -> Result<(Grown, Cluster), Failure> {
+        if self.from.as_os_str().is_empty() {
+            return Err(Failure::usage(
                 "no folder is named: write DIR or DIR,COLORMAP",
-            )),
-            false => Grown::read(&self.from, voice),
+            ));
         }
+        let grown = Grown::read(&self.from, voice)?;
+        let found = grown.elements.to_cluster_on_turned(substrate);
+        let (cluster, _) = found.context("it grew on another mesh than the first")?;
+        Ok((grown, cluster))
     }
 
     /// What is wrong with it, and that it is of this one.

@@ -17,7 +17,7 @@ use thallus::picture::{Ground, age_color};
 use thallus::skin::{SkinError, SkinFrames};
 use thallus::substrate::{Substrate, Texturing};
 
-use super::also::{Also, OTHER_MESH, tell_of_overlaps};
+use super::also::{Also, tell_of_overlaps};
 use super::animate_args::{AnimateArgs, Subject, TimeArgs, Window};
 use super::animate_out::{Folder, Shapes, Target, nearest_folder};
 use super::animate_picture;
@@ -31,7 +31,6 @@ use super::memory::{self, Frames};
 use super::number::{duration, plural};
 use super::render_args::What as Drawn;
 use super::skin::{InUnits, start_threads};
-use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
 use super::terminal;
 
@@ -78,27 +77,36 @@ pub(super) struct Growth {
 
 /// Another lichen on the same mesh.
 pub(super) struct Another {
+    pub(super) also: Also,
     origin: Origin,
     pub(super) cluster: Cluster,
-    pub(super) color: ColorArgs,
 }
 
 impl Another {
-    fn read(also: &Also, args: &AnimateArgs, substrate: &Substrate) -> Result<Self, Failure> {
+    fn read(text: &str, args: &AnimateArgs, substrate: &Substrate) -> Result<Self, Failure> {
+        let also = Also::parse(text, &args.color);
+        let found = Self::of(&also, args, substrate);
+        let (origin, cluster) = found.map_err(|e| also.failed(e))?;
+        Ok(Self {
+            also,
+            origin,
+            cluster,
+        })
+    }
+
+    fn of(
+        also: &Also,
+        args: &AnimateArgs,
+        substrate: &Substrate,
+    ) -> Result<(Origin, Cluster), Failure> {
         if also.names_colors && args.picture.draw == Drawn::Points {
             return Err(Failure::usage(
                 "granules are coloured by age: leave the colour map away, or draw skins",
             ));
         }
-        let grown = also.read(args.run.voice())?;
+        let (grown, cluster) = also.read(substrate, args.run.voice())?;
         grown.spare(&args.output, &args.mesh)?;
-        let found = grown.elements.to_cluster_on_turned(substrate);
-        let (cluster, _) = found.context(OTHER_MESH)?;
-        Ok(Self {
-            origin: grown.origin(),
-            cluster,
-            color: also.color.clone(),
-        })
+        Ok((grown.origin(), cluster))
     }
 }
 
@@ -115,16 +123,9 @@ impl Growth {
             false => Some(&bare),
         };
         let (substrate, cluster, texturing) = grown.on_dressed(&mesh, &args.mesh, dress)?;
-        let another = |text: &String| {
-            let also = Also::parse(text, &args.color);
-            Another::read(&also, args, &substrate).map_err(|e| also.failed(e))
-        };
-        let others: Vec<Another> = args
-            .picture
-            .also
-            .iter()
-            .map(another)
-            .collect::<Result<_, _>>()?;
+        let texts = args.picture.also.iter();
+        let others = texts.map(|text| Another::read(text, args, &substrate));
+        let others = others.collect::<Result<Vec<_>, _>>()?;
         let origin = grown.origin();
         let first = std::iter::once((&origin, &cluster));
         let all = first.chain(others.iter().map(|a| (&a.origin, &a.cluster)));
@@ -138,9 +139,7 @@ impl Growth {
             others,
         })
     }
-}
 
-impl Growth {
     /// The first, and those beside it.
     pub(super) fn clusters(&self) -> impl Iterator<Item = &Cluster> {
         std::iter::once(&self.cluster).chain(self.others.iter().map(|a| &a.cluster))

@@ -78,23 +78,18 @@ fn moments_of_all(
     first: Vec<Presence>,
 ) -> Result<Vec<Vec<Presence>>, Failure> {
     let mut all = vec![first];
-    for (another, text) in lichen.others.iter().zip(&args.picture.also) {
+    for another in &lichen.others {
         let moments = timing(&args.time, &another.cluster).and_then(|timing| {
             let moments = timing.moments(&another.cluster);
             moments.map_err(|e| Failure::Usage(e.into()))
         });
-        all.push(moments.map_err(|e| of_another(text, e))?);
+        all.push(moments.map_err(|e| another.also.failed(e))?);
     }
     // A GIF's palette is chosen by the first picture and the last.
     for moments in all.iter_mut().filter(|_| is_gif(target)) {
         moments.splice(..0, moments.last().copied());
     }
     Ok(all)
-}
-
-/// What is wrong with another lichen, and with which.
-fn of_another(text: &str, failure: Failure) -> Failure {
-    failure.at(format!("--also {text}"))
 }
 
 /// What a lichen looks like.
@@ -110,9 +105,9 @@ fn looks(args: &AnimateArgs, lichen: &Growth) -> Result<Vec<Looks>, Failure> {
         Ok((shape, paint(color, &in_radii)?))
     };
     let mut looks = vec![look((&lichen.cluster, &args.color))?];
-    for (another, text) in lichen.others.iter().zip(&args.picture.also) {
-        let own = look((&another.cluster, &another.color));
-        looks.push(own.map_err(|e| of_another(text, e))?);
+    for another in &lichen.others {
+        let own = look((&another.cluster, &another.also.color));
+        looks.push(own.map_err(|e| another.also.failed(e))?);
     }
     let shapes = lichen.clusters().zip(looks.iter().map(|(shape, _)| shape));
     let pixels = sides(args).map(u64::from).iter().product();

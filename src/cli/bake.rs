@@ -17,7 +17,7 @@ use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing};
 
-use super::also::{Also, OTHER_MESH, tell_of_overlaps};
+use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, FileFormat, NormalFormat};
 use super::dress::Dress;
@@ -156,10 +156,8 @@ impl Lichens {
     }
 
     fn another(&self, args: &BakeArgs, also: &Also) -> Result<Lichen, Failure> {
-        let grown = also.read(args.run.voice())?;
+        let (grown, cluster) = also.read(&self.substrate, args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
-        let found = grown.elements.to_cluster_on_turned(&self.substrate);
-        let (cluster, _) = found.context(OTHER_MESH)?;
         Lichen::new(
             &self.substrate,
             (grown.origin(), cluster),

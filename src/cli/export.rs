@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::Context;
-
 use thallus::export::{
     Elements, NotOnMesh, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
 };
@@ -94,12 +93,8 @@ pub(super) fn smooth_on(
     substrate: &Substrate,
 ) -> Result<(Vec<SurfacePoint>, bool), NotOnMesh> {
     let (table, places) = elements.on_turned(substrate)?;
-    let turned = match table {
-        Cow::Owned(turned) => Some(turned),
-        Cow::Borrowed(_) => None,
-    };
-    let is_turned = turned.is_some();
-    if let Some(turned) = turned {
+    let is_turned = matches!(table, Cow::Owned(_));
+    if let Cow::Owned(turned) = table {
         *elements = turned;
     }
     let normals = smooth_normals(substrate, &places);

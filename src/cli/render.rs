@@ -19,7 +19,7 @@ use thallus::run::Length;
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::{Substrate, Texturing};
 
-use super::also::{Also, OTHER_MESH, tell_of_overlaps};
+use super::also::{Also, tell_of_overlaps};
 use super::dress::{self, made_up};
 use super::failure::Failure;
 use super::grown::{Grown, Origin};
@@ -228,10 +228,8 @@ impl Lichens {
     }
 
     fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {
-        let grown = also.read(args.run.voice())?;
-        let found = grown.elements.to_cluster_on_turned(&self.substrate);
-        let (cluster, _) = found.context(OTHER_MESH)?;
-        Lichen::new(&self.substrate, (grown, cluster), args, &also.color)
+        let found = also.read(&self.substrate, args.run.voice())?;
+        Lichen::new(&self.substrate, found, args, &also.color)
     }
 
     fn colored(&self, args: &RenderArgs) -> Result<Colored, Failure> {

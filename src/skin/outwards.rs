@@ -28,35 +28,35 @@ pub(super) fn folded(mesh: &TriMesh, triangles: &[[u32; 3]]) -> Vec<u32> {
 
 /// Vertices whose normal looks away from one of these triangles, with the normals of all of theirs.
 fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec3>> {
-    let outwards: Vec<DVec3> = triangles.par_iter().map(|t| outward(mesh, t)).collect();
     let normal = |v: u32| DVec3::from(mesh.normals[v as usize].map(f64::from));
-    let both = || triangles.par_iter().zip(&outwards);
-    let away = both().flat_map_iter(|(triangle, &outward)| {
-        let away = move |v: &u32| normal(*v).dot(outward) < 0.0;
+    let away = triangles.par_iter().flat_map_iter(|triangle| {
+        let across = across(mesh, triangle);
+        let away = move |v: &u32| normal(*v).dot(across) < 0.0;
         triangle.iter().copied().filter(away)
     });
     let away: Vec<u32> = away.collect();
-    let mut turned: BTreeMap<_, _> = away.into_iter().map(|v| (v, Vec::new())).collect();
-    if turned.is_empty() {
-        return turned;
-    }
-    for (triangle, &outward) in triangles.iter().zip(&outwards) {
-        for v in triangle {
-            if let Some(faces) = turned.get_mut(v).filter(|_| outward != DVec3::ZERO) {
-                faces.push(outward);
-            }
+    let mut is_turned = vec![false; mesh.positions.len()];
+    away.iter().for_each(|&v| is_turned[v as usize] = true);
+    let about = triangles.par_iter().flat_map_iter(|triangle| {
+        let turned = { triangle.iter().copied() }.filter(|&v| is_turned[v as usize]);
+        turned.map(|v| (v, across(mesh, triangle).normalize_or_zero()))
+    });
+    let mut turned = BTreeMap::<u32, Vec<DVec3>>::new();
+    for (v, outward) in about.collect::<Vec<_>>() {
+        if outward != DVec3::ZERO {
+            turned.entry(v).or_default().push(outward);
         }
     }
     turned
 }
 
-/// The normal of a triangle, to the bit whichever of its corners comes first.
-fn outward(mesh: &TriMesh, triangle: &[u32; 3]) -> DVec3 {
+/// A vector along the normal of a triangle, to the bit whichever of its corners comes first.
+fn across(mesh: &TriMesh, triangle: &[u32; 3]) -> DVec3 {
     let mut corners = triangle.map(|v| DVec3::from(mesh.positions[v as usize]));
     let least = (0..3).min_by(|&i, &j| in_order(&corners[i], &corners[j]));
     corners.rotate_left(least.unwrap_or(0));
     let [a, b, c] = corners;
-    (b - a).cross(c - a).normalize_or_zero()
+    (b - a).cross(c - a)
 }
 
 fn in_order(a: &DVec3, b: &DVec3) -> std::cmp::Ordering {
