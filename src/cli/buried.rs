@@ -1,25 +1,44 @@
-//! Whether lichens would start where nobody sees them: on a piece of the mesh, inside another one.
+//! Whether lichens would start where nobody sees them: on a piece of the mesh, inside or under another one.
 
 use rayon::prelude::*;
 use thallus::growth::Solids;
 use thallus::substrate::{Substrate, SurfacePoint};
 
+/// Other pieces that are nearer than this share of the mesh's diagonal cover what they are above.
+const NEAR: f64 = 0.05;
+
+/// Of all that a place looks at, more than it may be another piece.
+const COVERED: f64 = 0.9;
+
 /// Says so, and what to do.
-pub(super) fn warning(substrate: &Substrate, seeds: &[SurfacePoint]) -> Option<String> {
+pub(super) fn warnings(substrate: &Substrate, seeds: &[SurfacePoint]) -> Vec<String> {
     let solids = Solids::of(substrate);
-    let hidden = seeds.par_iter().filter(|at| solids.hide(at));
-    let who = match (hidden.count(), seeds.len()) {
-        (0, _) => return None,
-        (1, 1) => "the lichen starts".to_owned(),
-        (some, all) => {
-            let start = if some == 1 { "starts" } else { "start" };
-            format!("{some} of {all} colonies {start}")
-        }
-    };
-    Some(format!(
-        "{who} inside another piece of the mesh: unless that is a room, give a place that is seen with --at ('highest', \
-         or X,Y,Z), or make the pieces one surface (in Blender: the Remesh modifier)"
-    ))
+    let near = NEAR * substrate.units().diagonal();
+    let (inside, outside): (Vec<SurfacePoint>, Vec<SurfacePoint>) =
+        seeds.par_iter().partition(|at| solids.hide(at));
+    let under = { outside.par_iter() }.filter(|at| solids.cover(at, near) > COVERED);
+    let all = seeds.len();
+    let found = [
+        starts(inside.len(), all).map(|who| {
+            format!("{who} inside another piece of the mesh: unless that is a room, {CURE}")
+        }),
+        starts(under.count(), all)
+            .map(|who| format!("{who} close under another piece of the mesh: {CURE}")),
+    ];
+    found.into_iter().flatten().collect()
+}
+
+const CURE: &str = "give a place that is seen with --at ('highest', or X,Y,Z), or make the pieces one surface (in \
+                    Blender: the Remesh modifier)";
+
+/// Which of all colonies do.
+fn starts(some: usize, all: usize) -> Option<String> {
+    match (some, all) {
+        (0, _) => None,
+        (1, 1) => Some("the lichen starts".to_owned()),
+        (1, _) => Some(format!("1 of {all} colonies starts")),
+        _ => Some(format!("{some} of {all} colonies start")),
+    }
 }
 
 #[cfg(test)]
@@ -62,13 +81,17 @@ mod tests {
     }
 
     fn tells(substrate: &Substrate, at: [f64; 3]) -> bool {
+        !told(substrate, at).is_empty()
+    }
+
+    fn told(substrate: &Substrate, at: [f64; 3]) -> Vec<String> {
         let settings = Settings {
             at: Some(vec![SeedPlace::Point(at)]),
             ..Settings::default()
         };
         let recipe = settings.resolve(substrate, "").unwrap();
         let seeds = recipe.seeds(substrate).unwrap();
-        warning(substrate, &seeds).is_some()
+        warnings(substrate, &seeds)
     }
 
     #[test]
@@ -90,5 +113,28 @@ mod tests {
     fn a_piece_may_be_open() {
         let cup = cubes(&[(0.0, 0.2), (0.0, 1.0)], false);
         assert!(tells(&cup, [0.2, 0.0, 0.0]));
+    }
+
+    /// Cubes in a row of half side 1, this far from face to face: the nearest face is a wall before what lies behind.
+    #[test]
+    fn a_place_close_under_another_piece_is_told_of() {
+        let touching = cubes(&[(0.0, 1.0), (2.0, 1.0)], true);
+        assert!(tells(&touching, [1.0, 0.0, 0.0]));
+        for (gap, is_told) in [(0.001, true), (0.05, true), (1.0, false)] {
+            let row = cubes(&[(0.0, 1.0), (2.0 + gap, 1.0)], true);
+            let told = told(&row, [1.0, 0.0, 0.0]);
+            assert_eq!(told.len(), usize::from(is_told), "{gap} {told:?}");
+            let under = "the lichen starts close under another piece";
+            assert!(told.iter().all(|told| told.starts_with(under)), "{told:?}");
+            assert!(!tells(&row, [0.0, 1.0, 0.0]), "on the side");
+        }
+    }
+
+    /// What is near behind a place does not cover it.
+    #[test]
+    fn what_is_behind_covers_nothing() {
+        let plates = cubes(&[(0.0, 1.0), (-2.02, 1.0)], true);
+        assert!(!tells(&plates, [1.0, 0.0, 0.0]));
+        assert!(tells(&plates, [-1.0, 0.0, 0.0]));
     }
 }

@@ -57,11 +57,8 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         let moved = moved::notes(&substrate, &recipe, &seeds);
         moved.iter().for_each(|note| voice.note(note));
     }
-    let hidden = buried::warning(&substrate, &seeds);
-    warnings
-        .iter()
-        .chain(&hidden)
-        .for_each(|warning| voice.warn(warning));
+    let hidden = buried::warnings(&substrate, &seeds);
+    { warnings.iter().chain(&hidden) }.for_each(|warning| voice.warn(warning));
     let after = match args.preview {
         0 => After::Nothing,
         width => After::Preview(u64::from(width) * u64::from(width * 3 / 4)),

@@ -50,6 +50,59 @@ impl<'a> Solids<'a> {
             is_within && !is_own && ways_out(self.substrate, piece, place) >= LEAST_WAYS
         })
     }
+
+    /// How much of what a place looks at is another piece of the mesh, no farther away than `within`, a length in file
+    /// units: from 0 to 1, by 24 directions.
+    ///
+    /// # Panics
+    /// When the substrate does not have the place's triangle.
+    pub fn cover(&self, at: &SurfacePoint, within: f64) -> f64 {
+        if self.pieces.is_none() {
+            return 0.0;
+        }
+        let within = self.substrate.units().length_to_local(within);
+        let place = self.substrate.position(at);
+        let others = { self.substrate.components().iter() }
+            .filter(|piece| !piece.triangles.contains(&at.triangle))
+            .filter(|piece| distance_to_box(piece.bounds, place) <= within);
+        let others: Vec<_> = others.collect();
+        let rays = rays_about(self.substrate.normal(at.triangle));
+        let meets = |ray: &DVec3| {
+            { others.iter() }.any(|piece| is_met(self.substrate, piece, place, *ray, within))
+        };
+        rays.filter(meets).count() as f64 / f64::from(RAYS)
+    }
+}
+
+/// Directions in which it is looked what covers a place.
+const RAYS: u32 = 24;
+
+/// As many per area of the disc below them as light comes from them: along a spiral whose turns are golden sections.
+fn rays_about(normal: DVec3) -> impl Iterator<Item = DVec3> {
+    let (x, y) = normal.any_orthonormal_pair();
+    (0..RAYS).map(move |i| {
+        let turn = std::f64::consts::TAU * 0.618_034 * f64::from(i);
+        let aside_sq = (f64::from(i) + 0.5) / f64::from(RAYS);
+        let aside = aside_sq.sqrt() * (turn.cos() * x + turn.sin() * y);
+        (aside + (1.0 - aside_sq).sqrt() * normal).normalize()
+    })
+}
+
+fn distance_to_box([low, high]: [DVec3; 2], place: DVec3) -> f64 {
+    place.distance(place.clamp(low, high))
+}
+
+/// Whether a ray meets a piece; where that lies on the place itself, whether it looks at it.
+fn is_met(substrate: &Substrate, piece: &Component, from: DVec3, ray: DVec3, within: f64) -> bool {
+    /// Of what is as near, in local units, nobody can say which is above.
+    const TOUCHING: f64 = 1e-9;
+    let near = substrate.triangles_near_line(from, ray, &piece.triangles);
+    near.into_iter().any(|t| {
+        let height = plumb(substrate, t, from, ray).map(|(height, _)| height - from.dot(ray));
+        let looks_back = substrate.normal(t).dot(ray) < 0.0;
+        let nearest = if looks_back { -TOUCHING } else { TOUCHING };
+        height.is_some_and(|height| height > nearest && height <= within)
+    })
 }
 
 /// Along how many ways a piece is left once more often than it is entered.
