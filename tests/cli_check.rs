@@ -156,7 +156,7 @@ fn vertices_far_off_are_told_with_a_radius_only_where_a_run_takes_it() {
     }
 }
 
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 20] = [
     "triangles_read",
     "triangles",
     "vertices",
@@ -172,6 +172,8 @@ const KEYS: [&str; 18] = [
     "auto_radius",
     "up",
     "uv_triangles",
+    "objects",
+    "materials",
     "repairs",
     "warnings",
     "fit",

@@ -12,6 +12,11 @@ impl Baked<'_> {
     /// The substrate, wound outwards, with vertices split where UVs, normals or tangents differ, in
     /// the units and axes of its file. Triangles without UVs are at (0, 0).
     pub fn mesh(&self) -> TexturedMesh {
+        self.mesh_of(|_| true)
+    }
+
+    /// As [`mesh`](Self::mesh), of those triangles of the substrate alone that are asked for.
+    pub fn mesh_of(&self, is_asked_for: impl Fn(u32) -> bool) -> TexturedMesh {
         let mut mesh = TexturedMesh {
             name: "lichened".to_owned(),
             shape: TriMesh {
@@ -21,7 +26,8 @@ impl Baked<'_> {
             ..TexturedMesh::default()
         };
         let mut seen: HashMap<Key, u32> = HashMap::new();
-        for t in 0..self.substrate.triangles().len() as u32 {
+        let all = 0..self.substrate.triangles().len() as u32;
+        for t in all.filter(|&t| is_asked_for(t)) {
             let corners = order(self.turned[t as usize]);
             let triangle = corners.map(|k| self.vertex(t, k, &mut seen, &mut mesh));
             mesh.shape.triangles.push(triangle);

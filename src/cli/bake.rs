@@ -59,10 +59,10 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     };
     let baked = lichens.bake(args, &base, &settings, &mut seconds)?;
     warn(&lichens, &baked, voice);
-    let name = lichens.mesh.file_stem().unwrap_or("lichened".as_ref());
     let writer = Writer {
         baked: &baked,
-        name: &name.to_string_lossy(),
+        lichens: &lichens,
+        name: &name(args, &lichens.mesh),
         placement: &placement,
         format: args.maps.format,
         normal: args.maps.normal,
@@ -81,11 +81,23 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     conclude(args, &report)
 }
 
+/// Of the mesh that wears the maps: its file's, and which part it is.
+fn name(args: &BakeArgs, mesh: &Path) -> String {
+    let name = mesh.file_stem().unwrap_or("lichened".as_ref());
+    let name = name.to_string_lossy();
+    match &args.only {
+        None => name.into_owned(),
+        Some(only) => format!("{name} {only}"),
+    }
+}
+
 /// Lichens on their mesh, and what the mesh file says about textures.
 struct Lichens {
     mesh: PathBuf,
     substrate: Substrate,
     texturing: Texturing,
+    /// Which triangles of the file are asked for, where not all are.
+    only: Option<Vec<bool>>,
     /// The first, and those that are there also.
     grown: Vec<Lichen>,
 }
@@ -131,7 +143,13 @@ impl Lichens {
         let grown = Grown::read(&args.from, args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
-        let (substrate, texturing) = load_textured(&mesh)?;
+        let (substrate, mut texturing) = load_textured(&mesh)?;
+        grown.hide_mask(&mut texturing);
+        let only = { args.only.as_ref() }.map(|only| only.triangles(&texturing));
+        let only = only
+            .transpose()
+            .with_context(|| mesh.display().to_string())?;
+        { only.iter() }.for_each(|only| texturing.keep_uvs_of(only));
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
         let first = Lichen::new(
             &substrate,
@@ -143,6 +161,7 @@ impl Lichens {
             mesh,
             substrate,
             texturing,
+            only,
             grown: vec![first],
         };
         for text in &args.also {
@@ -164,6 +183,42 @@ impl Lichens {
             &args.relief,
             &also.color,
         )
+    }
+
+    /// Whether a triangle is asked for.
+    fn is_asked_for(&self, triangle: u32) -> bool {
+        let source = self.substrate.source_triangle(triangle) as usize;
+        { self.only.as_ref() }.is_none_or(|only| only.get(source) == Some(&true))
+    }
+
+    /// Triangles that should be in the maps, and of these those that are not.
+    fn not_shown(&self, baked: &Baked) -> [usize; 2] {
+        let all = 0..self.substrate.triangles().len() as u32;
+        let others = all.clone().filter(|&t| !self.is_asked_for(t)).count();
+        [all.len() - others, baked.report().not_shown - others]
+    }
+
+    /// What to do where several places share texels.
+    fn cure_of_overlaps(&self) -> String {
+        let otherwise = match has_tiles(&self.texturing) {
+            true => {
+                "they reach beyond one image, as UDIM tiles do: bake the parts of one tile at a time"
+            }
+            false => "unwrap the mesh without overlaps",
+        };
+        self.part_by_part().unwrap_or_else(|| otherwise.to_owned())
+    }
+
+    /// How to bake a mesh of several materials or objects, where that is not what was asked for.
+    fn part_by_part(&self) -> Option<String> {
+        let counts = [self.texturing.named_materials(), self.texturing.objects()];
+        let mut kinds = ["material", "object"].into_iter().zip(counts);
+        let (kind, names) = kinds.find(|(_, names)| names.len() > 1 && self.only.is_none())?;
+        Some(format!(
+            "where each of its {} {kind}s has a layout of its own, bake one at a time, with --only {kind}:NAME (thallus check \
+             names them)",
+            names.len()
+        ))
     }
 
     /// Elements of all.
@@ -188,6 +243,14 @@ impl Lichens {
         let named = match (&args.maps.base, &baked) {
             (Some(Dress::Image(image)), Err(BakeError::Base(_))) => image,
             _ => &self.mesh,
+        };
+        let cure = match &baked {
+            Err(BakeError::Stacked { .. }) => self.part_by_part(),
+            _ => None,
+        };
+        let baked = match cure {
+            Some(cure) => baked.with_context(|| cure),
+            None => baked.map_err(anyhow::Error::new),
         };
         Ok(baked.with_context(|| named.display().to_string())?)
     }
@@ -243,14 +306,11 @@ fn warn(lichens: &Lichens, baked: &Baked, voice: Voice) {
         voice.warn(&format!(
             "{mesh}: {overlap} in the UVs: {share:.1} % of the texels in use show \
              one place of the surface and stand for several; {}",
-            match has_tiles(&lichens.texturing) {
-                true => "they reach beyond one image, as UDIM tiles do: bake the parts of one tile at a time",
-                false => "unwrap the mesh without overlaps",
-            }
+            lichens.cure_of_overlaps()
         ));
     }
-    if report.not_shown > 0 {
-        let [hidden, all] = [report.not_shown, lichens.substrate.triangles().len()];
+    let [all, hidden] = lichens.not_shown(baked);
+    if hidden > 0 {
         let [hidden, all] = [hidden, all].map(|n| count(n as u64));
         voice.warn(&format!(
             "{mesh}: {hidden} of {all} triangles have no UVs, or no area in them: lichen there is in no \
@@ -288,6 +348,7 @@ const COARSE: f64 = 2.0;
 /// Writes maps.
 struct Writer<'a> {
     baked: &'a Baked<'a>,
+    lichens: &'a Lichens,
     /// The mesh's.
     name: &'a str,
     placement: &'a Placement,
@@ -394,7 +455,7 @@ impl Writer<'_> {
         let images: std::io::Result<Vec<Cow<[u8]>>> =
             worn.par_iter().map(|name| self.worn(name, files)).collect();
         let images = images?;
-        let mut mesh = self.baked.mesh();
+        let mut mesh = self.baked.mesh_of(|t| self.lichens.is_asked_for(t));
         self.name.clone_into(&mut mesh.name);
         mesh.place(self.placement);
         let images = MapImages {

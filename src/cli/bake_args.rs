@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use thallus::bake::{MAPS, Map};
+use thallus::substrate::Selection;
 
 use super::axes::UnitArgs;
 use super::dress::Dress;
@@ -25,6 +26,10 @@ pub(crate) struct BakeArgs {
     /// over those given before it. May be repeated
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
+    /// The part of the mesh to make maps of and to put into lichened.glb, where several have layouts of their own:
+    /// object:NAME or material:NAME, as in grow --mask; run once for each, with an OUT of its own
+    #[arg(long, value_name = "object:NAME|material:NAME")]
+    pub(crate) only: Option<Selection>,
     #[command(flatten)]
     pub(crate) maps: MapArgs,
     #[command(flatten)]

@@ -20,39 +20,68 @@ use super::{terminal, warnings};
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     start_threads(None)?;
     let room = Room::now();
-    let (loaded, with_uvs) = match load(&args.mesh) {
+    let (loaded, named) = match load(&args.mesh) {
         Ok(loaded) => loaded,
         Err(error) => return no_surface(args, &error.into()),
     };
     room.check(&args.mesh, &loaded)?;
     match Substrate::from_loaded(loaded) {
-        Ok(substrate) => surface(args, &substrate, with_uvs),
+        Ok(substrate) => surface(args, &substrate, &named),
         Err(error) => no_surface(args, &error),
     }
 }
 
-/// A mesh, and how many of its triangles have UVs. Faulty ones are as good as none: lichen grows without.
-fn load(mesh: &Path) -> Result<(Loaded, usize), LoadError> {
+/// What else a mesh's file says of its triangles.
+#[derive(Default)]
+struct Named {
+    with_uvs: usize,
+    objects: Vec<Name>,
+    materials: Vec<Name>,
+}
+
+/// What triangles are chosen by, and how many have it.
+#[derive(Clone, Debug, Serialize)]
+struct Name {
+    name: String,
+    triangles: usize,
+}
+
+/// A mesh, and what its triangles have. Faulty UVs are as good as none: lichen grows without.
+fn load(mesh: &Path) -> Result<(Loaded, Named), LoadError> {
     let Ok((loaded, texturing)) = load_textured(mesh) else {
-        return Ok((load_soup(mesh)?, 0));
+        return Ok((load_soup(mesh)?, Named::default()));
     };
-    Ok((loaded, texturing.uvs.iter().flatten().count()))
+    let names = |names: Vec<(&str, usize)>| {
+        let name = |(name, triangles): (&str, usize)| Name {
+            name: name.to_owned(),
+            triangles,
+        };
+        names.into_iter().map(name).collect()
+    };
+    let named = Named {
+        with_uvs: texturing.uvs.iter().flatten().count(),
+        objects: names(texturing.objects()),
+        materials: names(texturing.named_materials()),
+    };
+    Ok((loaded, named))
 }
 
 /// A file that holds a surface, on which there may still be no room.
-fn surface(args: &CheckArgs, substrate: &Substrate, with_uvs: usize) -> Result<(), Failure> {
+fn surface(args: &CheckArgs, substrate: &Substrate, named: &Named) -> Result<(), Failure> {
     let radius = substrate.auto_radius();
     let warnings = warnings::warnings(substrate, radius);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
         true => Answer {
             up: Some(substrate.up_axis()),
-            uv_triangles: with_uvs,
+            uv_triangles: named.with_uvs,
+            objects: named.objects.clone(),
+            materials: named.materials.clone(),
             ..Answer::surface(substrate.report(), radius, &warnings, unfit.is_none())
         }
         .say()?,
         false => {
-            let rows = rows(substrate, with_uvs);
+            let rows = rows(substrate, named);
             terminal::say_text(&text(&args.mesh, &rows, &warnings, unfit.is_none()))?;
         }
     }
@@ -105,7 +134,7 @@ fn text(mesh: &Path, rows: &[Row], warnings: &[String], fit: bool) -> String {
     lines.join("\n") + "\n"
 }
 
-fn rows(substrate: &Substrate, with_uvs: usize) -> Vec<Row> {
+fn rows(substrate: &Substrate, named: &Named) -> Vec<Row> {
     let report = substrate.report();
     let radius = substrate.auto_radius();
     let [low, high] = report.bounding_box;
@@ -126,7 +155,7 @@ fn rows(substrate: &Substrate, with_uvs: usize) -> Vec<Row> {
             format!("{} to {}, {size}", place(low), place(high)),
         ),
         ("up", up(substrate)),
-        ("UVs", uvs(with_uvs, report.triangles_read)),
+        ("UVs", uvs(named.with_uvs, report.triangles_read)),
         ("area", short(report.area)),
         (
             "edge length",
@@ -137,6 +166,9 @@ fn rows(substrate: &Substrate, with_uvs: usize) -> Vec<Row> {
             format!("{} (diagonal / 2000)", short(radius)),
         ),
     ];
+    let lists = [("objects", &named.objects), ("materials", &named.materials)];
+    let lists = lists.into_iter().filter(|(_, names)| names.len() > 1);
+    rows.extend(lists.map(|(kind, names)| (kind, listed(names))));
     rows.extend(
         report
             .repairs
@@ -166,6 +198,20 @@ fn uvs(with: usize, of: usize) -> String {
         ),
         _ => "all triangles have some".to_owned(),
     }
+}
+
+/// Names of objects or materials, at most, in a row; --json has all.
+const NAMES: usize = 8;
+
+/// What lichen may be kept to, with --mask.
+fn listed(names: &[Name]) -> String {
+    let shown = names.iter().take(NAMES);
+    let shown = shown.map(|n| format!("{} ({})", n.name, count(n.triangles as u64)));
+    let mut all = shown.collect::<Vec<_>>().join(", ");
+    if names.len() > NAMES {
+        all += &format!(", and {} more", names.len() - NAMES);
+    }
+    format!("{}, by triangles: {all}", names.len())
 }
 
 fn kept(report: &SubstrateReport) -> String {
@@ -225,6 +271,8 @@ struct Answer<'a> {
     auto_radius: Option<f64>,
     up: Option<UpAxis>,
     uv_triangles: usize,
+    objects: Vec<Name>,
+    materials: Vec<Name>,
     repairs: &'a [String],
     warnings: &'a [String],
     fit: bool,

@@ -6,7 +6,7 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
-use thallus::run::{Length, Settings, shell_path};
+use thallus::run::{Length, Settings, VERTEX_COLORS, shell_path};
 use thallus::substrate::{
     self, Format, LoadError, Loaded, Substrate, SubstrateError, Texturing, UpAxis, load_soup,
 };
@@ -207,9 +207,22 @@ impl Grown {
         mesh: &MeshArgs,
         dress: Option<&Dress>,
     ) -> Result<(Substrate, Cluster, Texturing), Failure> {
-        let (substrate, texturing) = load_dressed(file, dress, self.voice)?;
+        let (substrate, mut texturing) = load_dressed(file, dress, self.voice)?;
+        self.hide_mask(&mut texturing);
         let (substrate, cluster) = self.on_turned(substrate, mesh, file)?;
         Ok((substrate, cluster, texturing))
+    }
+
+    /// Takes the colours of a mesh's vertices that are not those of the rock, but the mask that this grew by.
+    pub(crate) fn hide_mask(&self, texturing: &mut Texturing) {
+        let mut layers = self.recipe.iter().flat_map(Settings::mask_layers);
+        if layers.any(|layer| layer == VERTEX_COLORS) && texturing.is_grey() {
+            texturing.colors.clear();
+            self.voice.note(
+                "the colours at the mesh's vertices are the mask that this grew by, all grey, so they are not shown as those \
+                 of the rock",
+            );
+        }
     }
 
     /// Says so where the mesh that the recipe names is not the one that this grew on any more. One that is given

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use thallus::input;
 use thallus::run::{NO_MASK, Settings, SettingsError, VERTEX_COLORS};
-use thallus::substrate::{Mask, Substrate, Texturing};
+use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
@@ -37,10 +37,15 @@ fn is_lichen(layer: &Path) -> bool {
     layer.is_dir() || is_table()
 }
 
+/// Whether a layer is something in the mesh's own file.
+fn is_of_mesh(layer: &str) -> bool {
+    layer == VERTEX_COLORS || Selection::is_meant(layer)
+}
+
 /// Where a layer may be: seen from here, or else as the mesh is found that one of these recipes names. As it is named,
 /// where it is nowhere.
 fn places(layer: &str, recipes: &[PathBuf]) -> Vec<String> {
-    let recipes = recipes.iter().filter(|_| layer != VERTEX_COLORS);
+    let recipes = recipes.iter().filter(|_| !is_of_mesh(layer));
     let places = recipes.flat_map(|recipe| named_mesh::places(recipe, layer));
     let mut places: Vec<String> = places.map(|place| place.display().to_string()).collect();
     if places.is_empty() {
@@ -94,6 +99,12 @@ fn layer_among(
         found.next().ok_or(problem)
     })?;
     tell_of_unpainted(&found.0, &found.1, on.1, voice);
+    if found.1.is_white() {
+        let layer = &found.0;
+        voice.warn(&format!(
+            "{layer}: the mask is white everywhere, so it keeps nothing from growing"
+        ));
+    }
     Ok(found)
 }
 
@@ -114,8 +125,12 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
     let layers = settings.mask_layers();
     if layers.iter().any(String::is_empty) {
         return Err(Failure::usage(
-            "--mask is empty: name an image, vertex-colors, the folder of a run, or none",
+            "--mask is empty: name an image, vertex-colors, object:NAME, material:NAME, the folder of a run, or none",
         ));
+    }
+    for layer in layers.iter().filter(|layer| Selection::is_meant(layer)) {
+        let read = layer.parse::<Selection>();
+        read.map_err(|e| Failure::usage(format!("--mask {e}")))?;
     }
     match layers.iter().any(|layer| layer == NO_MASK) {
         true => Err(Failure::usage(
@@ -131,8 +146,16 @@ fn layer_of(
     voice: Voice,
 ) -> Result<Mask, Failure> {
     if layer == VERTEX_COLORS {
+        if texturing.is_second_painted() {
+            voice.note(SECOND);
+        }
         let mask = Mask::from_colors(substrate, texturing);
         return Ok(mask.with_context(|| mesh.display().to_string())?);
+    }
+    if Selection::is_meant(layer) {
+        let selection: Selection = layer.parse().map_err(anyhow::Error::new)?;
+        let mask = Mask::from_selection(substrate, texturing, &selection);
+        return Ok(mask.with_context(|| format!("{}: {layer}", mesh.display()))?);
     }
     let file = Path::new(layer);
     if is_lichen(file) {
@@ -142,6 +165,8 @@ fn layer_of(
     let mask = Mask::from_image(substrate, texturing, &bytes);
     Ok(mask.with_context(|| layer.to_owned())?)
 }
+
+const SECOND: &str = "vertex-colors: the first colours of the mesh (COLOR_0) are white, so the second are the mask (COLOR_1)";
 
 /// The room that a lichen leaves.
 fn beside(from: &Path, substrate: &Substrate, voice: Voice) -> Result<Mask, Failure> {
@@ -170,7 +195,9 @@ fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
     let cure = match (file.to_str(), problem.kind()) {
         (Some(name), _) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
         (_, ErrorKind::NotFound) => {
-            format!("give the path of an image or of a run's folder, {VERTEX_COLORS}, or {NO_MASK}")
+            format!(
+                "give the path of an image or of a run's folder, {VERTEX_COLORS}, object:NAME, material:NAME, or {NO_MASK}"
+            )
         }
         _ => "name it with --mask".to_owned(),
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::neighbour::Neighbour;
-use super::{Substrate, SurfacePoint, Texturing};
+use super::{Selection, SelectionError, Substrate, SurfacePoint, Texturing};
 use crate::image::{Image, Wrap};
 
 /// What is darker counts as black, and what is lighter as white: an image that was compressed has few texels of either.
@@ -44,6 +44,8 @@ struct Layer {
 enum Paint {
     /// Brightness at the corners.
     Corners(Vec<Option<[f32; 3]>>),
+    /// Whether it is chosen.
+    Faces(Vec<bool>),
     /// Coordinates of the corners in an image.
     Image(Image, Vec<Option<[[f32; 2]; 3]>>),
     /// Another lichen: of the room that it leaves.
@@ -66,6 +68,9 @@ pub enum MaskError {
     /// No vertex has a colour.
     #[error("the mesh has no colours at its vertices: export it with its colour attribute")]
     NoColors,
+    /// Nothing is chosen.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
 }
 
 impl Mask {
@@ -101,12 +106,18 @@ impl Mask {
         }
     }
 
-    /// Of the colours at the mesh's vertices: how bright they are, as above, of linear light.
+    /// Of the colours at the mesh's vertices: how bright they are, as above, of linear light. Of two sets it is [the
+    /// painted one](Texturing::is_second_painted).
     ///
     /// # Errors
     /// When no triangle has colours.
     pub fn from_colors(substrate: &Substrate, texturing: &Texturing) -> Result<Self, MaskError> {
-        let at_corners = |t| Some(texturing.colors_of(substrate, t)?.map(brightness_of));
+        let is_second = texturing.is_second_painted();
+        let colors = |t| match is_second {
+            true => texturing.second_colors_of(substrate, t),
+            false => texturing.colors_of(substrate, t),
+        };
+        let at_corners = |t| Some(colors(t)?.map(brightness_of));
         let corners: Vec<_> = all(substrate).map(at_corners).collect();
         if corners.iter().all(Option::is_none) {
             return Err(MaskError::NoColors);
@@ -122,6 +133,27 @@ impl Mask {
             is_white: corners.iter().all(is_white),
             paint: Paint::Corners(corners),
             hash: hasher.finalize().to_hex().to_string(),
+        };
+        Ok(Self::of_layer(substrate, layer))
+    }
+
+    /// Of a choice of triangles: white those, black the others.
+    ///
+    /// # Errors
+    /// When the file has no such names.
+    pub fn from_selection(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        selection: &Selection,
+    ) -> Result<Self, MaskError> {
+        let chosen = selection.triangles(texturing)?;
+        let of = |t| chosen.get(substrate.source_triangle(t) as usize) == Some(&true);
+        let faces: Vec<bool> = all(substrate).map(of).collect();
+        let bytes: Vec<u8> = faces.iter().map(|&face| u8::from(face)).collect();
+        let layer = Layer {
+            is_white: !faces.contains(&false),
+            paint: Paint::Faces(faces),
+            hash: blake3::hash(&bytes).to_hex().to_string(),
         };
         Ok(Self::of_layer(substrate, layer))
     }
@@ -171,8 +203,8 @@ impl Mask {
         self
     }
 
-    /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, or of the positions
-    /// and the radius of another lichen. Hexadecimal.
+    /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, of which triangles
+    /// are chosen, or of the positions and the radius of another lichen. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
             .iter()
@@ -181,7 +213,7 @@ impl Mask {
     }
 
     /// Whether it keeps lichen from growing nowhere.
-    pub(crate) fn is_white(&self) -> bool {
+    pub fn is_white(&self) -> bool {
         self.layers.iter().all(|layer| layer.is_white)
     }
 
@@ -223,7 +255,7 @@ impl Paint {
         match self {
             Self::Corners(corners) => corners[triangle].is_some(),
             Self::Image(_, uvs) => uvs[triangle].is_some(),
-            Self::Lichen(_) => true,
+            Self::Faces(_) | Self::Lichen(_) => true,
         }
     }
 
@@ -241,6 +273,7 @@ impl Paint {
                 };
                 brightness_of(image.values(place).to_array())
             }),
+            Self::Faces(faces) => return f64::from(u8::from(faces[triangle])),
             Self::Lichen(_) => return 1.0,
         };
         match brightness {

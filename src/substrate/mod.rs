@@ -20,6 +20,7 @@ mod mask;
 mod neighbour;
 mod order;
 mod pairing;
+mod parts;
 mod pieces;
 mod report;
 mod seams;
@@ -51,6 +52,7 @@ pub use load::{
 };
 pub use mask::{Mask, MaskError};
 pub(crate) use order::along_curve;
+pub use parts::{Part, Selection, SelectionError};
 pub(crate) use pieces::Pieces;
 pub use report::{PieceReport, SubstrateReport};
 use smooth::slope_normals;

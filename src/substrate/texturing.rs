@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::Substrate;
+use super::{Part, Substrate};
 use crate::image::Wrap;
 
 /// Texture coordinates, normals, colours and materials, by the number that a triangle has in the file
@@ -19,6 +19,12 @@ pub struct Texturing {
     pub normals: Vec<Option<[Vec3; 3]>>,
     /// For each triangle the colours of its corners, linear light, in the order of `uvs`; none where a corner has none.
     pub colors: Vec<Option<[[f32; 3]; 3]>>,
+    /// As `colors`, of the second set of a glTF file (`COLOR_1`), which pictures do not show.
+    pub second_colors: Vec<Option<[[f32; 3]; 3]>>,
+    /// What the file calls its parts.
+    pub parts: Vec<Part>,
+    /// For each triangle its place in `parts`, if it has one.
+    pub part_of: Vec<Option<u32>>,
     /// For each triangle its place in `materials`, if it has one.
     pub material_of: Vec<Option<u32>>,
     /// As glTF has them, or as near as OBJ's libraries come to that.
@@ -95,7 +101,7 @@ impl Texturing {
                 uv: uvs.get(vertex as usize).map(|uv| uv.map(f64::from)),
                 ..Corner::default()
             };
-            texturing.push(corners.map(corner), None);
+            texturing.push(corners.map(corner), Of::default());
         }
         texturing
     }
@@ -121,11 +127,29 @@ impl Texturing {
 
     /// Colours of the corners of a substrate's triangle, linear light, as far as the file has any.
     pub fn colors_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f32; 3]; 3]> {
-        let source = substrate.source_triangle(triangle) as usize;
-        let colors = self.colors.get(source).copied().flatten()?;
-        let colors = colors.map(|color| Vec3::from_array(color).as_dvec3());
-        let at_corners = at_corners(colors, substrate, triangle);
-        Some(at_corners.map(|color| color.as_vec3().to_array()))
+        colors_at(&self.colors, substrate, triangle)
+    }
+
+    /// As [`colors_of`](Self::colors_of), of the second set.
+    pub fn second_colors_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f32; 3]; 3]> {
+        colors_at(&self.second_colors, substrate, triangle)
+    }
+
+    /// Whether of two sets of colours the first is white, as far as there is any, and the second is not: so Blender
+    /// exports a colour attribute to glTF that no material shows.
+    pub fn is_second_painted(&self) -> bool {
+        let is_white = |column: &[Option<[[f32; 3]; 3]>]| {
+            let mut numbers = column.iter().flatten().flatten().flatten();
+            numbers.all(|&x| x > 0.999)
+        };
+        is_white(&self.colors) && !is_white(&self.second_colors)
+    }
+
+    /// Whether it has colours that are shades of grey, all of them, and not all white: as of masks, not of rocks.
+    pub fn is_grey(&self) -> bool {
+        let colors = || self.colors.iter().flatten().flatten();
+        let is_grey = |&[r, g, b]: &[f32; 3]| (r - g).abs().max((g - b).abs()) < 0.01;
+        colors().all(is_grey) && colors().flatten().any(|&x| x < 0.999)
     }
 
     /// The material of a substrate's triangle, if it has one.
@@ -135,8 +159,16 @@ impl Texturing {
         self.materials.get(material as usize)
     }
 
+    /// Adds a part, for triangles that come; the last one again where that is the same.
+    pub(super) fn add_part(&mut self, part: Part) -> u32 {
+        if self.parts.last() != Some(&part) {
+            self.parts.push(part);
+        }
+        self.parts.len() as u32 - 1
+    }
+
     /// Adds the next triangle.
-    pub(super) fn push(&mut self, corners: [Corner; 3], material: Option<u32>) {
+    pub(super) fn push(&mut self, corners: [Corner; 3], of: Of) {
         let uv = |corner: &Corner| corner.uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
         let normal = |corner: &Corner| {
             let normal = corner.normal.map(DVec3::from_array)?;
@@ -145,12 +177,11 @@ impl Texturing {
         let at = self.material_of.len();
         put(&mut self.uvs, at, all(corners.each_ref().map(uv)));
         put(&mut self.normals, at, all(corners.each_ref().map(normal)));
-        put(
-            &mut self.colors,
-            at,
-            all(corners.map(|corner| corner.color)),
-        );
-        self.material_of.push(material);
+        let [colors, second] = [0, 1].map(|set| all(corners.map(|corner| corner.colors[set])));
+        put(&mut self.colors, at, colors);
+        put(&mut self.second_colors, at, second);
+        self.material_of.push(of.material);
+        self.part_of.push(of.part);
     }
 }
 
@@ -159,8 +190,15 @@ impl Texturing {
 pub(super) struct Corner {
     pub(super) uv: Option<[f64; 2]>,
     pub(super) normal: Option<[f64; 3]>,
-    /// Linear light.
-    pub(super) color: Option<[f32; 3]>,
+    /// Linear light, of two sets.
+    pub(super) colors: [Option<[f32; 3]>; 2],
+}
+
+/// What a file says of a triangle: its places in `materials` and `parts`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Of {
+    pub(super) material: Option<u32>,
+    pub(super) part: Option<u32>,
 }
 
 /// Puts what there is at its place in a column.
@@ -173,6 +211,19 @@ fn put<T: Clone>(column: &mut Vec<Option<T>>, at: usize, value: Option<T>) {
 
 fn all<T>([a, b, c]: [Option<T>; 3]) -> Option<[T; 3]> {
     Some([a?, b?, c?])
+}
+
+/// Of a column of colours, those at the corners of a substrate's triangle.
+fn colors_at(
+    column: &[Option<[[f32; 3]; 3]>],
+    substrate: &Substrate,
+    triangle: u32,
+) -> Option<[[f32; 3]; 3]> {
+    let source = substrate.source_triangle(triangle) as usize;
+    let colors = column.get(source).copied().flatten()?;
+    let colors = colors.map(|color| Vec3::from_array(color).as_dvec3());
+    let at_corners = at_corners(colors, substrate, triangle);
+    Some(at_corners.map(|color| color.as_vec3().to_array()))
 }
 
 /// What the file's triangle has at its corners, at those of a substrate's triangle, which may be a part of it.

@@ -13,6 +13,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::Value;
 
+use crate::substrate::texturing::Of;
 use crate::substrate::{Soup, Texturing};
 
 use super::error::{LoadFault, Parsed};
@@ -477,11 +478,25 @@ impl<'a> SceneWalk<'a> {
         let mut shared = SharedPositions::default();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("node {index}, mesh {mesh_index}, primitive {number}");
-            self.collector.material = self.looks.and_then(|l| l.material_of(mesh_index, number));
+            self.looks_of(index, mesh_index, number);
             self.collector
                 .primitive(primitive, &place, &placing, &mut shared)?;
         }
         Ok(())
+    }
+
+    /// Takes note of what a node's primitive looks like and is called.
+    fn looks_of(&mut self, node: usize, mesh: usize, primitive: usize) {
+        let Some(looks) = self.looks else {
+            return;
+        };
+        let material = looks.material_of(mesh, primitive);
+        let part = looks.part_of(node, mesh, material);
+        let texturing = self.collector.texturing.as_mut();
+        self.collector.of = Of {
+            material,
+            part: texturing.zip(part).map(|(all, part)| all.add_part(part)),
+        };
     }
 
     /// The pose of a node's skin, if it has one whose joints are all in the scene.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use serde::Deserialize;
 
-use crate::substrate::{Material, Texture, Texturing, Wrap};
+use crate::substrate::{Material, Part, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::gltf_buffers::Buffers;
@@ -18,6 +18,8 @@ use super::gltf_schema::or_absent;
 /// Materials, and which primitives have them.
 #[derive(Default, Deserialize)]
 pub(super) struct Looks {
+    #[serde(default)]
+    nodes: Vec<Named>,
     #[serde(default)]
     meshes: Vec<MeshLooks>,
     #[serde(default)]
@@ -34,7 +36,13 @@ pub(super) struct Looks {
 }
 
 #[derive(Deserialize)]
+struct Named {
+    name: Option<String>,
+}
+
+#[derive(Deserialize)]
 struct MeshLooks {
+    name: Option<String>,
     #[serde(default)]
     primitives: Vec<PrimitiveLooks>,
 }
@@ -47,6 +55,7 @@ struct PrimitiveLooks {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct JsonMaterial {
+    name: Option<String>,
     #[serde(default)]
     pbr_metallic_roughness: MetallicRoughness,
     normal_texture: Option<TextureInfo>,
@@ -167,6 +176,18 @@ impl Looks {
     pub(super) fn material_of(&self, mesh: usize, primitive: usize) -> Option<u32> {
         let material = self.meshes.get(mesh)?.primitives.get(primitive)?.material?;
         ((material as usize) < self.materials.len()).then_some(material)
+    }
+
+    /// What the triangles of a node's primitive are part of; nothing, where nothing has a name.
+    pub(super) fn part_of(&self, node: usize, mesh: usize, material: Option<u32>) -> Option<Part> {
+        let node = self.nodes.get(node).and_then(|node| node.name.clone());
+        let mesh = self.meshes.get(mesh).and_then(|mesh| mesh.name.clone());
+        let material = material.and_then(|material| self.materials.get(material as usize));
+        let part = Part {
+            objects: { node.into_iter().chain(mesh) }.collect(),
+            material: material.and_then(|material| material.name.clone()),
+        };
+        (part != Part::default()).then_some(part)
     }
 
     /// Adds the materials and the images that they name.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::substrate::texturing::Corner;
+use crate::substrate::texturing::{Corner, Of};
 use crate::substrate::{Soup, Texturing};
 
 use super::error::{LoadFault, Parsed};
@@ -28,8 +28,8 @@ pub(super) struct Collector<'a> {
     pub(super) passed_over: Tally,
     /// Texture coordinates, where they are asked for.
     pub(super) texturing: Option<Texturing>,
-    /// The material of the next primitive.
-    pub(super) material: Option<u32>,
+    /// Of the next primitive.
+    pub(super) of: Of,
     /// Where the vertices came from, in their order.
     origins: Vec<Origin>,
     used: usize,
@@ -159,7 +159,7 @@ impl<'a> Collector<'a> {
             soup: Soup::default(),
             passed_over: Tally::default(),
             texturing: textured.then(Texturing::default),
-            material: None,
+            of: Of::default(),
             origins: Vec::new(),
             used: 0,
         }
@@ -239,7 +239,7 @@ impl<'a> Collector<'a> {
         self.accessors.buffers.read_looks(true);
         let uvs = self.texcoords(primitive, vertices, place)?;
         let normals = self.normals(primitive, place, &placing.morphs);
-        let colors = self.colors(primitive, place);
+        let colors = ["COLOR_0", "COLOR_1"].map(|set| self.colors(primitive, set, place));
         self.accessors.buffers.read_looks(false);
         for copy in copies {
             let mut triangles = Vec::new();
@@ -251,11 +251,11 @@ impl<'a> Collector<'a> {
             let corner = |v: u32| Corner {
                 uv: uvs.as_ref().map(|uvs| uvs[v as usize]),
                 normal: normals.get(v as usize).and_then(turned),
-                color: colors.get(v as usize).copied(),
+                colors: colors.each_ref().map(|set| set.get(v as usize).copied()),
             };
             triangles
                 .into_iter()
-                .for_each(|t| texturing.push(t.map(corner), self.material));
+                .for_each(|t| texturing.push(t.map(corner), self.of));
         }
         self.texturing = Some(texturing);
         Ok(())
@@ -283,8 +283,8 @@ impl<'a> Collector<'a> {
     }
 
     /// Those of the vertices, which are of linear light. A mesh can do without them, so broken ones are passed over.
-    fn colors(&self, primitive: &Primitive, place: &str) -> Vec<[f32; 3]> {
-        let Some(&accessor) = primitive.attributes.get("COLOR_0") else {
+    fn colors(&self, primitive: &Primitive, set: &str, place: &str) -> Vec<[f32; 3]> {
+        let Some(&accessor) = primitive.attributes.get(set) else {
             return Vec::new();
         };
         let (mut three, mut four) = (Vec::new(), Vec::new());

@@ -20,8 +20,8 @@ use std::path::Path;
 use memchr::memchr2;
 
 use crate::color;
-use crate::substrate::texturing::Corner;
-use crate::substrate::{Soup, Texturing};
+use crate::substrate::texturing::{Corner, Of};
+use crate::substrate::{Part, Soup, Texturing};
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
@@ -379,9 +379,15 @@ struct Attributes {
     normals_above: usize,
     /// The materials by name, and that of the next face.
     materials: HashMap<Vec<u8>, u32>,
-    material: Option<u32>,
+    of: Of,
+    /// What the next faces are part of, by the keyword: of an object, groups and a material.
+    names: [Vec<String>; NAMING_PARTS.len()],
+    has_names: bool,
+    parts: HashMap<Part, u32>,
     texturing: Texturing,
 }
+
+const NAMING_PARTS: [&[u8]; 3] = [b"o", b"g", b"usemtl"];
 
 impl Attributes {
     fn read(text: &[u8], base: Option<&Path>) -> Self {
@@ -403,22 +409,48 @@ impl Attributes {
             above: 0,
             normals_above: 0,
             materials: mtl::read(libraries, base, &mut texturing),
-            material: None,
+            of: Of::default(),
+            names: Default::default(),
+            has_names: Statements::new(text).any(|s| names_a_part(&s).is_some()),
+            parts: HashMap::new(),
             texturing,
         }
     }
 
     fn has_some(&self) -> bool {
-        !self.places.is_empty() || !self.colors.is_empty() || !self.materials.is_empty()
+        !self.places.is_empty() || !self.colors.is_empty() || self.has_names
     }
 
     /// Anything but a vertex or a face.
     fn statement(&mut self, statement: &Statement) {
         self.above += usize::from(is_texcoord(statement.bytes));
         self.normals_above += usize::from(is_normal(statement.bytes));
-        if let Some(name) = rest_of(statement, b"usemtl") {
-            self.material = self.materials.get(name).copied();
+        let Some((keyword, name)) = names_a_part(statement) else {
+            return;
+        };
+        if NAMING_PARTS[keyword] == b"usemtl" {
+            self.of.material = self.materials.get(name).copied();
         }
+        self.names[keyword] = all_names(NAMING_PARTS[keyword], name);
+        self.of.part = None;
+    }
+
+    /// What the next faces are of.
+    fn of(&mut self) -> Of {
+        let [object, groups, material] = &self.names;
+        if self.of.part.is_none() {
+            let part = Part {
+                objects: object.iter().chain(groups).cloned().collect(),
+                material: material.first().cloned(),
+            };
+            let next = self.parts.len() as u32;
+            let place = *self.parts.entry(part.clone()).or_insert(next);
+            if place == next {
+                self.texturing.parts.push(part);
+            }
+            self.of.part = Some(place);
+        }
+        self.of
     }
 
     /// Adds those of the triangles that a face was cut into. A face that comes to a vertex twice has the
@@ -427,15 +459,18 @@ impl Attributes {
         let said = statement.tokens().skip(1).map(|token| self.corner(token));
         let said: Vec<_> = said.collect();
         let corners = Corners::new(corners);
-        let of = |vertex: u32| {
+        let of = self.of();
+        let corner_of = |vertex: u32| {
             let corner = corners.at(vertex);
             let said = corner.map_or_else(Corner::default, |corner| said[corner]);
             let color = self.colors.get(vertex as usize).copied().flatten();
-            Corner { color, ..said }
+            Corner {
+                colors: [color, None],
+                ..said
+            }
         };
         for triangle in triangles {
-            let corners = triangle.map(of);
-            self.texturing.push(corners, self.material);
+            self.texturing.push(triangle.map(corner_of), of);
         }
     }
 
@@ -446,9 +481,29 @@ impl Attributes {
         Corner {
             uv: uv.and_then(|at| *self.places.get(at)?),
             normal: normal.and_then(|at| *self.normals.get(at)?),
-            color: None,
+            ..Corner::default()
         }
     }
+}
+
+/// Which of the keywords that name parts a statement has, and the name.
+fn names_a_part<'a>(statement: &Statement<'a>) -> Option<(usize, &'a [u8])> {
+    let first = statement.bytes.trim_ascii_start().first()?;
+    if !b"ogu".contains(first) {
+        return None;
+    }
+    let mut all = NAMING_PARTS.into_iter().enumerate();
+    all.find_map(|(keyword, word)| Some((keyword, rest_of(statement, word)?)))
+}
+
+/// A name and, of groups, which may be several, each by itself.
+fn all_names(keyword: &[u8], name: &[u8]) -> Vec<String> {
+    let whole = String::from_utf8_lossy(name).into_owned();
+    let words = whole.split_ascii_whitespace().map(str::to_owned);
+    let words = words.filter(|word| keyword == b"g" && *word != whole);
+    let words: Vec<String> = words.collect();
+    let whole = Some(whole).filter(|name| !name.is_empty());
+    whole.into_iter().chain(words).collect()
 }
 
 /// What stands after a keyword, up to a comment or the end of the line.

@@ -7,7 +7,7 @@
 
 use crate::color;
 use crate::substrate::soup::is_representable;
-use crate::substrate::texturing::Corner;
+use crate::substrate::texturing::{Corner, Of};
 use crate::substrate::{Soup, Texturing};
 
 use super::Format::Ply;
@@ -114,11 +114,11 @@ impl Attributes {
         };
         let corner = |vertex: u32| Corner {
             uv: place(vertex),
-            color: self.colors.get(vertex as usize).copied(),
+            colors: [self.colors.get(vertex as usize).copied(), None],
             normal: None,
         };
         for triangle in triangles {
-            self.texturing.push(triangle.map(corner), None);
+            self.texturing.push(triangle.map(corner), Of::default());
         }
     }
 }

@@ -1,0 +1,323 @@
+//! What a mesh file calls its parts, objects and materials, and choices of triangles by these names.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::str::FromStr;
+
+use super::Texturing;
+
+/// What some triangles of a file are part of.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Part {
+    /// What their object is called: by a node and a mesh of glTF, by `o` and `g` of OBJ.
+    pub objects: Vec<String>,
+    /// What their material is called.
+    pub material: Option<String>,
+}
+
+/// Which of its names a triangle is chosen by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum By {
+    Object,
+    Material,
+}
+
+/// Triangles of a file by the names of their objects or materials: `material:Bark` chooses those of one,
+/// `object:Rock,Stone*` those of several, with `*` for whatever letters, and `material:!Leaves` all but those of one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Selection {
+    by: By,
+    is_others: bool,
+    patterns: Vec<String>,
+}
+
+/// Why triangles cannot be chosen.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SelectionError {
+    /// It is not written as one.
+    #[error(
+        "'{0}' chooses no triangles: write object:NAME or material:NAME, several names with commas between, * for whatever \
+         letters, and ! before the first for all but these"
+    )]
+    Unreadable(String),
+    /// Nothing to choose by.
+    #[error(
+        "the mesh's file names no {0}s, as glTF and OBJ files may: export it as one of these, with its {0}s"
+    )]
+    NoNames(&'static str),
+    /// Nothing of that name.
+    #[error("the mesh has no {kind} called '{name}': it has {there}")]
+    NoSuch {
+        /// Object or material.
+        kind: &'static str,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        there: String,
+    },
+    /// All were left out.
+    #[error("'{0}' leaves no triangle of the mesh")]
+    Nothing(String),
+}
+
+impl By {
+    const ALL: [Self; 2] = [Self::Object, Self::Material];
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Object => "object",
+            Self::Material => "material",
+        }
+    }
+
+    fn names(self, part: &Part) -> &[String] {
+        match self {
+            Self::Object => &part.objects,
+            Self::Material => part.material.as_slice(),
+        }
+    }
+}
+
+impl Selection {
+    /// Whether a text is meant to be one, and not a file.
+    pub fn is_meant(text: &str) -> bool {
+        By::ALL.iter().any(|by| rest(text, *by).is_some())
+    }
+
+    /// For each triangle of the file whether it is chosen; those that the file says nothing of come last and are left out
+    /// here.
+    ///
+    /// # Errors
+    /// When the file has no such names at all, none that one of the patterns is for, or no triangle that is chosen.
+    pub fn triangles(&self, texturing: &Texturing) -> Result<Vec<bool>, SelectionError> {
+        let counts = texturing.names_by(self.by);
+        if counts.is_empty() {
+            return Err(SelectionError::NoNames(self.by.word()));
+        }
+        if let Some(name) = self.patterns.iter().find(|p| !self.is_met(p, texturing)) {
+            return Err(SelectionError::NoSuch {
+                kind: self.by.word(),
+                name: name.clone(),
+                there: listed(&counts),
+            });
+        }
+        let has: Vec<bool> = texturing.parts.iter().map(|part| self.has(part)).collect();
+        let of = |part: &Option<u32>| part.map_or(self.is_others, |part| has[part as usize]);
+        let chosen: Vec<bool> = texturing.part_of.iter().map(of).collect();
+        match chosen.contains(&true) {
+            true => Ok(chosen),
+            false => Err(SelectionError::Nothing(self.to_string())),
+        }
+    }
+
+    fn is_met(&self, pattern: &str, texturing: &Texturing) -> bool {
+        let mut parts = texturing.parts.iter();
+        parts.any(|part| self.by.names(part).iter().any(|name| fits(pattern, name)))
+    }
+
+    fn has(&self, part: &Part) -> bool {
+        let is_named = |name: &String| self.patterns.iter().any(|pattern| fits(pattern, name));
+        self.by.names(part).iter().any(is_named) != self.is_others
+    }
+}
+
+impl FromStr for Selection {
+    type Err = SelectionError;
+
+    fn from_str(text: &str) -> Result<Self, SelectionError> {
+        let unreadable = || SelectionError::Unreadable(text.to_owned());
+        let said = { By::ALL.into_iter() }.find_map(|by| Some((by, rest(text, by)?)));
+        let (by, names) = said.ok_or_else(unreadable)?;
+        let patterns = names.strip_prefix('!').unwrap_or(names).split(',');
+        let patterns: Vec<String> = patterns.map(|name| name.trim().to_owned()).collect();
+        match patterns.iter().any(String::is_empty) {
+            true => Err(unreadable()),
+            false => Ok(Self {
+                by,
+                is_others: names.starts_with('!'),
+                patterns,
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Selection {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let others = if self.is_others { "!" } else { "" };
+        write!(
+            out,
+            "{}:{others}{}",
+            self.by.word(),
+            self.patterns.join(",")
+        )
+    }
+}
+
+impl Texturing {
+    /// The names of the file's objects, the first of each, in their order, and how many triangles have them.
+    pub fn objects(&self) -> Vec<(&str, usize)> {
+        self.names_by(By::Object)
+    }
+
+    /// The names of its materials that triangles have, in the order of these, and how many do.
+    pub fn named_materials(&self) -> Vec<(&str, usize)> {
+        self.names_by(By::Material)
+    }
+
+    fn names_by(&self, by: By) -> Vec<(&str, usize)> {
+        let mut of_parts = vec![0; self.parts.len()];
+        for part in self.part_of.iter().flatten() {
+            of_parts[*part as usize] += 1;
+        }
+        let mut found: Vec<(&str, usize)> = Vec::new();
+        let mut places = HashMap::new();
+        for (part, count) in self.parts.iter().zip(of_parts) {
+            if let Some(name) = by.names(part).first().filter(|_| count > 0) {
+                let place = *places.entry(name).or_insert(found.len());
+                if place == found.len() {
+                    found.push((name, 0));
+                }
+                found[place].1 += count;
+            }
+        }
+        found
+    }
+
+    /// Takes what the triangles that are not chosen show: they have no UVs then, as if they had none in the file.
+    pub fn keep_uvs_of(&mut self, chosen: &[bool]) {
+        for (triangle, uvs) in self.uvs.iter_mut().enumerate() {
+            if !chosen.get(triangle).is_some_and(|chosen| *chosen) {
+                *uvs = None;
+            }
+        }
+    }
+}
+
+/// What stands after the word and its colon.
+fn rest(text: &str, by: By) -> Option<&str> {
+    text.strip_prefix(by.word())?.strip_prefix(':')
+}
+
+/// Some names, and how many more there are.
+fn listed(counts: &[(&str, usize)]) -> String {
+    const MOST: usize = 12;
+    let names: Vec<&str> = counts.iter().take(MOST).map(|(name, _)| *name).collect();
+    let names = names.join(", ");
+    match counts.len().saturating_sub(MOST) {
+        0 => names,
+        more => format!("{names} and {more} more"),
+    }
+}
+
+/// Whether a name is what a pattern says, in which `*` stands for whatever letters.
+fn fits(pattern: &str, name: &str) -> bool {
+    let Some((first, others)) = pattern.split_once('*') else {
+        return pattern == name;
+    };
+    let Some(mut left) = name.strip_prefix(first) else {
+        return false;
+    };
+    let (between, last) = others.rsplit_once('*').unwrap_or(("", others));
+    for piece in between.split('*') {
+        match left.find(piece) {
+            Some(at) => left = &left[at + piece.len()..],
+            None => return false,
+        }
+    }
+    left.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles of three parts, and one of none.
+    fn tree() -> Texturing {
+        let part = |objects: &[&str], material: Option<&str>| Part {
+            objects: objects.iter().map(|&name| name.to_owned()).collect(),
+            material: material.map(str::to_owned),
+        };
+        Texturing {
+            parts: vec![
+                part(&["Trunk", "TrunkMesh"], Some("Bark")),
+                part(&["Leaf.001"], Some("Leaves")),
+                part(&["Leaf.002"], None),
+            ],
+            part_of: vec![Some(0), Some(1), Some(1), None, Some(2)],
+            ..Texturing::default()
+        }
+    }
+
+    fn chosen(text: &str) -> Result<Vec<u8>, SelectionError> {
+        let selection: Selection = text.parse()?;
+        assert_eq!(selection.to_string(), text);
+        let triangles = selection.triangles(&tree())?;
+        Ok(triangles.into_iter().map(u8::from).collect())
+    }
+
+    #[test]
+    fn triangles_are_chosen_by_name() {
+        let cases = [
+            ("material:Bark", [1, 0, 0, 0, 0]),
+            ("material:!Leaves", [1, 0, 0, 1, 1]),
+            ("object:Trunk", [1, 0, 0, 0, 0]),
+            ("object:TrunkMesh", [1, 0, 0, 0, 0]),
+            ("object:Leaf*", [0, 1, 1, 0, 1]),
+            ("object:Trunk,Leaf.002", [1, 0, 0, 0, 1]),
+            ("object:!*.001", [1, 0, 0, 1, 1]),
+            ("object:*u*k", [1, 0, 0, 0, 0]),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(chosen(text), Ok(expected.to_vec()), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_told() {
+        let text = |text: &str| chosen(text).unwrap_err().to_string();
+        let brak = text("material:Bark,Brak");
+        assert!(
+            brak.ends_with("no material called 'Brak': it has Bark, Leaves"),
+            "{brak}"
+        );
+        for unreadable in ["stone", "object:", "object:a,,b", "object:!", "Object:a"] {
+            let told = text(unreadable);
+            assert!(told.contains("chooses no triangles"), "{told}");
+        }
+        let nameless = "object:a".parse::<Selection>().unwrap();
+        let error = nameless.triangles(&Texturing::default());
+        assert_eq!(error, Err(SelectionError::NoNames("object")));
+        let all = "object:!Trunk,Leaf*".parse::<Selection>().unwrap();
+        let mut named = tree();
+        named.part_of[3] = Some(0);
+        assert!(matches!(
+            all.triangles(&named),
+            Err(SelectionError::Nothing(_))
+        ));
+    }
+
+    #[test]
+    fn names_are_counted() {
+        let tree = tree();
+        assert_eq!(
+            tree.objects(),
+            [("Trunk", 1), ("Leaf.001", 2), ("Leaf.002", 1)]
+        );
+        assert_eq!(tree.named_materials(), [("Bark", 1), ("Leaves", 2)]);
+    }
+
+    #[test]
+    fn stars_stand_for_whatever_letters() {
+        let yes = [
+            ("*", ""),
+            ("a*", "a"),
+            ("a*a", "aa"),
+            ("*b*", "abc"),
+            ("a*b*c", "a-b-c"),
+        ];
+        let no = [("a*a", "a"), ("a*b*c", "acb"), ("", "a"), ("*b", "bc")];
+        assert!(yes.iter().all(|(pattern, name)| fits(pattern, name)));
+        assert!(!no.iter().any(|(pattern, name)| fits(pattern, name)));
+    }
+}
