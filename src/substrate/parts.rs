@@ -42,10 +42,13 @@ pub enum SelectionError {
     )]
     Unreadable(String),
     /// Nothing to choose by.
-    #[error(
-        "the mesh's file names no {0}s, as glTF and OBJ files may: export it as one of these, with its {0}s"
-    )]
-    NoNames(&'static str),
+    #[error("the mesh's file names no {kind}s, {}", instead(.others))]
+    NoNames {
+        /// Object or material.
+        kind: &'static str,
+        /// The other names that there are.
+        others: String,
+    },
     /// Nothing of that name.
     #[error("the mesh has no {kind} called '{name}': it has {there}")]
     NoSuch {
@@ -63,6 +66,13 @@ pub enum SelectionError {
 
 impl By {
     const ALL: [Self; 2] = [Self::Object, Self::Material];
+
+    fn other(self) -> Self {
+        match self {
+            Self::Object => Self::Material,
+            Self::Material => Self::Object,
+        }
+    }
 
     fn word(self) -> &'static str {
         match self {
@@ -93,7 +103,10 @@ impl Selection {
     pub fn triangles(&self, texturing: &Texturing) -> Result<Vec<bool>, SelectionError> {
         let counts = texturing.names_by(self.by);
         if counts.is_empty() {
-            return Err(SelectionError::NoNames(self.by.word()));
+            return Err(SelectionError::NoNames {
+                kind: self.by.word(),
+                others: listed(&texturing.names_by(self.by.other())),
+            });
         }
         if let Some(name) = self.patterns.iter().find(|p| !self.is_met(p, texturing)) {
             return Err(SelectionError::NoSuch {
@@ -199,6 +212,17 @@ fn rest(text: &str, by: By) -> Option<&str> {
     text.strip_prefix(by.word())?.strip_prefix(':')
 }
 
+/// What to choose by where there are no such names.
+fn instead(others: &str) -> String {
+    match others {
+        "" => {
+            "nor anything else that one could choose by: export it as glTF or OBJ, with its names"
+                .to_owned()
+        }
+        others => format!("but others: {others}"),
+    }
+}
+
 /// Some names, and how many more there are.
 fn listed(counts: &[(&str, usize)]) -> String {
     const MOST: usize = 12;
@@ -286,8 +310,19 @@ mod tests {
             assert!(told.contains("chooses no triangles"), "{told}");
         }
         let nameless = "object:a".parse::<Selection>().unwrap();
-        let error = nameless.triangles(&Texturing::default());
-        assert_eq!(error, Err(SelectionError::NoNames("object")));
+        let error = nameless.triangles(&Texturing::default()).unwrap_err();
+        assert!(
+            error.to_string().contains("no objects, nor anything"),
+            "{error}"
+        );
+        let mut bare = tree();
+        bare.parts.iter_mut().for_each(|part| part.material = None);
+        let by_material = "material:a".parse::<Selection>().unwrap();
+        let error = by_material.triangles(&bare).unwrap_err().to_string();
+        assert!(
+            error.ends_with("no materials, but others: Trunk, Leaf.001, Leaf.002"),
+            "{error}"
+        );
         let all = "object:!Trunk,Leaf*".parse::<Selection>().unwrap();
         let mut named = tree();
         named.part_of[3] = Some(0);
