@@ -13,6 +13,7 @@ use thallus::substrate::{
 use super::args::CheckArgs;
 use super::failure::Failure;
 use super::memory::Room;
+use super::mesh_file::load_error;
 use super::number::{count, percent, place, plural, short};
 use super::skin::start_threads;
 use super::{terminal, warnings};
@@ -105,14 +106,6 @@ fn no_surface(args: &CheckArgs, error: &SubstrateError) -> Result<(), Failure> {
 
 fn failure(reason: &str) -> Failure {
     Failure::Failed(anyhow::anyhow!("unfit to grow on: {reason}"))
-}
-
-/// Why a mesh could not be loaded, with the file's name.
-pub(crate) fn load_error(mesh: &Path, error: &SubstrateError) -> String {
-    match error {
-        SubstrateError::Load(named) => named.to_string(),
-        unnamed => format!("{}: {unnamed}", mesh.display()),
-    }
 }
 
 type Row = (&'static str, String);

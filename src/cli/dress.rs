@@ -8,7 +8,7 @@ use thallus::picture::Ground;
 use thallus::substrate::{Substrate, Texturing};
 
 use super::failure::Failure;
-use super::grown::{load, load_textured};
+use super::mesh_file::{load, load_textured};
 use super::render_args::ground;
 use super::terminal::Voice;
 

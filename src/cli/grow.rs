@@ -8,19 +8,20 @@ use thallus::log::{Log, LogWriter};
 use thallus::run::{
     Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
 };
-use thallus::substrate::{Substrate, Texturing, load_soup, load_textured};
+use thallus::substrate::Substrate;
 
 use super::args::GrowArgs;
 use super::failure::Failure;
 use super::foreseen::MOST_COVERED;
-use super::memory::{After, Room};
+use super::memory::After;
+use super::mesh_file::MeshFile;
 use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
 use super::skin::start_threads;
 use super::terminal::{self, Voice};
-use super::{buried, check, ended, interrupt, mask, memory, moved, resume, warnings};
+use super::{buried, ended, interrupt, mask, memory, moved, resume, warnings};
 
 pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let voice = Voice { quiet: args.quiet };
@@ -326,17 +327,10 @@ pub(super) fn load(
     voice: Voice,
 ) -> Result<Ready, Failure> {
     mask::check_words(settings)?;
-    let failed = |e| Failure::Failed(anyhow::Error::msg(check::load_error(mesh, &e)));
     let started = Instant::now();
-    let room = Room::now();
-    let loaded = match mask::needs_looks(settings, recipes) {
-        true => load_textured(mesh),
-        false => load_soup(mesh).map(|loaded| (loaded, Texturing::default())),
-    };
-    let (loaded, texturing) = loaded.map_err(|e| failed(e.into()))?;
-    room.check(mesh, &loaded)?;
+    let file = MeshFile::read(mesh, mask::needs_looks(settings, recipes))?;
     let load = started.elapsed().as_secs_f64();
-    let substrate = Substrate::from_loaded(loaded).map_err(failed)?;
+    let (substrate, texturing) = file.surface()?;
     let found = mask::read(settings, recipes, (mesh, &substrate, &texturing), voice);
     let found = found.map_err(|failure| {
         match settings.check_mesh(&mesh.display().to_string(), substrate.mesh_hash()) {

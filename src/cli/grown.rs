@@ -7,20 +7,18 @@ use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
 use thallus::run::{Length, Settings, VERTEX_COLORS, shell_path};
-use thallus::substrate::{
-    self, Format, LoadError, Loaded, Substrate, SubstrateError, Texturing, UpAxis, load_soup,
-};
+use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
-use super::memory::Room;
 use super::mesh_args::MeshArgs;
+use super::mesh_file::load;
 use super::named_mesh::{self, named_mesh};
 use super::number::count;
+use super::output;
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
 use super::terminal::Voice;
-use super::{check, output};
 
 /// Elements, and the recipe that lies beside them.
 pub(crate) struct Grown {
@@ -326,24 +324,4 @@ impl Grown {
         let named = self.recipe.as_ref()?.mesh.as_ref()?;
         Format::by_name(Path::new(named)).map(Format::up)
     }
-}
-
-/// The mesh that a lichen grew on.
-pub(crate) fn load(mesh: &Path) -> Result<Substrate, Failure> {
-    let room = Room::now();
-    ready(mesh, room, load_soup(mesh))
-}
-
-/// The same, with what the file says about textures.
-pub(crate) fn load_textured(mesh: &Path) -> Result<(Substrate, Texturing), Failure> {
-    let room = Room::now();
-    let (loaded, texturing) = substrate::load_textured(mesh).map_err(anyhow::Error::new)?;
-    Ok((ready(mesh, room, Ok(loaded))?, texturing))
-}
-
-fn ready(mesh: &Path, room: Room, loaded: Result<Loaded, LoadError>) -> Result<Substrate, Failure> {
-    let failed = |e: SubstrateError| anyhow::Error::msg(check::load_error(mesh, &e));
-    let loaded = loaded.map_err(|e| failed(e.into()))?;
-    room.check(mesh, &loaded)?;
-    Ok(Substrate::from_loaded(loaded).map_err(failed)?)
 }

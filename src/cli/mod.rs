@@ -29,6 +29,7 @@ mod interrupt;
 mod mask;
 mod memory;
 mod mesh_args;
+mod mesh_file;
 mod moved;
 mod named_mesh;
 mod number;
