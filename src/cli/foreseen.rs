@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use thallus::growth::{Join, Law, SeedPlace, Steps};
+use thallus::growth::{CROSSINGS_PER_TRIANGLE, Join, Law, SeedPlace, Steps};
 use thallus::run::{Recipe, StopRule};
 use thallus::substrate::Substrate;
 
@@ -27,15 +27,11 @@ const COUNTED: f64 = 80.0;
 /// Seconds for an element of an earlier run, to be put in its place again.
 const REPLAY: f64 = 3e-6;
 
-/// Triangles from which on walkers take longer, and go over coarser copies.
-const FINE: usize = 20_000;
-
-/// Seconds a triangle for these, on one thread.
+/// Seconds a triangle for coarser copies, on one thread.
 const COPY: f64 = 1e-6;
 
-/// Edges that an element's walkers cross at least, and those a triangle after which the copies are made.
+/// Edges that an element's walkers cross at least.
 const CROSSED: f64 = 300.0;
-const CROSSED_BEFORE: f64 = 4.0;
 
 /// A round lichen sticks less than a straight edge does, by this times A L over its radius.
 const ROUNDNESS: f64 = 0.3;
@@ -163,7 +159,7 @@ fn grow_seconds(substrate: &Substrate, recipe: &Recipe, elements: f64) -> f64 {
 
 /// What the walkers of an element take in a lichen that becomes as large as this, besides for contacts.
 fn walk(substrate: &Substrate, recipe: &Recipe, across: f64) -> f64 {
-    let of_mesh = match (is_fine(substrate), recipe.steps) {
+    let of_mesh = match (substrate.is_fine(), recipe.steps) {
         (false, _) => 1.0,
         (true, Steps::Large) => ON_COPIES,
         (true, _) => WITHOUT_COPIES,
@@ -188,15 +184,12 @@ fn spread_sq(substrate: &Substrate, recipe: &Recipe, across: f64) -> f64 {
     }
 }
 
-fn is_fine(substrate: &Substrate) -> bool {
-    substrate.triangles().len() >= FINE
-}
-
 /// Whether a run is so long that coarser copies of the mesh are made.
 pub(super) fn copies(substrate: &Substrate, recipe: &Recipe) -> bool {
     let crossed = CROSSED * expected_elements(substrate, recipe);
-    let is_long = crossed > CROSSED_BEFORE * substrate.triangles().len() as f64;
-    is_fine(substrate) && recipe.steps == Steps::Large && is_long
+    let until_copied = CROSSINGS_PER_TRIANGLE as f64 * substrate.triangles().len() as f64;
+    let is_long = crossed > until_copied;
+    substrate.is_fine() && recipe.steps == Steps::Large && is_long
 }
 
 /// About how many contacts so many elements take.

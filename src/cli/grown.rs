@@ -6,7 +6,9 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
-use thallus::run::{Length, Settings, VERTEX_COLORS, shell_path};
+use thallus::run::{
+    DEFAULT_CURVATURE_RADII, Length, Settings, VERTEX_COLORS, shell_path,
+};
 use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
@@ -289,17 +291,16 @@ impl Grown {
         })
     }
 
-    /// The curvature radius L that they grew with, mesh units; 10 r where nothing says it, which is told.
+    /// The curvature radius L that they grew with, mesh units; the usual one where nothing says it, which is told.
     pub(crate) fn curvature_radius(&self) -> f64 {
-        const USUAL_RADII: f64 = 10.0;
         let radius = self.elements.radius;
         self.said_curvature_radius().unwrap_or_else(|| {
             self.voice.warn(&format!(
                 "{}: nothing says with which curvature radius this grew: density and the distance from the rim are \
-                 those within {USUAL_RADII} r; keep the run's recipe.toml beside it",
+                 those within {DEFAULT_CURVATURE_RADII} r; keep the run's recipe.toml beside it",
                 self.table.display()
             ));
-            USUAL_RADII * radius
+            DEFAULT_CURVATURE_RADII * radius
         })
     }
 

@@ -19,7 +19,7 @@ use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{count, duration, elements, plural};
 use super::output::check_names_file;
-use super::skin_args::{Goal, ReliefArgs, ShapeArgs, SkinArgs};
+use super::skin_args::{FEWEST_TRIANGLES, Goal, ReliefArgs, ShapeArgs, SkinArgs};
 use super::skin_paint::{InRadii, paint};
 use super::terminal::{self, Voice};
 
@@ -204,9 +204,6 @@ pub(super) fn spinner(voice: Voice, doing: &str) -> ProgressBar {
     spinner.enable_steady_tick(Duration::from_millis(200));
     spinner
 }
-
-/// Triangles of the smallest closed mesh.
-const FEWEST_TRIANGLES: usize = 4;
 
 /// How meshes are written.
 struct MeshFile {

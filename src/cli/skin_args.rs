@@ -120,13 +120,15 @@ impl Goal {
     }
 }
 
+/// Triangles of the smallest closed mesh.
+pub(super) const FEWEST_TRIANGLES: usize = 4;
+
 impl FromStr for Goal {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        const FEWEST: usize = 4;
         match (text.parse::<usize>(), text.parse::<f64>()) {
-            (Ok(n), _) if n >= FEWEST => Ok(Self::Triangles(n)),
+            (Ok(n), _) if n >= FEWEST_TRIANGLES => Ok(Self::Triangles(n)),
             (_, Ok(share)) if share > 0.0 && share <= 1.0 => Ok(Self::Share(share)),
             _ => Err("write a share above 0 and up to 1 (0.25), or a number of triangles from 4"),
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use thallus::run::Settings;
+use thallus::run::{DEFAULT_ELEMENTS, RADIUS, Settings};
 use thallus::substrate::{Substrate, SubstrateReport};
 
 use super::facing;
@@ -33,12 +33,6 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
 
 /// Elements for which the largest piece should have room: fewer make little of a lichen.
 const FEWEST: f64 = 100.0;
-
-/// Elements that a radius is proposed for: the size of a run that says none.
-const DEFAULT_ELEMENTS: f64 = 20_000.0;
-
-/// The smallest radius that a run takes, in diagonals.
-const SMALLEST_RADIUS: f64 = 1e-6;
 
 /// Share of a surface that discs of one size fill when lichen packs them.
 const PACKED: f64 = 0.8;
@@ -73,8 +67,8 @@ fn cramped(substrate: &Substrate, radius: f64) -> Option<String> {
     let units = substrate.units();
     let area = units.area_to_file(substrate.components().first()?.area);
     let room = PACKED * area / (PI * radius * radius);
-    let finer = (PACKED * area / (PI * DEFAULT_ELEMENTS)).sqrt();
-    let cure = match finer > SMALLEST_RADIUS * units.diagonal() {
+    let finer = (PACKED * area / (PI * DEFAULT_ELEMENTS as f64)).sqrt();
+    let cure = match finer > RADIUS.low * units.diagonal() {
         true => format!("give --radius {}, join the pieces, or", short(finer)),
         false => "join the pieces, or".to_owned(),
     };
@@ -113,7 +107,7 @@ fn stray(substrate: &Substrate, radius: f64) -> Option<String> {
     let diagonal = units.diagonal();
     let proposed = most * substrate.auto_radius() / diagonal;
     let is_apart = proposed > 0.0 && diagonal > FAR * most;
-    let other_cure = match proposed > SMALLEST_RADIUS * diagonal {
+    let other_cure = match proposed > RADIUS.low * diagonal {
         true => format!(", or give --radius {}", short(proposed)),
         false => String::new(),
     };

@@ -40,4 +40,4 @@ pub use place::{PlaceError, SeedPlace};
 pub use step::{RandomStep, random_step};
 pub use stick::Stickiness;
 pub use surroundings::Surroundings;
-pub use walker_model::WalkerModel;
+pub use walker_model::{CROSSINGS_PER_TRIANGLE, WalkerModel};

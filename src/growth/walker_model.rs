@@ -28,16 +28,13 @@ use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use crate::substrate::Substrate;
 use crate::walk::Connectivity;
 
-/// Edges crossed, a triangle, after which the coarser copies are made. Making them takes as long as some
+/// Edges that walkers cross, a triangle, before the coarser copies of the mesh are made. Making them takes as long as some
 /// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
-const CROSSINGS_PER_TRIANGLE: u64 = 4;
+pub const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
 /// The same where one that hardly strays seems to be worth having: that saves nearly all crossings. If it is not
 /// after all, the others are made then.
 const CROSSINGS_WHERE_SMOOTH: u64 = 1;
-
-/// Meshes of fewer triangles are walked over as fast without a copy.
-const LEAST_TRIANGLES: usize = 20_000;
 
 /// Walkers on their way for each thread, at most, while few are lost.
 const FLEET_PER_THREAD: usize = 3;
@@ -117,8 +114,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         assert!(parameters.are_sound(), "unsound parameters: {parameters:?}");
         let law = Stickiness::new(&parameters);
         let wide = law.counts().then(|| widest_count(&parameters));
-        let walks_on_copies =
-            parameters.steps == Steps::Large && substrate.triangles().len() >= LEAST_TRIANGLES;
+        let walks_on_copies = parameters.steps == Steps::Large && substrate.is_fine();
         Self {
             habitat: Habitat::new(substrate, parameters.slope, parameters.radius),
             law,

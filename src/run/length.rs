@@ -6,8 +6,7 @@ use std::str::FromStr;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// `auto` is the bounding box's diagonal over this.
-pub const AUTO_RADII_PER_DIAGONAL: f64 = 2000.0;
+use crate::substrate::AUTO_RADII_PER_DIAGONAL;
 
 /// A length, absolute or relative.
 ///

@@ -22,14 +22,15 @@ mod slope_text;
 mod toml_values;
 
 pub use crate::growth::{SeedPlace, Slope};
+pub use crate::substrate::AUTO_RADII_PER_DIAGONAL;
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
-pub use length::{AUTO_RADII_PER_DIAGONAL, Length, LengthError};
+pub use length::{Length, LengthError};
 pub use mask::{MaskId, NO_MASK, VERTEX_COLORS};
 pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
-    BIAS, COLONIES, COVER, CURVATURE_RADIUS, ELEMENTS, GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS,
-    ParameterInfo, RADIUS, REACH,
+    BIAS, COLONIES, COVER, CURVATURE_RADIUS, DEFAULT_CURVATURE_RADII, DEFAULT_ELEMENTS, ELEMENTS,
+    GAIN, KILL, LAUNCH, MIN_STICK, PARAMETERS, ParameterInfo, RADIUS, REACH,
 };
 pub(crate) use places::Places;
 pub use recipe::{MeshId, Recipe, StopRule};

@@ -46,6 +46,9 @@ pub const RADIUS: ParameterInfo = ParameterInfo {
     high: 0.5,
 };
 
+/// The curvature radius where nothing says it, in element radii.
+pub const DEFAULT_CURVATURE_RADII: f64 = 10.0;
+
 /// Curvature radius L. Its bounds are in element radii.
 pub const CURVATURE_RADIUS: ParameterInfo = ParameterInfo {
     name: "curvature-radius",
@@ -111,6 +114,9 @@ pub const KILL: ParameterInfo = ParameterInfo {
     low: 1.1,
     high: 10_000.0,
 };
+
+/// The size of a run where nothing says it.
+pub const DEFAULT_ELEMENTS: u64 = 20_000;
 
 /// Number of elements.
 pub const ELEMENTS: ParameterInfo = ParameterInfo {

@@ -246,7 +246,9 @@ impl Complete {
             // Of any steepness is what holds without one.
             slope: settings.slope.filter(|s| s.angles() != [0.0, 180.0]),
             radius: settings.radius.unwrap_or(Length::Auto),
-            curvature_radius: settings.curvature_radius.unwrap_or(Length::Radii(10.0)),
+            curvature_radius: settings
+                .curvature_radius
+                .unwrap_or(Length::Radii(info::DEFAULT_CURVATURE_RADII)),
             bias: settings.bias.unwrap_or(0.5),
             gain: settings.gain.unwrap_or(1.0),
             min_stick: settings.min_stick.unwrap_or(0.01),
@@ -259,7 +261,9 @@ impl Complete {
             law: settings.law.unwrap_or(Law::Thesis),
             steps: settings.steps.unwrap_or(Steps::Large),
             boundary: settings.boundary.unwrap_or(Boundary::Reflect),
-            stop: settings.stop.unwrap_or(StopSetting::Elements(20_000)),
+            stop: settings
+                .stop
+                .unwrap_or(StopSetting::Elements(info::DEFAULT_ELEMENTS)),
         }
     }
 

@@ -28,9 +28,6 @@ const MOST_TRIED: usize = 1 << 13;
 /// Of a part more is left, for its rim is.
 const TRIED_WORTH: f64 = 2.0 * NEAR_WORTH;
 
-/// A copy of fewer triangles is walked over as fast without a coarser one.
-const FEW: usize = 20_000;
-
 /// The fewest triangles of a piece's copy, if the piece has as many.
 const LEAST_TRIANGLES: usize = 200;
 
@@ -139,7 +136,7 @@ impl Substrate {
             has_near: near.is_some(),
             all: near.into_iter().collect(),
         };
-        let is_enough = |copy: &Coarse| copy.surface.triangles().len() < FEW;
+        let is_enough = |copy: &Coarse| !copy.surface.is_fine();
         if copies.all.first().is_some_and(is_enough) {
             return copies;
         }

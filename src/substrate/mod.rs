@@ -67,6 +67,12 @@ pub(crate) use winding::Winding;
 use adjacency::{Adjacency, VertexCorners};
 use bvh::{Bvh, box_distance_sq, box_farthest_sq, line_meets, padded_box};
 
+/// The radius of elements that `auto` chooses is the bounding box's diagonal over this.
+pub const AUTO_RADII_PER_DIAGONAL: f64 = 2000.0;
+
+/// A mesh of fewer triangles is walked over as fast without a coarser copy.
+const FINE: usize = 20_000;
+
 /// Why a mesh could not become a substrate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -325,9 +331,10 @@ impl Substrate {
         &self.units
     }
 
-    /// The element radius that `auto` chooses, file units: 1/2000 of the bounding box's diagonal.
+    /// The element radius that `auto` chooses, file units: the bounding box's diagonal over
+    /// [`AUTO_RADII_PER_DIAGONAL`].
     pub fn auto_radius(&self) -> f64 {
-        self.units.diagonal() / 2000.0
+        self.units.diagonal() / AUTO_RADII_PER_DIAGONAL
     }
 
     /// What loading found and did.
@@ -370,6 +377,11 @@ impl Substrate {
     /// Corner numbers of every triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Whether there are so many triangles that walks take longer, unless they go over coarser copies.
+    pub fn is_fine(&self) -> bool {
+        self.triangles.len() >= FINE
     }
 
     /// The flat layout of every triangle.
