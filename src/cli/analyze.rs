@@ -30,8 +30,8 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     args.plots.as_deref().map_or(Ok(()), check_names_folder)?;
     check_free(&files, args.force)?;
     leave_no_part();
-    start_threads(args.threads)?;
-    let voice = Voice { quiet: args.quiet };
+    start_threads(args.run.threads)?;
+    let voice = args.run.voice();
     let mut grown = Grown::read(&args.from, voice)?;
     choose_colony(args, &mut grown, voice)?;
     let ground = ground(args, &mut grown, voice)?;

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use thallus::analysis::Centres;
 
+use super::run_args::{RUN, RunArgs};
+
 #[derive(Debug, Args)]
 pub(crate) struct AnalyzeArgs {
     /// The folder of a run, or its elements.ply
@@ -32,12 +34,8 @@ pub(crate) struct AnalyzeArgs {
     #[arg(long, value_name = "N", default_value_t = Centres::default().surface as u32, allow_negative_numbers = true)]
     pub(crate) surface_centres: u32,
     /// Overwrite plots that are there
-    #[arg(long)]
+    #[arg(long, help_heading = RUN)]
     pub(crate) force: bool,
-    /// No progress, notes or warnings: only the result and errors
-    #[arg(long)]
-    pub(crate) quiet: bool,
-    /// Threads to use, up to 1024; the result is the same for any number [default: all cores]
-    #[arg(allow_negative_numbers = true, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }

@@ -115,10 +115,8 @@ impl Job<'_> {
             seconds,
             preview: (self.args.preview > 0).then_some(self.args.preview),
         };
-        let report = finished.report();
-        if let Err(error) = finished.write(output) {
-            return Err(resume::cut_short(error, &folder, &log));
-        }
+        let written = finished.write(output);
+        let report = written.map_err(|error| resume::cut_short(error, &folder, &log))?;
         let how = match (growth.stopped, self.execution.is_cancelled()) {
             (Stopped::Cancelled, _) => How::CutShort,
             (_, true) => How::WithoutPicture,

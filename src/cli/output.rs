@@ -35,14 +35,15 @@ pub(crate) struct Finished<'a> {
 }
 
 impl Finished<'_> {
-    /// Writes every file; they appear together.
-    pub(crate) fn write(mut self, mut folder: OutputDir) -> Result<(), OutputError> {
-        self.write_into(&mut folder)?;
-        folder.commit()
+    /// Writes every file, which appear together, and says what it took and came to.
+    pub(crate) fn write(self, mut folder: OutputDir) -> Result<RunReport, OutputError> {
+        let report = self.write_into(&mut folder)?;
+        folder.commit()?;
+        Ok(report)
     }
 
-    /// Writes every file, to appear when the folder is committed.
-    pub(crate) fn write_into(&mut self, folder: &mut OutputDir) -> Result<(), OutputError> {
+    /// The same with files that appear when the folder is committed.
+    pub(crate) fn write_into(mut self, folder: &mut OutputDir) -> Result<RunReport, OutputError> {
         let started = Instant::now();
         self.write_elements(folder)?;
         let recipe = self.recipe.to_toml();
@@ -53,8 +54,10 @@ impl Finished<'_> {
         let cluster = &self.growth.cluster;
         folder.write(LOG, |out| self.log.write_whole(self.recipe, cluster, out))?;
         self.seconds.write = started.elapsed().as_secs_f64();
-        let report = self.report().to_json();
-        folder.write(REPORT, |out| out.write_all(report.as_bytes()))
+        let report = self.report();
+        let json = report.to_json();
+        folder.write(REPORT, |out| out.write_all(json.as_bytes()))?;
+        Ok(report)
     }
 
     /// The picture; none if Ctrl-C comes while it is taken, which may be longer than all of the growth.
@@ -72,8 +75,7 @@ impl Finished<'_> {
         folder.write(ELEMENTS, |out: &mut dyn Write| write_ply(&elements, out))
     }
 
-    /// What it took and came to.
-    pub(crate) fn report(&self) -> RunReport {
+    fn report(&self) -> RunReport {
         let Self {
             substrate,
             recipe,

@@ -9,7 +9,7 @@ pub(crate) const RUN: &str = "Run";
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// No progress, notes or warnings: only errors
+    /// No progress, notes or warnings: only errors and what was asked for
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Threads to use, up to 1024; the result is the same for any number [default: all cores]

@@ -169,7 +169,7 @@ impl Sweep<'_> {
         if growth.stopped == Stopped::Cancelled {
             return Ok(End::Interrupted);
         }
-        let mut finished = Finished {
+        let finished = Finished {
             substrate: self.substrate,
             recipe,
             growth: &growth,
@@ -178,8 +178,7 @@ impl Sweep<'_> {
             seconds,
             preview: None,
         };
-        finished.write_into(&mut output)?;
-        let report = finished.report();
+        let report = finished.write_into(&mut output)?;
         let grown = &self.plan.runs[run];
         Record::of(self.substrate, grown, &growth, &report)?.write(&mut output)?;
         output.commit()?;

@@ -112,13 +112,22 @@ impl<'a> Habitat<'a> {
         suited.len() as f64 / tried as f64
     }
 
-    /// The area of that share of these pieces, or of a millionth of them where it is 0; local units.
+    /// That share of these pieces, and its area, or that of a millionth of them where it is 0; local units.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn share_and_area(&self, triangles: impl Iterator<Item = u32> + Clone) -> (f64, f64) {
+        let share = self.share(triangles.clone());
+        let at_least = share.max(1.0 / MOST_PLACES as f64);
+        (share, at_least * self.substrate.area_of_pieces(triangles))
+    }
+
+    /// The area alone.
     ///
     /// # Panics
     /// When there is no such triangle.
     pub fn area(&self, triangles: impl Iterator<Item = u32> + Clone) -> f64 {
-        let share = self.share(triangles.clone()).max(1.0 / MOST_PLACES as f64);
-        share * self.substrate.area_of_pieces(triangles)
+        self.share_and_area(triangles).1
     }
 
     /// The place nearest to one, through space, of those looked at on which lichen may grow, and a room's length (local

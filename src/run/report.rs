@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{Execution, Growth, Recipe, StopRule, Stopped};
 use crate::cluster::{Element, NO_PARENT};
-use crate::growth::{Counts, Habitat, Parallel};
+use crate::growth::{Counts, Parallel};
 use crate::substrate::Substrate;
 
 /// What a run took and came to. Lengths and areas are in the mesh file's units.
@@ -115,6 +115,8 @@ impl RunReport {
         let cluster = &growth.cluster;
         let units = substrate.units();
         let counts = &growth.counts;
+        let (habitat_share, habitat_area) =
+            recipe.habitat(substrate).share_and_area(pieces(growth));
         Self {
             note: NOTE,
             version: env!("CARGO_PKG_VERSION"),
@@ -124,8 +126,8 @@ impl RunReport {
             effective_radius: units.length_to_file(cluster.extent().effective_radius()),
             reach: units.length_to_file(reach(growth)),
             covered_area: units.area_to_file(cluster.covered_area()),
-            covered_share: covered_share(&recipe.habitat(substrate), growth),
-            habitat_share: recipe.habitat(substrate).share(pieces(growth)),
+            covered_share: covered_share(growth, habitat_area),
+            habitat_share,
             stopped: growth.stopped.name(),
             stopped_because: growth.stopped.words(recipe),
             counts: counts.clone(),
@@ -243,9 +245,8 @@ fn pieces(growth: &Growth) -> impl Iterator<Item = u32> + Clone {
     seeds(growth).map(|seed| seed.at.triangle)
 }
 
-/// Share of those pieces that its discs cover, as far as it may grow there.
-fn covered_share(habitat: &Habitat<'_>, growth: &Growth) -> f64 {
-    let area = habitat.area(pieces(growth));
+/// Share of the area on which it may grow that its discs cover.
+fn covered_share(growth: &Growth, area: f64) -> f64 {
     match growth.cluster.is_empty() {
         true => 0.0,
         false => (growth.cluster.covered_area() / area).min(1.0),
