@@ -42,8 +42,8 @@ pub fn regular_bytes(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What programs on Windows put before a text.
-const BYTE_ORDER_MARK: char = '\u{feff}';
+/// What programs on Windows put before a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// All of a text, which may come through a pipe, without a byte order mark.
 ///
@@ -65,7 +65,9 @@ pub fn text(path: &Path) -> io::Result<String> {
             ErrorKind::InvalidData,
             "it is longer than 16 MiB: this is another file",
         )),
-        _ if text.starts_with(BYTE_ORDER_MARK) => Ok(text.split_off(BYTE_ORDER_MARK.len_utf8())),
+        _ if text.as_bytes().starts_with(BYTE_ORDER_MARK) => {
+            Ok(text.split_off(BYTE_ORDER_MARK.len()))
+        }
         _ => Ok(text),
     }
 }
@@ -78,6 +80,25 @@ pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     Stream::open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// The bytes of a text behind its byte order mark, if it has one.
+pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes)
+}
+
+/// Longest excerpt of a file that a message quotes, in bytes.
+const QUOTE: usize = 40;
+
+/// A token made fit for a message: printable and short.
+pub(crate) fn quoted(token: &[u8]) -> String {
+    let shown = String::from_utf8_lossy(&token[..token.len().min(QUOTE)]);
+    let clean: String = shown
+        .chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    let dots = if token.len() > QUOTE { "..." } else { "" };
+    format!("'{clean}{dots}'")
 }
 
 /// A file, or a pipe that somebody writes into.

@@ -79,6 +79,7 @@ pub mod input;
 pub mod log;
 pub mod morphometry;
 pub mod picture;
+mod ply;
 pub mod rng;
 pub mod run;
 pub mod skin;

@@ -372,7 +372,7 @@ fn errors_name_the_place() {
         ),
         (
             with("float u\n", "real u\n"),
-            "header, line 16: 'real' is not a PLY type",
+            "header, line 16: type 'real' is unknown",
         ),
         (
             with("float u\n", "float v\n"),

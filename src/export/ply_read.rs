@@ -9,8 +9,9 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::Elements;
-use super::ply_header::{Encoding, Header, Scalar, read_header, shortened};
-use crate::input::Stream;
+use super::ply_header::{self, TableHeader};
+use crate::input::{Stream, quoted};
+use crate::ply::{Encoding, Scalar};
 
 /// Why a file could not be read as a table of elements: the file, the place in it and the cure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -72,16 +73,14 @@ fn read(file: &Path, input: &mut dyn BufRead, size: u64) -> Result<Elements, Rea
 }
 
 fn read_table(input: &mut dyn BufRead, size: u64) -> Result<Elements, Fault> {
-    let header = read_header(input).map_err(|(line, problem)| match line {
-        0 => ("header".to_owned(), problem),
-        line => (format!("header, line {line}"), problem),
-    })?;
+    let header = ply_header::read(input)
+        .map_err(|fault| (format!("header, line {}", fault.line), fault.problem))?;
     let plan = Plan::of(&header).map_err(|problem| ("header".to_owned(), problem))?;
-    let mut table = Table::reserved(header.count.min(size as usize / plan.least.max(1)), &plan);
+    let mut table = Table::reserved(header.count.min(size as usize / header.least.max(1)), &plan);
     match header.encoding {
         Encoding::Ascii => read_ascii(input, &header, &plan, &mut table)?,
-        Encoding::Little => read_binary(input, &header, &plan, &mut table, false)?,
-        Encoding::Big => read_binary(input, &header, &plan, &mut table, true)?,
+        Encoding::LittleEndian => read_binary(input, &header, &plan, &mut table, false)?,
+        Encoding::BigEndian => read_binary(input, &header, &plan, &mut table, true)?,
     }
     let elements = table
         .finish()
@@ -131,20 +130,18 @@ struct Plan {
     found: [Option<Scalar>; NAMES.len()],
     /// Bytes of a row in a binary file.
     stride: usize,
-    /// Fewest bytes that a row can take.
-    least: usize,
 }
 
 impl Plan {
-    fn of(header: &Header) -> Result<Self, String> {
+    fn of(header: &TableHeader) -> Result<Self, String> {
         let mut found = [None; NAMES.len()];
         let mut steps = Vec::new();
-        for property in &header.properties {
-            let name = NAMES.iter().position(|name| *name == property.name);
+        for column in &header.columns {
+            let name = NAMES.iter().position(|name| name.as_bytes() == column.name);
             if let Some(name) = name {
-                found[name] = Some(property.scalar);
+                found[name] = Some(column.scalar);
             }
-            steps.push((property.scalar, name));
+            steps.push((column.scalar, name));
         }
         if let Some(missing) = found[..REQUIRED].iter().position(Option::is_none) {
             return Err(format!(
@@ -154,23 +151,17 @@ impl Plan {
             ));
         }
         let stride = steps.iter().map(|(scalar, _)| scalar.size()).sum();
-        let least = if header.encoding == Encoding::Ascii {
-            2 * steps.len()
-        } else {
-            stride
-        };
         Ok(Self {
             steps,
             found,
             stride,
-            least,
         })
     }
 }
 
 fn read_binary(
     input: &mut dyn BufRead,
-    header: &Header,
+    header: &TableHeader,
     plan: &Plan,
     table: &mut Table,
     big: bool,
@@ -190,7 +181,7 @@ fn read_binary(
                 bytes.reverse();
             }
             if let Some(name) = name {
-                values[name] = scalar.decode(bytes);
+                values[name] = decode(scalar, bytes);
             }
         }
         table
@@ -202,6 +193,30 @@ fn read_binary(
         Ok(1..) if !header.more => Err(surplus()),
         Ok(_) => Ok(()),
         Err(e) => Err(("after the elements".to_owned(), e.to_string())),
+    }
+}
+
+/// The number in [`Scalar::size`] little-endian bytes; `f64` holds each exactly that a table may have.
+fn decode(scalar: Scalar, bytes: &[u8]) -> f64 {
+    let mut wide = [0; 8];
+    wide[..bytes.len()].copy_from_slice(bytes);
+    let low = u64::from_le_bytes(wide);
+    match scalar {
+        Scalar::I8 => f64::from(low as i8),
+        Scalar::U8 | Scalar::U16 | Scalar::U32 | Scalar::U64 => low as f64,
+        Scalar::I16 => f64::from(low as i16),
+        Scalar::I32 => f64::from(low as i32),
+        Scalar::I64 => low as i64 as f64,
+        Scalar::F32 => f64::from(f32::from_bits(low as u32)),
+        Scalar::F64 => f64::from_bits(low),
+    }
+}
+
+/// The number that a word of an ascii file stands for.
+fn parse(scalar: Scalar, word: &str) -> Option<f64> {
+    match scalar {
+        Scalar::F32 => word.parse::<f32>().ok().map(f64::from),
+        _ => word.parse().ok(),
     }
 }
 
@@ -222,7 +237,7 @@ fn unreadable(e: &io::Error) -> String {
 
 fn read_ascii(
     input: &mut dyn BufRead,
-    header: &Header,
+    header: &TableHeader,
     plan: &Plan,
     table: &mut Table,
 ) -> Result<(), Fault> {
@@ -276,9 +291,8 @@ fn ascii_row(text: &str, plan: &Plan) -> Result<Values, String> {
             let (found, needed) = (text.split_ascii_whitespace().count(), plan.steps.len());
             format!("{found} values where the header declares {needed}: the file was cut off")
         })?;
-        let value = scalar
-            .parse(word)
-            .ok_or_else(|| format!("'{}' is not a number; correct it", shortened(word)))?;
+        let value = parse(scalar, word)
+            .ok_or_else(|| format!("{} is not a number; correct it", quoted(word.as_bytes())))?;
         if let Some(name) = name {
             values[name] = value;
         }

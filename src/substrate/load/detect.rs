@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::error::{LoadFault, Parsed};
-use super::{Format, HEAD, obj, ply_header, stl};
+use super::{Format, HEAD, obj, stl};
+use crate::input::without_mark;
+use crate::ply;
 
 impl Format {
     /// The format that a file's name claims.
@@ -80,16 +82,13 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     if head.starts_with(b"glTF") {
         return Some(Format::Glb);
     }
-    if ply_header::is_begun(head) {
+    if ply::is_begun(head) {
         return Some(Format::Ply);
     }
     if stl::is_exact_binary(head, bytes.len() as u64) {
         return Some(Format::Stl);
     }
-    let text = bytes
-        .strip_prefix(b"\xEF\xBB\xBF")
-        .unwrap_or(bytes)
-        .trim_ascii_start();
+    let text = without_mark(bytes).trim_ascii_start();
     (text.starts_with(b"{") && contains(text, b"\"asset\"")).then_some(Format::Gltf)
 }
 
@@ -126,7 +125,7 @@ fn recognised(bytes: &[u8]) -> Option<&'static str> {
     {
         return Some("this is a tar archive");
     }
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let bytes = without_mark(bytes);
     let known: [(&[u8], &str); 18] = [
         (b"Kaydara FBX", "this is FBX"),
         (b"; FBX", "this is FBX"),

@@ -13,6 +13,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::Value;
 
+use crate::input::{quoted, without_mark};
 use crate::substrate::texturing::Of;
 use crate::substrate::{Soup, Texturing};
 
@@ -24,7 +25,6 @@ use super::gltf_morph::Morphs;
 use super::gltf_primitive::{Collector, Placing, SharedPositions, Tally};
 use super::gltf_schema::{Instancing, Node, OnlyAsset, Root};
 use super::gltf_skin::Pose;
-use super::text::quoted;
 use super::{Format, counted, no_triangles};
 
 /// Extensions that change the geometry and are understood (or refused where they are used).
@@ -165,7 +165,7 @@ fn parse_document(
     hasher: &mut blake3::Hasher,
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
-    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+    let json = without_mark(json);
     let plain;
     let (json, root) = match read_json(json, format) {
         Ok(root) => (json, root),

@@ -19,7 +19,6 @@ mod mtl;
 mod obj;
 mod ply;
 mod ply_body;
-mod ply_header;
 mod polygon;
 mod stl;
 mod text;
@@ -29,7 +28,7 @@ use std::fmt;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
-use crate::input;
+use crate::input::{self, quoted};
 use crate::substrate::{Soup, Texturing};
 
 use error::Parsed;
@@ -237,7 +236,7 @@ fn no_triangles(points: usize, passed_over: &[String]) -> LoadFault {
 /// Refuses bytes that are no image of a kind that is read.
 fn encoded_image(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     let is_known = bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8");
-    let start = text::quoted(&bytes[..bytes.len().min(12)]);
+    let start = quoted(&bytes[..bytes.len().min(12)]);
     is_known
         .then_some(bytes)
         .ok_or_else(|| format!("it is neither PNG nor JPEG (it begins with {start})"))

@@ -9,11 +9,11 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::input;
+use crate::input::{self, without_mark};
 use crate::substrate::{Material, Texture, Texturing, Wrap};
 
 use super::encoded_image;
-use super::text::{BYTE_ORDER_MARK, number, uncommented};
+use super::text::{number, uncommented};
 
 /// Faults that are told; of more only that there are.
 const MOST_NOTES: usize = 12;
@@ -105,7 +105,7 @@ impl Library<'_> {
                 return self.note(note);
             }
         };
-        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
+        let text = without_mark(&text);
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut material = None;
         for line in text.split(|b| b"\r\n".contains(b)) {

@@ -20,6 +20,7 @@ use std::path::Path;
 use memchr::memchr2;
 
 use crate::color;
+use crate::input::{quoted, without_mark};
 use crate::substrate::texturing::{Corner, Of};
 use crate::substrate::{Part, Soup, Texturing};
 
@@ -27,9 +28,7 @@ use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
 use super::mtl;
 use super::polygon::{Corners, Triangulator};
-use super::text::{
-    BYTE_ORDER_MARK, integer, line_of, number, quoted, uncommented, used_are_finite, white,
-};
+use super::text::{integer, line_of, number, uncommented, used_are_finite, white};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Statements that make something other than flat faces, and what to call it.
@@ -49,7 +48,7 @@ pub(super) fn parse(
     base: Option<&Path>,
     texturing: Option<&mut Texturing>,
 ) -> Parsed<Soup> {
-    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let text = without_mark(bytes);
     let positions = read_positions(text)?;
     let mut reader = FaceReader::new(text, positions);
     let attributes = texturing.is_some().then(|| Attributes::read(text, base));
@@ -65,7 +64,7 @@ pub(super) fn parse(
 
 /// Whether the text has a statement that only an OBJ file would have.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let text = without_mark(bytes);
     Statements::new(text).take(LINES_TO_SNIFF).any(|statement| {
         let mut tokens = statement.tokens();
         match tokens.next() {

@@ -6,6 +6,8 @@
 //! declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
 use crate::color;
+use crate::input::quoted;
+use crate::ply::{Element, Encoding, Header, HeaderFault, Kind, Scalar, read_header};
 use crate::substrate::soup::is_representable;
 use crate::substrate::texturing::{Corner, Of};
 use crate::substrate::{Soup, Texturing};
@@ -13,20 +15,25 @@ use crate::substrate::{Soup, Texturing};
 use super::Format::Ply;
 use super::error::{LoadFault, Parsed};
 use super::ply_body::{Ascii, Binary, Body};
-use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
 use super::polygon::{Corners as FaceCorners, Triangulator};
-use super::text::{quoted, used_are_finite, white};
+use super::text::{used_are_finite, white};
 use super::{counted, exclusive_index, no_triangles};
 
 /// Reads a PLY file's bytes.
 pub(super) fn parse(bytes: &[u8], texturing: Option<&mut Texturing>) -> Parsed<Soup> {
-    let header = ply_header::read(bytes)?;
-    let at = header.body;
+    let mut body = bytes;
+    let header = read_header(&mut body).map_err(in_header)?;
+    let at = bytes.len() - body.len();
     match header.encoding {
         Encoding::Ascii => read(&header, Ascii::new(bytes, at), texturing),
         Encoding::LittleEndian => read(&header, Binary::<false> { bytes, at }, texturing),
         Encoding::BigEndian => read(&header, Binary::<true> { bytes, at }, texturing),
     }
+}
+
+fn in_header(fault: HeaderFault) -> LoadFault {
+    let cure = "correct the header or export the file again";
+    LoadFault::malformed(Ply, format!("line {}", fault.line), fault.problem, cure)
 }
 
 fn read<B: Body>(header: &Header, body: B, texturing: Option<&mut Texturing>) -> Parsed<Soup> {
@@ -70,6 +77,18 @@ fn places<const N: usize>(element: &Element, names: &[[&[u8]; N]]) -> Option<[us
         all.iter()
             .all(Option::is_some)
             .then(|| all.map(Option::unwrap_or_default))
+    })
+}
+
+/// The number of the list that holds vertex indices: by name, or the only list of integers.
+fn index_list(element: &Element) -> Option<usize> {
+    let is_index_list = |&at: &usize| matches!(element.properties[at].kind, Kind::List { item, .. } if item.is_integer());
+    let named = element
+        .position(b"vertex_indices")
+        .or_else(|| element.position(b"vertex_index"));
+    named.filter(is_index_list).or_else(|| {
+        let mut lists = (0..element.properties.len()).filter(is_index_list);
+        lists.next().filter(|_| lists.next().is_none())
     })
 }
 
@@ -286,7 +305,7 @@ impl<'a, B: Body> Reader<'a, B> {
     }
 
     fn faces(&mut self, element: &Element) -> Parsed<()> {
-        let list = element.index_list().ok_or_else(|| {
+        let list = index_list(element).ok_or_else(|| {
             let name = quoted(&element.name);
             self.fault(format!(
                 "element {name} has no list vertex_indices of whole numbers"

@@ -1,8 +1,8 @@
 //! The numbers of a PLY file's body, in text or binary.
 
 use super::counted;
-use super::ply_header::Scalar;
 use super::text::{integer, line_of, number, single};
+use crate::ply::Scalar;
 
 /// The numbers of a body, one after the other.
 pub(super) trait Body: Clone {

@@ -9,11 +9,12 @@
 use std::fmt;
 use std::io::BufRead;
 
+use crate::input::{quoted, without_mark};
 use crate::substrate::Soup;
 
 use super::Format::Stl;
 use super::error::{LoadFault, Parsed};
-use super::text::{finite, number, quoted};
+use super::text::{finite, number};
 use super::words::Words;
 use super::{counted, exclusive_index, no_triangles};
 
@@ -41,10 +42,7 @@ pub(super) fn is_exact_binary(head: &[u8], length: u64) -> bool {
 
 /// Whether the beginning reads like ASCII STL.
 pub(super) fn looks_ascii(head: &[u8]) -> bool {
-    let text = head
-        .strip_prefix(b"\xEF\xBB\xBF")
-        .unwrap_or(head)
-        .trim_ascii_start();
+    let text = without_mark(head).trim_ascii_start();
     let solid = text
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -212,7 +210,7 @@ impl Keyword {
             (b"endsolid", Keyword::EndSolid),
             (b"end", Keyword::End),
         ];
-        let word = word.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(word);
+        let word = without_mark(word);
         let mut known = KEYWORDS.iter();
         let found = known.find(|(name, _)| word.eq_ignore_ascii_case(name));
         found.map(|(_, keyword)| *keyword)

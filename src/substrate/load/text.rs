@@ -5,12 +5,6 @@ use super::error::{LoadFault, Parsed};
 use super::{Soup, counted};
 use crate::substrate::soup::is_representable;
 
-/// Longest excerpt of a file that a message quotes, in bytes.
-const QUOTE: usize = 40;
-
-/// What some programs write before a text in UTF-8.
-pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
-
 /// A line without its comment, which a `#` begins that stands first or after white space: names may hold others.
 pub(super) fn uncommented(line: &[u8]) -> &[u8] {
     let begins = |&at: &usize| line[at] == b'#' && (at == 0 || line[at - 1].is_ascii_whitespace());
@@ -26,17 +20,6 @@ pub(super) fn line_of(bytes: &[u8], offset: usize) -> usize {
         _ => false,
     };
     1 + (0..end).filter(ends_line).count()
-}
-
-/// A token made fit for a message: printable and short.
-pub(super) fn quoted(token: &[u8]) -> String {
-    let shown = String::from_utf8_lossy(&token[..token.len().min(QUOTE)]);
-    let clean: String = shown
-        .chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect();
-    let dots = if token.len() > QUOTE { "..." } else { "" };
-    format!("'{clean}{dots}'")
 }
 
 /// Reads a decimal number; `None` when it is not one. `nan` and `inf` are numbers here.

@@ -1,12 +1,15 @@
-//! The header of a PLY file: elements, their properties, and how the body is written.
+//! The header of a PLY file (Turk 1994): elements, their properties, and how the body is written.
+//!
+//! Meshes and tables of elements come in it, both of them from other programs: what one of these writes, both
+//! readers understand.
 
-use super::Format::Ply;
-use super::error::{LoadFault, Parsed};
-use super::text::quoted;
+use std::io::{self, BufRead, Read};
+
+use crate::input::{quoted, without_mark};
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(crate) enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -14,7 +17,7 @@ pub(super) enum Encoding {
 
 /// A number's type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,
@@ -45,7 +48,7 @@ impl Scalar {
     }
 
     /// Bytes in a binary body.
-    pub(super) fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -54,34 +57,38 @@ impl Scalar {
         }
     }
 
-    fn is_integer(self) -> bool {
+    pub(crate) fn is_integer(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
 }
 
 /// What a property holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     One(Scalar),
     List { count: Scalar, item: Scalar },
 }
 
 #[derive(Debug)]
-pub(super) struct Property {
-    pub(super) name: Vec<u8>,
-    pub(super) kind: Kind,
+pub(crate) struct Property {
+    pub(crate) name: Vec<u8>,
+    pub(crate) kind: Kind,
+    /// Where it is declared.
+    pub(crate) line: usize,
 }
 
 #[derive(Debug)]
-pub(super) struct Element {
-    pub(super) name: Vec<u8>,
-    pub(super) count: usize,
-    pub(super) properties: Vec<Property>,
+pub(crate) struct Element {
+    pub(crate) name: Vec<u8>,
+    pub(crate) count: usize,
+    pub(crate) properties: Vec<Property>,
+    /// Where it is declared.
+    pub(crate) line: usize,
 }
 
 impl Element {
     /// The fewest bytes that one row can take in the body.
-    pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
+    pub(crate) fn least_bytes(&self, encoding: Encoding) -> usize {
         let sizes = self
             .properties
             .iter()
@@ -94,81 +101,54 @@ impl Element {
     }
 
     /// The number of the property called `name`.
-    pub(super) fn position(&self, name: &[u8]) -> Option<usize> {
+    pub(crate) fn position(&self, name: &[u8]) -> Option<usize> {
         self.properties
             .iter()
             .position(|property| property.name == name)
-    }
-
-    /// The number of the list that holds vertex indices: by name, or the only list of integers.
-    pub(super) fn index_list(&self) -> Option<usize> {
-        let named = self
-            .position(b"vertex_indices")
-            .or_else(|| self.position(b"vertex_index"));
-        named.filter(|&at| self.is_index_list(at)).or_else(|| {
-            let mut lists = (0..self.properties.len()).filter(|&at| self.is_index_list(at));
-            lists.next().filter(|_| lists.next().is_none())
-        })
-    }
-
-    fn is_index_list(&self, at: usize) -> bool {
-        matches!(self.properties[at].kind, Kind::List { item, .. } if item.is_integer())
     }
 }
 
 /// The first line.
 const MAGIC: &[u8] = b"ply";
 
+/// The first line is shorter, byte order mark and all.
+const LONGEST_FIRST: u64 = 64;
+
 #[derive(Debug)]
-pub(super) struct Header {
-    pub(super) encoding: Encoding,
-    pub(super) elements: Vec<Element>,
-    /// Where the body begins, in bytes from the beginning of the file.
-    pub(super) body: usize,
+pub(crate) struct Header {
+    pub(crate) encoding: Encoding,
+    pub(crate) elements: Vec<Element>,
+    /// Lines that it takes.
+    pub(crate) lines: usize,
 }
 
-/// Reads the header.
-pub(super) fn read(bytes: &[u8]) -> Parsed<Header> {
-    if !is_begun(bytes) {
-        return Err(fault(1, "the first line is not 'ply'".into()));
-    }
-    // Where a lone CR ends the first line it ends all, and a body may begin with LF.
-    let first = bytes.iter().position(|b| b"\r\n".contains(b)).unwrap_or(0);
-    let line_end = match bytes[first..] {
-        [b'\r', b'\n', ..] | [b'\n', ..] => b'\n',
-        _ => b'\r',
-    };
-    let mut parser = Parser {
-        encoding: None,
-        elements: Vec::new(),
-    };
-    let mut at = bytes.len() - without_mark(bytes).len();
-    for number in 1.. {
-        let rest = &bytes[at..];
-        let Some(length) = rest.iter().position(|&b| b == line_end) else {
-            return Err(fault(number, "the header has no end_header".into()));
-        };
-        at += length + 1;
-        let line = rest[..length].trim_ascii();
+/// What is wrong with a header.
+#[derive(Debug)]
+pub(crate) struct HeaderFault {
+    /// The line, from 1.
+    pub(crate) line: usize,
+    pub(crate) problem: String,
+}
+
+/// Reads up to where the body begins.
+pub(crate) fn read_header(input: &mut dyn BufRead) -> Result<Header, HeaderFault> {
+    let at = |line: usize| move |problem: String| HeaderFault { line, problem };
+    let line_end = first_line(input).map_err(at(1))?;
+    let mut draft = Draft::default();
+    let mut number = 1;
+    loop {
+        number += 1;
+        let line = next_line(input, line_end).map_err(at(number))?;
+        let line = line.trim_ascii();
         if line == b"end_header" {
-            break;
+            return draft.finish(number).map_err(at(2));
         }
-        parser
-            .line(line)
-            .map_err(|problem| fault(number, problem))?;
+        draft.line(line, number).map_err(at(number))?;
     }
-    let encoding = parser
-        .encoding
-        .ok_or_else(|| fault(2, "there is no format line".into()))?;
-    Ok(Header {
-        encoding,
-        elements: parser.elements,
-        body: at,
-    })
 }
 
 /// Whether a file begins as PLY does. Some programs write the first word in capitals.
-pub(super) fn is_begun(bytes: &[u8]) -> bool {
+pub(crate) fn is_begun(bytes: &[u8]) -> bool {
     let Some((first, rest)) = without_mark(bytes).split_at_checked(MAGIC.len()) else {
         return false;
     };
@@ -176,42 +156,69 @@ pub(super) fn is_begun(bytes: &[u8]) -> bool {
     first.eq_ignore_ascii_case(MAGIC) && after.next().is_some_and(|b| b"\r\n".contains(b))
 }
 
-fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+/// Reads the first line, and says what ends them all: a lone CR if it ends this one, and a body may begin with LF.
+fn first_line(input: &mut dyn BufRead) -> Result<u8, String> {
+    let mut line = Vec::new();
+    for byte in (&mut *input).take(LONGEST_FIRST).bytes() {
+        line.push(byte.map_err(words)?);
+        if line.ends_with(b"\r") || line.ends_with(b"\n") {
+            break;
+        }
+    }
+    if !is_begun(&line) {
+        return Err("the first line is not 'ply'".to_owned());
+    }
+    let is_lone = line.ends_with(b"\r") && !input.fill_buf().map_err(words)?.starts_with(b"\n");
+    if is_lone {
+        return Ok(b'\r');
+    }
+    input.consume(usize::from(line.ends_with(b"\r")));
+    Ok(b'\n')
 }
 
-fn fault(line: usize, problem: String) -> LoadFault {
-    let cure = "correct the header or export the file again";
-    LoadFault::malformed(Ply, format!("line {line}"), problem, cure)
+/// A line without its end.
+fn next_line(input: &mut dyn BufRead, line_end: u8) -> Result<Vec<u8>, String> {
+    let mut line = Vec::new();
+    input.read_until(line_end, &mut line).map_err(words)?;
+    match line.pop() == Some(line_end) {
+        true => Ok(line),
+        false => Err("the header has no end_header".to_owned()),
+    }
+}
+
+fn words(error: io::Error) -> String {
+    error.to_string()
 }
 
 fn is_keyword(word: &[u8]) -> bool {
     [&b"format"[..], b"element", b"property"].contains(&word)
 }
 
-struct Parser {
+#[derive(Default)]
+struct Draft {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
 }
 
-impl Parser {
-    fn line(&mut self, line: &[u8]) -> Result<(), String> {
+impl Draft {
+    fn line(&mut self, line: &[u8], number: usize) -> Result<(), String> {
         let words: Vec<&[u8]> = line
             .split(u8::is_ascii_whitespace)
             .filter(|word| !word.is_empty())
             .collect();
         match words[..] {
             [] | [b"comment" | b"obj_info", ..] => Ok(()),
-            [word] if word.eq_ignore_ascii_case(MAGIC) => Ok(()),
             [b"format", encoding, ..] => self.format(encoding),
-            [b"element", name, count] => self.element(name, count),
+            [b"element", name, count] => self.element(name, count, number),
             // Blender writes names with spaces in them as they are.
             [b"property", b"list", count, item, _, ..] => {
-                self.list(count, item, &name(&words[4..]))
+                let name = name(&words[4..]);
+                let kind = list(count, item, &name)?;
+                self.property(name, kind, number)
             }
             [b"property", scalar, _, ..] => {
                 let kind = Kind::One(scalar_named(scalar)?);
-                self.property(&name(&words[2..]), kind)
+                self.property(name(&words[2..]), kind, number)
             }
             // Nothing else may stand before the elements, so it is a comment, as an early Blender wrote them.
             [word, ..] if self.is_before_elements() && !is_keyword(word) => Ok(()),
@@ -233,7 +240,7 @@ impl Parser {
         Ok(())
     }
 
-    fn element(&mut self, name: &[u8], count: &[u8]) -> Result<(), String> {
+    fn element(&mut self, name: &[u8], count: &[u8], line: usize) -> Result<(), String> {
         let count = std::str::from_utf8(count)
             .ok()
             .and_then(|digits| digits.parse().ok());
@@ -242,37 +249,43 @@ impl Parser {
             name: name.to_vec(),
             count,
             properties: Vec::new(),
+            line,
         });
         Ok(())
     }
 
-    fn list(&mut self, count: &[u8], item: &[u8], name: &[u8]) -> Result<(), String> {
-        let (count, item) = (scalar_named(count)?, scalar_named(item)?);
-        if !count.is_integer() {
-            return Err(format!(
-                "the length of list {} must be an integer",
-                quoted(name)
-            ));
-        }
-        self.property(name, Kind::List { count, item })
-    }
-
-    fn property(&mut self, name: &[u8], kind: Kind) -> Result<(), String> {
+    fn property(&mut self, name: Vec<u8>, kind: Kind, line: usize) -> Result<(), String> {
         let element = self
             .elements
             .last_mut()
             .ok_or("a property stands before any element")?;
-        element.properties.push(Property {
-            name: name.to_vec(),
-            kind,
-        });
+        element.properties.push(Property { name, kind, line });
         Ok(())
+    }
+
+    fn finish(self, lines: usize) -> Result<Header, String> {
+        Ok(Header {
+            encoding: self.encoding.ok_or("there is no format line")?,
+            elements: self.elements,
+            lines,
+        })
     }
 }
 
 /// A name of several words.
 fn name(words: &[&[u8]]) -> Vec<u8> {
     words.join(&b' ')
+}
+
+fn list(count: &[u8], item: &[u8], name: &[u8]) -> Result<Kind, String> {
+    let (count, item) = (scalar_named(count)?, scalar_named(item)?);
+    match count.is_integer() {
+        true => Ok(Kind::List { count, item }),
+        false => Err(format!(
+            "the length of list {} must be an integer",
+            quoted(name)
+        )),
+    }
 }
 
 fn scalar_named(name: &[u8]) -> Result<Scalar, String> {
