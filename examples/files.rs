@@ -40,7 +40,7 @@ fn main() -> ExitCode {
 /// What to do about an error, where that depends on which it is.
 fn advice(error: &(dyn Error + 'static)) -> &'static str {
     match (error.downcast_ref(), error.downcast_ref()) {
-        (Some(LogError::Read { source, .. }), _) if source.kind() == ErrorKind::NotFound => {
+        (Some(LogError::Read { problem, .. }), _) if problem.kind() == ErrorKind::NotFound => {
             ": grow a lichen there first"
         }
         (_, Some(OutputError::FileExists(_))) => ": give another name",

@@ -62,6 +62,9 @@
 //! IEEE machine. With [`Join::Pack`](growth::Join::Pack) no two centres of one sheet are nearer
 //! than 2r(1 − 1e-6). Lengths inside the library are in local units: see
 //! [`Units`](substrate::Units).
+//!
+//! The text of an error has all of it, the system's reason and what to do about it too; so no error has that again as
+//! its [`source`](std::error::Error::source).
 
 #![warn(missing_debug_implementations)]
 

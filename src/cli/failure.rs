@@ -71,7 +71,7 @@ impl Failure {
     }
 }
 
-/// An error and what caused it, once: some say that themselves.
+/// An error and what caused it, once: those of other libraries may say that themselves.
 fn with_causes(error: &anyhow::Error) -> String {
     let add = |all: String, cause: String| match all.contains(&cause) {
         true => all,

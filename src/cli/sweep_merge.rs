@@ -315,10 +315,10 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     let mut output = OutputDir::create(to, true)?;
     let there = |name: &&&str| from.join(name).is_file();
     for name in FILES.iter().filter(there).chain([&MEASURES]) {
-        let bytes = fs::read(from.join(name)).map_err(|source| OutputError::Io {
+        let bytes = fs::read(from.join(name)).map_err(|problem| OutputError::Io {
             path: from.join(name),
             doing: "reading",
-            source,
+            problem,
         })?;
         output.write(name, |out| out.write_all(&bytes))?;
     }

@@ -37,26 +37,26 @@ pub enum OutputError {
         process: Option<u32>,
     },
     /// The system refused.
-    #[error("{}: {}{source}{}", .path.display(), tried(.doing, .source), cure(.source))]
+    #[error("{}: {}{problem}{}", .path.display(), tried(.doing, .problem), cure(.problem))]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What was tried.
         doing: &'static str,
         /// The system's reason.
-        source: io::Error,
+        problem: io::Error,
     },
 }
 
 impl OutputError {
     /// Wraps the system's reason; for `map_err`.
     pub(super) fn io(path: &Path, doing: &'static str) -> impl FnOnce(io::Error) -> Self {
-        move |source| match source.kind() {
+        move |problem| match problem.kind() {
             io::ErrorKind::NotADirectory => Self::not_a_folder(path),
             _ => Self::Io {
                 path: path.to_owned(),
                 doing,
-                source,
+                problem,
             },
         }
     }

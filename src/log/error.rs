@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum LogError {
     /// The system refused.
-    #[error("{}: reading the log failed: {source}", .path.display())]
+    #[error("{}: reading the log failed: {problem}", .path.display())]
     Read {
         /// The log.
         path: PathBuf,
         /// The system's reason.
-        source: io::Error,
+        problem: io::Error,
     },
     /// The file is something else.
     #[error("{} is not a log of thallus", .0.display())]
@@ -78,9 +78,9 @@ pub enum LogError {
 impl LogError {
     /// Wraps the system's reason; for `map_err`.
     pub(super) fn read(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| Self::Read {
+        move |problem| Self::Read {
             path: path.to_owned(),
-            source,
+            problem,
         }
     }
 }

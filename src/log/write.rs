@@ -283,9 +283,9 @@ fn reopen(path: &Path) -> io::Result<(File, u64)> {
 
 fn failure(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
     let path = path.to_owned();
-    move |source| OutputError::Io {
+    move |problem| OutputError::Io {
         path,
         doing: "writing",
-        source,
+        problem,
     }
 }

@@ -86,20 +86,20 @@ pub enum RecipeTextError {
 #[non_exhaustive]
 pub enum RecipeFileError {
     /// It cannot be read.
-    #[error("{}: reading the recipe failed: {source}", .path.display())]
+    #[error("{}: reading the recipe failed: {problem}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// The system's reason.
-        source: io::Error,
+        problem: io::Error,
     },
     /// It is no recipe.
-    #[error("{}: {source}", .path.display())]
+    #[error("{}: {problem}", .path.display())]
     Text {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: RecipeTextError,
+        problem: RecipeTextError,
     },
 }
 
@@ -147,14 +147,14 @@ impl Settings {
     /// # Errors
     /// When the file cannot be read or is no recipe.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
-        let fail = |source| RecipeFileError::Read {
+        let fail = |problem| RecipeFileError::Read {
             path: path.to_owned(),
-            source,
+            problem,
         };
         let text = input::text(path).map_err(fail)?;
-        Self::from_toml(&text).map_err(|source| RecipeFileError::Text {
+        Self::from_toml(&text).map_err(|problem| RecipeFileError::Text {
             path: path.to_owned(),
-            source,
+            problem,
         })
     }
 

@@ -21,12 +21,12 @@ pub struct LoadError {
 #[non_exhaustive]
 pub enum LoadFault {
     /// The file, or a buffer file that it refers to, could not be read.
-    #[error("{what} cannot be read ({source}): {cure}")]
+    #[error("{what} cannot be read ({problem}): {cure}")]
     Unreadable {
         /// What was being read: `"the file"`, or the buffer's name.
         what: String,
         /// The system's answer.
-        source: std::io::Error,
+        problem: std::io::Error,
         /// What to do.
         cure: &'static str,
     },
@@ -97,14 +97,7 @@ impl fmt::Display for LoadError {
     }
 }
 
-impl std::error::Error for LoadError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match &self.fault {
-            LoadFault::Unreadable { source, .. } => Some(source),
-            _ => None,
-        }
-    }
-}
+impl std::error::Error for LoadError {}
 
 impl LoadFault {
     pub(super) fn malformed(

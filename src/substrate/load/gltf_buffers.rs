@@ -215,9 +215,9 @@ impl<'a> Buffers<'a> {
             let cure = "put the buffer file beside the glTF file, or export as GLB";
             LoadFault::malformed(self.format, place.clone(), problem, cure)
         })?;
-        read_up_to(&path, buffer.byte_length).map_err(|source| LoadFault::Unreadable {
+        read_up_to(&path, buffer.byte_length).map_err(|problem| LoadFault::Unreadable {
             what: format!("{place} ({})", path.display()),
-            source,
+            problem,
             cure: "copy the buffer file beside the glTF file, or export as GLB",
         })
     }

@@ -161,13 +161,13 @@ fn parse(
 }
 
 fn load(path: &Path, texturing: Option<&mut Texturing>) -> Parsed<Loaded> {
-    let unreadable = |source: io::Error| LoadFault::Unreadable {
+    let unreadable = |problem: io::Error| LoadFault::Unreadable {
         what: "the file".into(),
-        cure: match source.kind() {
+        cure: match problem.kind() {
             io::ErrorKind::InvalidInput => "check the path",
             _ => "check the path and the permissions",
         },
-        source,
+        problem,
     };
     let mut file = input::regular(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();

@@ -78,10 +78,10 @@ impl<R: BufRead> Words<R> {
     }
 }
 
-fn unreadable(source: std::io::Error) -> LoadFault {
+fn unreadable(problem: std::io::Error) -> LoadFault {
     LoadFault::Unreadable {
         what: "the file".into(),
-        source,
+        problem,
         cure: "copy it to a local disk and try again",
     }
 }
