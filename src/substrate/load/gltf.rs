@@ -554,11 +554,7 @@ impl<'a> SceneWalk<'a> {
         let Some(&accessor) = instancing.attributes.get(name) else {
             return Ok(None);
         };
-        let mut vectors = Vec::new();
-        self.collector
-            .accessors
-            .append_vectors(accessor, place, &mut vectors)?;
-        Ok(Some(vectors))
+        self.collector.accessors.vectors(accessor, place).map(Some)
     }
 
     fn local_transform(&self, index: usize, node: &Node) -> Parsed<DAffine3> {

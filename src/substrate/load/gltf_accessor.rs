@@ -117,7 +117,18 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// Appends the vectors of accessor `index`, or its matrices of 16 numbers, dequantized to real numbers.
+    /// The vectors of accessor `index`, or its matrices of 16 numbers, dequantized to real numbers.
+    pub(super) fn vectors<const N: usize>(
+        &self,
+        index: usize,
+        place: &str,
+    ) -> Parsed<Vec<[f64; N]>> {
+        let mut vectors = Vec::new();
+        self.append_vectors(index, place, &mut vectors)?;
+        Ok(vectors)
+    }
+
+    /// Puts them behind others.
     pub(super) fn append_vectors<const N: usize>(
         &self,
         index: usize,
@@ -221,14 +232,7 @@ impl<'a> Accessors<'a> {
             return self.charge(index, accessor.count, place).map(|()| None);
         };
         let view = self.view(view, place, index)?;
-        let elements = Elements {
-            bytes: view.bytes,
-            stride: 0,
-            count: accessor.count,
-            component,
-        };
-        let elements = self
-            .within(elements, view, accessor.byte_offset, lanes)
+        let elements = within(view, accessor.byte_offset, accessor.count, component, lanes)
             .map_err(|problem| self.fault(place, index, problem))?;
         self.charge(index, accessor.count, place)
             .map(|()| Some(elements))
@@ -253,14 +257,14 @@ impl<'a> Accessors<'a> {
         place: &str,
     ) -> Parsed<Elements<'_>> {
         let view = self.view(sparse.values.buffer_view, place, index)?;
-        let elements = Elements {
-            bytes: view.bytes,
-            stride: 0,
-            count: sparse.count,
+        within(
+            view,
+            sparse.values.byte_offset,
+            sparse.count,
             component,
-        };
-        self.within(elements, view, sparse.values.byte_offset, lanes)
-            .map_err(|problem| self.fault(place, index, format!("sparse values: {problem}")))
+            lanes,
+        )
+        .map_err(|problem| self.fault(place, index, format!("sparse values: {problem}")))
     }
 
     fn sparse_targets(
@@ -272,14 +276,7 @@ impl<'a> Accessors<'a> {
     ) -> Parsed<Vec<u32>> {
         let component = self.index_component(sparse.indices.component_type, place, index)?;
         let view = self.view(sparse.indices.buffer_view, place, index)?;
-        let elements = Elements {
-            bytes: view.bytes,
-            stride: 0,
-            count: sparse.count,
-            component,
-        };
-        let targets = self
-            .within(elements, view, sparse.indices.byte_offset, 1)
+        let targets = within(view, sparse.indices.byte_offset, sparse.count, component, 1)
             .map(|elements| read_indices(&elements))
             .map_err(|problem| self.fault(place, index, format!("sparse indices: {problem}")))?;
         match targets
@@ -300,46 +297,45 @@ impl<'a> Accessors<'a> {
             .map_err(|fault| within_accessor(fault, place, index))
     }
 
-    /// Moves `elements` to `offset` in the view and checks that the last one ends inside.
-    fn within<'v>(
-        &self,
-        elements: Elements<'v>,
-        view: View<'v>,
-        offset: usize,
-        lanes: usize,
-    ) -> Result<Elements<'v>, String> {
-        let size = lanes * elements.component.size();
-        let stride = view.stride.unwrap_or(size);
-        if stride < size {
-            return Err(format!(
-                "elements of {size} bytes overlap at byteStride {stride}"
-            ));
-        }
-        let end = elements
-            .count
-            .checked_sub(1)
-            .map_or(Some(0), |steps| {
-                steps.checked_mul(stride)?.checked_add(size)
-            })
-            .and_then(|length| length.checked_add(offset))
-            .filter(|&end| end <= view.bytes.len());
-        match end {
-            Some(_) => Ok(Elements {
-                bytes: &view.bytes[offset..],
-                stride,
-                ..elements
-            }),
-            None => Err(format!(
-                "{} elements of {stride} bytes from {offset} reach beyond the view's {} bytes",
-                elements.count,
-                view.bytes.len()
-            )),
-        }
-    }
-
     fn fault(&self, place: &str, index: usize, problem: String) -> LoadFault {
         let place = format!("{place}, accessor {index}");
         LoadFault::malformed(self.format, place, problem, EXPORT_AGAIN)
+    }
+}
+
+/// The elements at `offset` in a view, if the last one ends inside.
+fn within(
+    view: View<'_>,
+    offset: usize,
+    count: usize,
+    component: Component,
+    lanes: usize,
+) -> Result<Elements<'_>, String> {
+    let size = lanes * component.size();
+    let stride = view.stride.unwrap_or(size);
+    if stride < size {
+        return Err(format!(
+            "elements of {size} bytes overlap at byteStride {stride}"
+        ));
+    }
+    let end = count
+        .checked_sub(1)
+        .map_or(Some(0), |steps| {
+            steps.checked_mul(stride)?.checked_add(size)
+        })
+        .and_then(|length| length.checked_add(offset))
+        .filter(|&end| end <= view.bytes.len());
+    match end {
+        Some(_) => Ok(Elements {
+            bytes: &view.bytes[offset..],
+            stride,
+            count,
+            component,
+        }),
+        None => Err(format!(
+            "{count} elements of {stride} bytes from {offset} reach beyond the view's {} bytes",
+            view.bytes.len()
+        )),
     }
 }
 

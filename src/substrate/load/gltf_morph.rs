@@ -39,8 +39,7 @@ impl<'a> Morphs<'a> {
                 let format = accessors.format;
                 return Err(LoadFault::malformed(format, place, problem, EXPORT_AGAIN));
             }
-            let mut moves = Vec::new();
-            accessors.append_vectors::<3>(accessor, &place, &mut moves)?;
+            let moves = accessors.vectors::<3>(accessor, &place)?;
             let weight = self.0[target];
             for (value, by) in values.iter_mut().zip(moves) {
                 *value = std::array::from_fn(|axis| value[axis] + weight * by[axis]);

@@ -270,8 +270,7 @@ impl<'a> Collector<'a> {
         let Some(&accessor) = primitive.attributes.get("TEXCOORD_0") else {
             return Ok(None);
         };
-        let mut uvs = Vec::new();
-        self.accessors.append_vectors(accessor, place, &mut uvs)?;
+        let uvs = self.accessors.vectors(accessor, place)?;
         if uvs.len() < vertices {
             let problem = format!(
                 "TEXCOORD_0 has {} places for {vertices} vertices",
@@ -287,27 +286,26 @@ impl<'a> Collector<'a> {
         let Some(&accessor) = primitive.attributes.get(set) else {
             return Vec::new();
         };
-        let (mut three, mut four) = (Vec::new(), Vec::new());
-        let read = self.accessors.append_vectors(accessor, place, &mut three);
-        let read = read.or_else(|_| self.accessors.append_vectors(accessor, place, &mut four));
-        three.extend(four.iter().map(|&[r, g, b, _]| [r, g, b]));
+        let opaque = |four: Vec<[f64; 4]>| four.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        let three = self.accessors.vectors(accessor, place);
+        let read = three.or_else(|_| self.accessors.vectors(accessor, place).map(opaque));
+        let is_sound = |colors: &Vec<[f64; 3]>| colors.iter().flatten().all(|x| x.is_finite());
+        let sound = read.ok().filter(is_sound).unwrap_or_default();
         let light = |color: [f64; 3]| color.map(|x| x.clamp(0.0, 1.0) as f32);
-        let is_sound = read.is_ok() && three.iter().flatten().all(|x| x.is_finite());
-        three.into_iter().filter(|_| is_sound).map(light).collect()
+        sound.into_iter().map(light).collect()
     }
 
     /// Those of the vertices. A mesh can do without them, so broken ones are passed over.
     fn normals(&self, primitive: &Primitive, place: &str, morphs: &Morphs) -> Vec<[f64; 3]> {
-        let mut normals = Vec::new();
         let Some(&accessor) = primitive.attributes.get("NORMAL") else {
-            return normals;
+            return Vec::new();
         };
         let all = &self.accessors;
-        let read = all.append_vectors(accessor, place, &mut normals);
-        match read.and_then(|()| morphs.apply(primitive, "NORMAL", all, place, &mut normals)) {
-            Ok(()) => normals,
-            Err(_) => Vec::new(),
-        }
+        let moved = all.vectors(accessor, place).and_then(|mut normals| {
+            morphs.apply(primitive, "NORMAL", all, place, &mut normals)?;
+            Ok(normals)
+        });
+        moved.unwrap_or_default()
     }
 
     fn has_triangles(&mut self, primitive: &Primitive, place: &str) -> Parsed<bool> {

@@ -41,8 +41,7 @@ impl Pose {
             return Ok(None);
         };
         if let Some(accessor) = skin.inverse_bind_matrices {
-            let mut matrices = Vec::new();
-            accessors.append_vectors::<16>(accessor, place, &mut matrices)?;
+            let matrices = accessors.vectors::<16>(accessor, place)?;
             if matrices.len() < joints.len() {
                 let problem = format!("{} matrices for {} joints", matrices.len(), joints.len());
                 return Err(fault(accessors, place, problem));
@@ -156,8 +155,7 @@ fn influences(
     vertices: usize,
 ) -> Parsed<Influences> {
     let [joints, weights] = set.map(|accessor| {
-        let mut values = Vec::new();
-        accessors.append_vectors::<4>(accessor, place, &mut values)?;
+        let values = accessors.vectors::<4>(accessor, place)?;
         if values.len() < vertices {
             let problem = format!(
                 "joints or weights of {} vertices, of {vertices}",
