@@ -18,8 +18,8 @@ use super::grown::Grown;
 use super::interrupt::leave_no_part;
 use super::mesh_file::load;
 use super::number::{count, elements, short};
-use super::output::check_names_folder;
-use super::skin::{check_free, spinner, start_threads};
+use super::output::{check_free, check_names_folder};
+use super::run_args::start_threads;
 use super::terminal::{self, Voice};
 
 pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
@@ -36,7 +36,7 @@ pub(crate) fn analyze(args: &AnalyzeArgs) -> Result<(), Failure> {
     choose_colony(args, &mut grown, voice)?;
     let ground = ground(args, &mut grown, voice)?;
     let doing = elements(grown.elements.len());
-    let spinner = spinner(voice, &format!("measuring {doing}"));
+    let spinner = voice.spinner(&format!("measuring {doing}"));
     let metric = ground
         .as_ref()
         .map(|(substrate, places)| SurfaceMetric::new(substrate, places));

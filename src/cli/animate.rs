@@ -30,8 +30,9 @@ use super::interrupt::Stop;
 use super::memory::{self, Frames};
 use super::number::{duration, plural};
 use super::render_args::What as Drawn;
-use super::skin::{InUnits, start_threads};
+use super::run_args::start_threads;
 use super::skin_paint::paint;
+use super::skin_shape::{self, InUnits};
 use super::terminal;
 
 pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
@@ -187,7 +188,7 @@ fn skins(
 ) -> Result<(), Failure> {
     let units = InUnits::of(&lichen.substrate, &lichen.cluster);
     let in_radii = |length| units.in_radii(length);
-    let shape = super::skin::shape(&args.shape, &in_radii);
+    let shape = skin_shape::shape(&args.shape, &in_radii);
     let paint = paint(&args.color, &in_radii)?;
     shape.check().map_err(|e| Failure::Usage(e.into()))?;
     memory::check_frames(

@@ -13,9 +13,8 @@ use thallus::picture::{Background, FASTEST_GIF};
 
 use super::animate_args::{AnimateArgs, Subject};
 use super::failure::Failure;
-use super::output::ends_in_slash;
+use super::output::{check_free, ends_in_slash};
 use super::render_args::What;
-use super::skin::check_free;
 
 /// What is written.
 pub(super) enum Target {

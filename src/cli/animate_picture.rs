@@ -29,9 +29,9 @@ use super::preview::{bare, by_age, packed, staged, stone};
 use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::render_camera::warn_unseen;
-use super::skin::{InUnits, shape};
 use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
+use super::skin_shape::{InUnits, shape};
 
 pub(super) fn pictures(
     args: &AnimateArgs,

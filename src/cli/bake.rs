@@ -28,9 +28,10 @@ use super::memory;
 use super::mesh_file::load_textured;
 use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
-use super::skin::{relief, spinner, start_threads};
+use super::run_args::start_threads;
 use super::skin_args::{ColorArgs, ReliefArgs};
 use super::skin_paint::paint;
+use super::skin_shape::relief;
 use super::terminal::{self, Voice};
 
 const GLB: &str = "lichened.glb";
@@ -236,7 +237,7 @@ impl Lichens {
     ) -> Result<Baked<'_>, Failure> {
         let started = Instant::now();
         let elements = elements(self.elements());
-        let spinner = spinner(args.run.voice(), &format!("baking {elements}"));
+        let spinner = args.run.voice().spinner(&format!("baking {elements}"));
         let looks: Vec<Look> = self.grown.iter().map(Lichen::look).collect();
         let baked = bake::bake(&self.substrate, &self.texturing, &looks, base, settings);
         spinner.finish_and_clear();
@@ -366,7 +367,7 @@ impl Writer<'_> {
         seconds: &mut Seconds,
     ) -> Result<(), Failure> {
         let started = Instant::now();
-        let spinner = spinner(voice, &format!("writing to {}", folder.path().display()));
+        let spinner = voice.spinner(&format!("writing to {}", folder.path().display()));
         let written = self.write_into(&mut folder, stop);
         let written = written.and_then(|()| {
             self.remove_others(&mut folder);

@@ -15,7 +15,7 @@ use super::failure::Failure;
 use super::memory::Room;
 use super::mesh_file::load_error;
 use super::number::{count, percent, place, plural, short};
-use super::skin::start_threads;
+use super::run_args::start_threads;
 use super::{terminal, warnings};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {

@@ -20,7 +20,7 @@ use super::mesh_args::MeshArgs;
 use super::mesh_file::load;
 use super::number::{elements, plural};
 use super::output::check_names_file;
-use super::skin::start_threads;
+use super::run_args::start_threads;
 use super::terminal::{self, Voice};
 
 pub(crate) fn export(args: &ExportArgs) -> Result<(), Failure> {

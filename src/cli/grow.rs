@@ -19,7 +19,7 @@ use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
 use super::progress::{Display, Goal};
-use super::skin::start_threads;
+use super::run_args::start_threads;
 use super::terminal::{self, Voice};
 use super::{buried, ended, interrupt, mask, memory, moved, resume, warnings};
 

@@ -47,6 +47,7 @@ mod run_args;
 mod skin;
 mod skin_args;
 mod skin_paint;
+mod skin_shape;
 mod sweep;
 mod sweep_args;
 mod sweep_estimate;

@@ -162,3 +162,12 @@ pub(crate) fn ends_in_slash(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|&b| std::path::is_separator(char::from(b)))
 }
+
+/// Refuses what would be refused when the work is done.
+pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
+    let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
+    match files.iter().find(taken) {
+        Some(file) => Err(OutputError::FileExists(file.clone()).into()),
+        None => Ok(()),
+    }
+}

@@ -26,14 +26,15 @@ use super::grown::{Grown, Origin};
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
-use super::output::check_names_file;
+use super::output::{check_free, check_names_file};
 use super::preview::{granules, staged, stone};
 use super::render_args::{RenderArgs, What};
 use super::render_by::Coloring;
 use super::render_camera::{CameraText, warn_unseen};
-use super::skin::{check_free, shape, spinner, start_threads};
+use super::run_args::start_threads;
 use super::skin_args::ColorArgs;
 use super::skin_paint::paint;
+use super::skin_shape::shape;
 use super::terminal::{self, Voice};
 
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
@@ -108,7 +109,7 @@ fn check_name(file: &Path) -> Result<(), Failure> {
 
 /// Shows that something takes its time.
 fn spin<T>(voice: Voice, doing: &str, work: impl FnOnce() -> T) -> T {
-    let spinner = spinner(voice, doing);
+    let spinner = voice.spinner(doing);
     let done = work();
     spinner.finish_and_clear();
     done

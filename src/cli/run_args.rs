@@ -1,7 +1,9 @@
 //! Flags that every command has that works on a grown lichen.
 
+use anyhow::Context;
 use clap::Args;
 
+use super::failure::Failure;
 use super::terminal::Voice;
 
 /// The heading of these flags in help texts.
@@ -21,4 +23,16 @@ impl RunArgs {
     pub(crate) fn voice(&self) -> Voice {
         Voice { quiet: self.quiet }
     }
+}
+
+/// Starts so many threads, or one a core.
+pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, usize::from))
+        .build_global()
+        .context(
+            "threads could not be started: give fewer of them (--threads), end other processes, or raise what the \
+             shell allows in processes (ulimit -u) and memory (ulimit -v)",
+        )?;
+    Ok(())
 }

@@ -1,13 +1,12 @@
 //! `thallus skin`: the elements of a run as a triangle mesh.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Context;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use thallus::cluster::Cluster;
-use thallus::export::{MeshFormat, OutputError, TriMesh, mesh_format_of, write_file_atomically};
+use thallus::export::{MeshFormat, TriMesh, mesh_format_of, write_file_atomically};
 use thallus::run::Length;
 use thallus::skin::{self, Paint, Shape, decimate, expected_near};
 use thallus::substrate::Substrate;
@@ -18,9 +17,11 @@ use super::grown::Grown;
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{count, duration, elements, plural};
-use super::output::check_names_file;
-use super::skin_args::{FEWEST_TRIANGLES, Goal, ReliefArgs, ShapeArgs, SkinArgs};
-use super::skin_paint::{InRadii, paint};
+use super::output::{check_free, check_names_file};
+use super::run_args::start_threads;
+use super::skin_args::{FEWEST_TRIANGLES, Goal, SkinArgs};
+use super::skin_paint::paint;
+use super::skin_shape::{InUnits, shape};
 use super::terminal::{self, Voice};
 
 pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
@@ -113,70 +114,6 @@ fn warn_of_more_levels(args: &SkinArgs, voice: Voice) {
     }
 }
 
-/// Refuses what would be refused when the work is done.
-pub(super) fn check_free(files: &[PathBuf], force: bool) -> Result<(), Failure> {
-    let taken = |file: &&PathBuf| !force && file.symlink_metadata().is_ok();
-    match files.iter().find(taken) {
-        Some(file) => Err(OutputError::FileExists(file.clone()).into()),
-        None => Ok(()),
-    }
-}
-
-/// Starts so many threads, or one a core.
-pub(super) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.map_or(0, usize::from))
-        .build_global()
-        .context(
-            "threads could not be started: give fewer of them (--threads), end other processes, or raise what the \
-             shell allows in processes (ulimit -u) and memory (ulimit -v)",
-        )?;
-    Ok(())
-}
-
-/// What lengths are measured against, in the mesh's units.
-pub(super) struct InUnits {
-    diagonal: f64,
-    radius: f64,
-}
-
-impl InUnits {
-    pub(super) fn of(substrate: &Substrate, cluster: &Cluster) -> Self {
-        let units = substrate.units();
-        Self {
-            diagonal: units.diagonal(),
-            radius: units.length_to_file(cluster.radius()),
-        }
-    }
-
-    pub(super) fn in_radii(&self, length: Length) -> f64 {
-        length.in_radii(self.diagonal, self.radius)
-    }
-}
-
-pub(super) fn shape(args: &ShapeArgs, in_radii: InRadii) -> Shape {
-    let relief = relief(&args.relief, in_radii);
-    Shape {
-        resolution: in_radii_or(args.resolution, in_radii, relief.resolution),
-        ..relief
-    }
-}
-
-/// What the flags say of the lichen's shape, at the usual resolution.
-pub(super) fn relief(args: &ReliefArgs, in_radii: InRadii) -> Shape {
-    let default = Shape::default();
-    Shape {
-        thickness: in_radii_or(args.thickness, in_radii, default.thickness),
-        taper: args.taper.unwrap_or(default.taper),
-        falloff: in_radii_or(args.falloff, in_radii, default.falloff),
-        ..default
-    }
-}
-
-fn in_radii_or(length: Option<Length>, in_radii: InRadii, default: f64) -> f64 {
-    length.map_or(default, in_radii)
-}
-
 fn grow_skin(
     substrate: &Substrate,
     cluster: &Cluster,
@@ -187,22 +124,11 @@ fn grow_skin(
 ) -> Result<TriMesh, Failure> {
     let started = Instant::now();
     let doing = format!("putting a skin on {}", elements(cluster.len()));
-    let spinner = spinner(voice, &doing);
+    let spinner = voice.spinner(&doing);
     let mesh = skin::skin(substrate, cluster, shape, paint);
     spinner.finish_and_clear();
     report.seconds.skin = started.elapsed().as_secs_f64();
     mesh.map_err(|e| Failure::Usage(e.into()))
-}
-
-/// Turns on a terminal while something takes its time.
-pub(super) fn spinner(voice: Voice, doing: &str) -> ProgressBar {
-    if voice.quiet {
-        return ProgressBar::hidden();
-    }
-    let spinner = ProgressBar::new_spinner();
-    spinner.set_message(doing.to_owned());
-    spinner.enable_steady_tick(Duration::from_millis(200));
-    spinner
 }
 
 /// How meshes are written.
@@ -243,10 +169,10 @@ fn simplify(
     report: &mut Report,
 ) -> Result<TriMesh, Failure> {
     let started = Instant::now();
-    let spinner = spinner(
-        voice,
-        &format!("decimating to {} triangles", count(triangles as u64)),
-    );
+    let spinner = voice.spinner(&format!(
+        "decimating to {} triangles",
+        count(triangles as u64)
+    ));
     let fewer = decimate(mesh, triangles);
     spinner.finish_and_clear();
     let fewer = fewer.with_context(|| file.display().to_string())?;
@@ -271,7 +197,7 @@ fn write(
     report: &mut Report,
 ) -> Result<(), Failure> {
     let started = Instant::now();
-    let spinner = spinner(voice, &format!("writing {}", file.display()));
+    let spinner = voice.spinner(&format!("writing {}", file.display()));
     let written = write_file_atomically(file, force, |out| {
         how.format.write(mesh, how.meters_per_unit, out)
     });

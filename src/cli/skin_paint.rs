@@ -12,9 +12,7 @@ use thallus::skin::{
 
 use super::failure::Failure;
 use super::skin_args::ColorArgs;
-
-/// Lengths in element radii.
-pub(super) type InRadii<'a> = &'a dyn Fn(Length) -> f64;
+use super::skin_shape::InRadii;
 
 /// A colour map of one's own.
 #[derive(Debug, Deserialize)]

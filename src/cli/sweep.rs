@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, plural};
 use super::output::check_names_folder;
-use super::skin::start_threads;
+use super::run_args::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
 use super::sweep_estimate::Estimate;
 use super::sweep_page::Page;

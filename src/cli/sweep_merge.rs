@@ -16,7 +16,7 @@ use super::grow;
 use super::named_mesh::named_mesh;
 use super::number::plural;
 use super::output::{ELEMENTS, FILES, check_names_folder};
-use super::skin::start_threads;
+use super::run_args::start_threads;
 use super::sweep::{failed, first_of, plan, settle};
 use super::sweep_args::MergeArgs;
 use super::sweep_page::Page;

@@ -23,7 +23,6 @@ use super::preview::{bare, granules, packed, stone_unchecked};
 use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
-use super::skin::spinner;
 use super::sweep_page::Page;
 use super::sweep_view::PictureStyle;
 
@@ -78,7 +77,7 @@ impl Pictures {
             page.check_cancelled()?;
             let name = &page.plan.cells[lack.cell].name;
             let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
-            let spinner = spinner(page.voice, &doing);
+            let spinner = page.voice.spinner(&doing);
             let image = take(lack.run)?;
             spinner.finish_and_clear();
             let image = image.ok_or_else(|| page.interrupted())?;
@@ -262,7 +261,7 @@ impl Sight {
         results: &Results,
         stone: &LazyCell<Stone, impl FnOnce() -> Stone>,
     ) -> Result<Self, Failure> {
-        let spinner = spinner(page.voice, "looking for the best side");
+        let spinner = page.voice.spinner("looking for the best side");
         let pictured = |cell| results.pictured(cell);
         let runs: Vec<usize> = (0..page.plan.cells.len()).filter_map(pictured).collect();
         let each = LOOKED_AT / runs.len().max(1) + 1;

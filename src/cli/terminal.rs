@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::ProgressBar;
 
 /// What is said beside errors and results.
 #[derive(Clone, Copy)]
@@ -20,6 +23,17 @@ impl Voice {
         if !self.quiet {
             warn(line);
         }
+    }
+
+    /// Turns on a terminal while something takes its time.
+    pub(crate) fn spinner(self, doing: &str) -> ProgressBar {
+        if self.quiet {
+            return ProgressBar::hidden();
+        }
+        let spinner = ProgressBar::new_spinner();
+        spinner.set_message(doing.to_owned());
+        spinner.enable_steady_tick(Duration::from_millis(200));
+        spinner
     }
 }
 
