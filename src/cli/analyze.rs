@@ -135,9 +135,7 @@ fn say_json(args: &AnalyzeArgs, analysis: &Analysis) -> Result<(), Failure> {
         scalars: analysis.scalars().into_iter().map(value).collect(),
         analysis,
     };
-    let json = serde_json::to_string_pretty(&answer).context("writing JSON")?;
-    terminal::say(&json)?;
-    Ok(())
+    Ok(terminal::say_json(&answer)?)
 }
 
 fn text(args: &AnalyzeArgs, analysis: &Analysis) -> String {

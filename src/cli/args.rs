@@ -15,7 +15,7 @@ use super::axes::AxesArgs;
 use super::bake_args::BakeArgs;
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
-use super::run_args::{RUN, RunArgs};
+use super::run_args::{RUN, RunArgs, threads};
 use super::skin_args::SkinArgs;
 use super::sweep_args::SweepArgs;
 
@@ -178,7 +178,7 @@ pub(crate) struct GrowArgs {
     pub(crate) keep_sound: bool,
     /// Threads to use at most, up to 1024; the result is the same for any number, and growth uses only as many as make it faster
     /// [default: as many as there are cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]

@@ -583,8 +583,7 @@ impl Report {
 
 fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> {
     if args.json {
-        let json = serde_json::to_string_pretty(report).context("writing JSON")?;
-        terminal::say(&json)?;
+        terminal::say_json(report)?;
     } else if !args.run.quiet {
         let (elements, size) = (elements(report.elements), report.size);
         let seconds = duration(report.seconds.total);

@@ -3,7 +3,6 @@
 use std::cmp::Ordering;
 use std::path::Path;
 
-use anyhow::Context;
 use serde::Serialize;
 use thallus::substrate::{
     LoadError, Loaded, PieceReport, Substrate, SubstrateError, SubstrateReport, UpAxis, load_soup,
@@ -322,9 +321,7 @@ impl<'a> Answer<'a> {
     }
 
     fn say(&self) -> Result<(), Failure> {
-        let json = serde_json::to_string_pretty(self).context("writing JSON")?;
-        terminal::say(&json)?;
-        Ok(())
+        Ok(terminal::say_json(self)?)
     }
 }
 

@@ -1,7 +1,6 @@
 //! How a command ends when it does not end well.
 
 use std::io;
-use std::path::Path;
 use std::process::ExitCode;
 
 use thallus::export::OutputError;
@@ -13,6 +12,7 @@ use thallus::skin::PALETTE;
 use thallus::sweep::{GridError, GridFileError};
 
 use super::number::elements as elements_of;
+use super::output::folder_of;
 use super::refusal::{in_words, of_given};
 use super::{INTERRUPTED, terminal};
 
@@ -167,12 +167,6 @@ impl From<LogError> for Failure {
             _ => return Self::Failed(error.into()),
         })
     }
-}
-
-/// The folder that a log is in.
-fn folder_of(log: &Path) -> &Path {
-    let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
-    folder.unwrap_or(Path::new("."))
 }
 
 impl From<GrowError> for Failure {

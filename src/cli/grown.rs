@@ -17,7 +17,7 @@ use super::mesh_args::MeshArgs;
 use super::mesh_file::load;
 use super::named_mesh::{self, named_mesh};
 use super::number::count;
-use super::output;
+use super::output::{self, folder_of};
 use super::sweep_page::CSV;
 use super::sweep_record::{CELLS, GRID};
 use super::terminal::Voice;
@@ -48,7 +48,7 @@ impl Origin {
 }
 
 /// The folder that a file is in, or it is itself, in full.
-fn folder_of(file: &Path) -> Option<PathBuf> {
+fn place_of(file: &Path) -> Option<PathBuf> {
     let place = file.canonicalize().ok()?;
     match place.is_dir() {
         true => Some(place),
@@ -148,14 +148,13 @@ impl Grown {
         if self.recipe.is_none() || more <= self.elements.len() as u64 {
             return;
         }
-        let folder = log.parent().filter(|p| !p.as_os_str().is_empty());
         self.voice.warn(&format!(
             "{} has the {} elements of the run before it was extended; {LOG} has {}: unless it is still growing, thallus \
              grow --resume {} goes on with it",
             self.table.display(),
             count(self.elements.len() as u64),
             count(more),
-            shell_path(folder.unwrap_or(Path::new(".")))
+            shell_path(folder_of(&log))
         ));
     }
 
@@ -164,12 +163,11 @@ impl Grown {
         let layers = self.recipe.iter().flat_map(Settings::mask_layers);
         let found = layers.filter_map(|layer| {
             let places = named_mesh::places(&self.recipe_file, layer);
-            folder_of(places.first()?)
+            place_of(places.first()?)
         });
-        let folder = self.table.parent().filter(|p| !p.as_os_str().is_empty());
         Origin {
-            folder: folder.unwrap_or(Path::new(".")).to_owned(),
-            place: folder_of(&self.table),
+            folder: folder_of(&self.table).to_owned(),
+            place: place_of(&self.table),
             beside: found.collect(),
         }
     }

@@ -579,8 +579,7 @@ struct Seconds {
 
 fn conclude(args: &RenderArgs, report: &Report) -> Result<(), Failure> {
     if args.json {
-        let json = serde_json::to_string_pretty(report).context("writing JSON")?;
-        terminal::say(&json)?;
+        terminal::say_json(report)?;
     } else if !args.run.quiet {
         let Report { width, height, .. } = report;
         let elements = elements(report.elements);

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use clap::Args;
+use clap::builder::TypedValueParser;
 
 use super::failure::Failure;
 use super::terminal::Voice;
@@ -15,8 +16,13 @@ pub(crate) struct RunArgs {
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Threads to use, up to 1024; the result is the same for any number [default: all cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<u16>,
+}
+
+/// As many as `--threads` takes.
+pub(super) fn threads() -> impl TypedValueParser<Value = u16> {
+    clap::value_parser!(u16).range(1..=1024)
 }
 
 impl RunArgs {

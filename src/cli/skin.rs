@@ -250,8 +250,7 @@ impl Report {
 
 fn conclude(args: &SkinArgs, report: &Report) -> Result<(), Failure> {
     if args.json {
-        let json = serde_json::to_string_pretty(report).context("writing JSON")?;
-        terminal::say(&json)?;
+        terminal::say_json(report)?;
         return Ok(());
     }
     for file in report.files.iter().filter(|_| !args.run.quiet) {

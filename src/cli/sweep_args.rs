@@ -13,7 +13,7 @@ use thallus::sweep::Axis;
 use super::args::{LookArgs, MaskArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings};
 use super::render_args::{Size, ground};
 use super::render_camera::View;
-use super::run_args::{RUN, RunArgs};
+use super::run_args::{RUN, RunArgs, threads};
 use super::sweep_view::MOST_SAMPLES;
 
 #[derive(Debug, Args)]
@@ -64,7 +64,7 @@ pub(crate) struct SweepArgs {
     pub(crate) recipe: Option<PathBuf>,
     /// Runs at a time, and threads for everything else, up to 1024; the result is the same for any number
     /// [default: all cores]
-    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]

@@ -1,10 +1,9 @@
 //! About how long a sweep takes: growing, what is measured of each lichen, and the pictures.
 
-use thallus::run::{Recipe, StopRule};
+use thallus::run::Recipe;
 use thallus::substrate::Substrate;
 
 use super::foreseen;
-use super::memory;
 use super::sweep_view::PictureStyle;
 
 /// Seconds an element on one thread for the measures of a finished run: 33 to 40 µs were found at 4,000
@@ -30,7 +29,7 @@ pub(super) struct Estimate {
 
 impl Estimate {
     pub(super) fn add_run(&mut self, substrate: &Substrate, recipe: &Recipe) {
-        let measures = MEASURES * elements(substrate, recipe);
+        let measures = MEASURES * foreseen::expected_elements(substrate, recipe);
         let seconds = foreseen::seconds(substrate, recipe) + measures;
         self.runs += seconds;
         self.longest = self.longest.max(seconds);
@@ -44,7 +43,7 @@ impl Estimate {
     ) {
         let pixels = f64::from(style.size.width) * f64::from(style.size.height);
         let rays = f64::from(style.samples).sqrt();
-        let skin = SKIN * elements(substrate, recipe);
+        let skin = SKIN * foreseen::expected_elements(substrate, recipe);
         self.pictures += skin + PIXEL * pixels * rays;
     }
 
@@ -53,15 +52,6 @@ impl Estimate {
         let threads = threads.max(1) as f64;
         (self.runs / threads).max(self.longest) + self.pictures / threads
     }
-}
-
-/// How many elements there are room and orders for: memory goes with their number.
-fn elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    let one = Recipe {
-        stop: StopRule::Elements(1),
-        ..recipe.clone()
-    };
-    memory::needed(substrate, recipe) / memory::needed(substrate, &one)
 }
 
 #[cfg(test)]
@@ -105,7 +95,7 @@ mod tests {
             let recipe = recipe(&rock, curvature_radius, bias);
             for _seed in 0..2 {
                 estimate.add_run(&rock, &recipe);
-                found += elements(&rock, &recipe);
+                found += foreseen::expected_elements(&rock, &recipe);
             }
             estimate.add_picture(&rock, &recipe, &style);
         }

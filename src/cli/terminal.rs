@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::ProgressBar;
+use serde::Serialize;
 
 /// What is said beside errors and results.
 #[derive(Clone, Copy)]
@@ -40,6 +41,11 @@ impl Voice {
 /// A line of the result, to stdout.
 pub(crate) fn say(line: &str) -> io::Result<()> {
     writeln!(io::stdout(), "{}", for_stdout(line))
+}
+
+/// An answer for programs, to stdout.
+pub(crate) fn say_json(answer: &impl Serialize) -> io::Result<()> {
+    say(&serde_json::to_string_pretty(answer)?)
 }
 
 /// A text that has its own line ends, to stdout.

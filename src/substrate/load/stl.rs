@@ -41,7 +41,7 @@ pub(super) fn is_exact_binary(head: &[u8], length: u64) -> bool {
 }
 
 /// Whether the beginning reads like ASCII STL.
-pub(super) fn looks_ascii(head: &[u8]) -> bool {
+fn looks_ascii(head: &[u8]) -> bool {
     let text = without_mark(head).trim_ascii_start();
     let solid = text
         .get(..5)
