@@ -31,8 +31,7 @@ use super::memory::{self, Frames};
 use super::number::{duration, plural};
 use super::render_args::What as Drawn;
 use super::run_args::start_threads;
-use super::skin_paint::paint;
-use super::skin_shape::{self, InUnits};
+use super::skin_look::Measure;
 use super::terminal;
 
 pub(crate) fn animate(args: &AnimateArgs) -> Result<(), Failure> {
@@ -186,11 +185,9 @@ fn skins(
     moments: Vec<Presence>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let units = InUnits::of(&lichen.substrate, &lichen.cluster);
-    let in_radii = |length| units.in_radii(length);
-    let shape = skin_shape::shape(&args.shape, &in_radii);
-    let paint = paint(&args.color, &in_radii)?;
-    shape.check().map_err(|e| Failure::Usage(e.into()))?;
+    let measure = Measure::of(&lichen.substrate, &lichen.cluster);
+    let shape = measure.shape(&args.shape)?;
+    let paint = measure.paint(&args.color)?;
     memory::check_frames(
         &lichen.substrate,
         [(&lichen.cluster, &shape)],

@@ -30,8 +30,7 @@ use super::render::{Cut, Skin, middle};
 use super::render_args::What;
 use super::render_camera::warn_unseen;
 use super::skin_args::ColorArgs;
-use super::skin_paint::paint;
-use super::skin_shape::{InUnits, shape};
+use super::skin_look::Measure;
 
 pub(super) fn pictures(
     args: &AnimateArgs,
@@ -98,11 +97,8 @@ type Looks = (Shape, Paint);
 /// What each looks like; refuses such as do not fit.
 fn looks(args: &AnimateArgs, lichen: &Growth) -> Result<Vec<Looks>, Failure> {
     let look = |(cluster, color): (&Cluster, &ColorArgs)| {
-        let units = InUnits::of(&lichen.substrate, cluster);
-        let in_radii = |length| units.in_radii(length);
-        let shape = shape(&args.shape, &in_radii);
-        shape.check().map_err(|e| Failure::Usage(e.into()))?;
-        Ok((shape, paint(color, &in_radii)?))
+        let measure = Measure::of(&lichen.substrate, cluster);
+        Ok((measure.shape(&args.shape)?, measure.paint(color)?))
     };
     let mut looks = vec![look((&lichen.cluster, &args.color))?];
     for another in &lichen.others {

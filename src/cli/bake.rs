@@ -13,7 +13,6 @@ use thallus::bake::{self, BakeError, Baked, Base, LayoutReport, Look, MAPS, Map,
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, MapImages, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
-use thallus::run::Length;
 use thallus::skin::{Paint, Shape};
 use thallus::substrate::{Substrate, Texturing};
 
@@ -30,8 +29,7 @@ use super::number::{count, duration, elements, plural};
 use super::output::check_names_folder;
 use super::run_args::start_threads;
 use super::skin_args::{ColorArgs, ReliefArgs};
-use super::skin_paint::paint;
-use super::skin_shape::relief;
+use super::skin_look::Measure;
 use super::terminal::{self, Voice};
 
 const GLB: &str = "lichened.glb";
@@ -115,19 +113,15 @@ impl Lichen {
     fn new(
         substrate: &Substrate,
         (origin, cluster): (Origin, Cluster),
-        relief_args: &ReliefArgs,
+        relief: &ReliefArgs,
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
-        let units = substrate.units();
-        let radius = units.length_to_file(cluster.radius());
-        let in_radii = |length: Length| length.in_radii(units.diagonal(), radius);
-        let shape = relief(relief_args, &in_radii);
-        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        let measure = Measure::of(substrate, &cluster);
         Ok(Self {
+            shape: measure.relief(relief)?,
+            paint: measure.paint(color)?,
             origin,
             cluster,
-            shape,
-            paint: paint(color, &in_radii)?,
         })
     }
 

@@ -52,14 +52,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         ..settings
     };
     let recipe = recipe(&args, settings, &substrate, named, voice)?;
-    let warnings = warnings::warnings(&substrate, recipe.radius);
-    let seeds = recipe.seeds(&substrate).unwrap_or_default();
-    if args.resume.is_none() {
-        let moved = moved::notes(&substrate, &recipe, &seeds);
-        moved.iter().for_each(|note| voice.note(note));
-    }
-    let hidden = buried::warnings(&substrate, &seeds);
-    { warnings.iter().chain(&hidden) }.for_each(|warning| voice.warn(warning));
+    tell(&args, &substrate, &recipe, voice);
     let after = match args.preview {
         0 => After::Nothing,
         width => After::Preview(u64::from(width) * u64::from(width * 3 / 4)),
@@ -79,6 +72,19 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
         voice,
     };
     job.run(output, earlier, seconds)
+}
+
+/// Says what there is to know before growing.
+fn tell(args: &GrowArgs, substrate: &Substrate, recipe: &Recipe, voice: Voice) {
+    let warnings = warnings::warnings(substrate, recipe.radius);
+    let seeds = recipe.seeds(substrate).unwrap_or_default();
+    if args.resume.is_none() {
+        let moved = moved::notes(substrate, recipe, &seeds);
+        moved.iter().for_each(|note| voice.note(note));
+    }
+    let hidden = buried::warnings(substrate, &seeds);
+    let warnings = warnings.iter().chain(&hidden);
+    warnings.for_each(|warning| voice.warn(warning));
 }
 
 /// All that is settled when growth starts.

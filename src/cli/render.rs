@@ -15,7 +15,6 @@ use thallus::picture::{
     Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Sight, Structure, World,
     draw_legend, number, round_below,
 };
-use thallus::run::Length;
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
 use thallus::substrate::{Substrate, Texturing};
 
@@ -33,8 +32,7 @@ use super::render_by::Coloring;
 use super::render_camera::{CameraText, warn_unseen};
 use super::run_args::start_threads;
 use super::skin_args::ColorArgs;
-use super::skin_paint::paint;
-use super::skin_shape::shape;
+use super::skin_look::Measure;
 use super::terminal::{self, Voice};
 
 pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
@@ -183,13 +181,14 @@ impl Lichen {
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
         let (origin, elements) = (grown.origin(), grown.elements);
-        let (diagonal, radius) = (substrate.units().diagonal(), elements.radius);
-        let in_radii = |length: Length| length.in_radii(diagonal, radius);
-        let shape = shape(&args.shape, &in_radii);
-        shape.check().map_err(|e| Failure::Usage(e.into()))?;
+        let measure = Measure {
+            diagonal: substrate.units().diagonal(),
+            radius: elements.radius,
+        };
+        let shape = measure.shape(&args.shape)?;
         let paint = match args.by.by {
             Some(_) => Paint::default(),
-            None => paint(color, &in_radii)?,
+            None => measure.paint(color)?,
         };
         Ok(Self {
             origin,

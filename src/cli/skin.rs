@@ -7,7 +7,6 @@ use anyhow::Context;
 use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{MeshFormat, TriMesh, mesh_format_of, write_file_atomically};
-use thallus::run::Length;
 use thallus::skin::{self, Paint, Shape, decimate, expected_near};
 use thallus::substrate::Substrate;
 
@@ -20,8 +19,7 @@ use super::number::{count, duration, elements, plural};
 use super::output::{check_free, check_names_file};
 use super::run_args::start_threads;
 use super::skin_args::{FEWEST_TRIANGLES, Goal, SkinArgs};
-use super::skin_paint::paint;
-use super::skin_shape::{InUnits, shape};
+use super::skin_look::Measure;
 use super::terminal::{self, Voice};
 
 pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
@@ -43,11 +41,9 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
         .axes
         .placement(&convention, Some(substrate.up_axis()))?;
     let meters_per_unit = args.axes.meters_per_unit(&convention);
-    let units = InUnits::of(&substrate, &cluster);
-    let in_radii = |length: Length| units.in_radii(length);
-    let shape = shape(&args.shape, &in_radii);
-    shape.check().map_err(|e| Failure::Usage(e.into()))?;
-    let paint = paint(&args.color, &in_radii)?;
+    let measure = Measure::of(&substrate, &cluster);
+    let shape = measure.shape(&args.shape)?;
+    let paint = measure.paint(&args.color)?;
     let triangles = memory::check_skins(&substrate, [(&cluster, &shape)])?;
     tell_of_time(triangles, expected_near(&cluster, &shape), voice);
     let mut report = Report::new(cluster.len());

@@ -12,7 +12,9 @@ use thallus::skin::{
 
 use super::failure::Failure;
 use super::skin_args::ColorArgs;
-use super::skin_shape::InRadii;
+
+/// Lengths in element radii.
+pub(super) type InRadii<'a> = &'a dyn Fn(Length) -> f64;
 
 /// A colour map of one's own.
 #[derive(Debug, Deserialize)]
