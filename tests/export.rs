@@ -343,6 +343,27 @@ fn rewritten_tables_are_read() {
     );
 }
 
+/// What programs do to headers of meshes they do to this one.
+#[test]
+fn headers_are_read_as_those_of_meshes() {
+    let ply = bytes("ply", &small());
+    let (header, data) = split_header(&ply);
+    let marked = [
+        b"\xEF\xBB\xBF".as_slice(),
+        header.replacen("ply", "PLY", 1).as_bytes(),
+        data,
+    ]
+    .concat();
+    assert_eq!(parse(&marked).unwrap(), small());
+    let lone_cr = [header.replace('\n', "\r").as_bytes(), data].concat();
+    assert_eq!(parse(&lone_cr).unwrap(), small());
+    let wide = ascii(
+        &header.replace("property int parent", "property int64 parent"),
+        ASCII_ROWS,
+    );
+    assert_eq!(parse(&wide).unwrap(), small());
+}
+
 fn problem(bytes: &[u8]) -> String {
     let problem = parse(bytes).unwrap_err().to_string();
     assert!(problem.starts_with("dir/elements.ply: "), "{problem}");
