@@ -5,6 +5,20 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+/// Modes of primitives, by their numbers in the specification, as all of these are.
+pub(super) const POINTS: u32 = 0;
+pub(super) const LINES: u32 = 1;
+pub(super) const TRIANGLES: u32 = 4;
+
+/// Types of numbers.
+pub(super) const UNSIGNED_SHORT: u32 = 5123;
+pub(super) const UNSIGNED_INT: u32 = 5125;
+pub(super) const FLOAT: u32 = 5126;
+
+/// What a view is for: `ARRAY_BUFFER` and `ELEMENT_ARRAY_BUFFER`.
+pub(super) const VERTICES: u32 = 34962;
+pub(super) const INDICES: u32 = 34963;
+
 /// A document of one node with one mesh, without its buffer and what lies in it.
 pub(super) fn document(node: Value, mesh: Value) -> Value {
     let material = json!({

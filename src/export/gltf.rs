@@ -11,20 +11,13 @@ use serde_json::{Map, Value, json};
 use super::AgeColor;
 use super::base64::base64;
 use super::columns::columns;
-use super::glb::{document, node, write_head};
+use super::glb::{
+    FLOAT, INDICES, LINES, POINTS, TRIANGLES, UNSIGNED_INT, UNSIGNED_SHORT, VERTICES, document,
+    node, write_head,
+};
 use super::lobe::Lobe;
 use super::scene::Scene;
 use crate::color::to_linear;
-
-/// Primitive modes, component types and buffer targets, by their numbers in the specification.
-const POINTS: u32 = 0;
-const LINES: u32 = 1;
-const TRIANGLES: u32 = 4;
-const UNSIGNED_SHORT: u32 = 5123;
-const UNSIGNED_INT: u32 = 5125;
-const FLOAT: u32 = 5126;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
@@ -57,7 +50,7 @@ pub(super) fn instances(scene: &Scene, color: AgeColor<'_>) -> Asset {
     let mut parts = Parts::default();
     let lobe = Lobe::new();
     let position = parts.bounded(&lobe.positions);
-    let normal = parts.floats(ARRAY_BUFFER, "VEC3", lobe.normals.iter().copied());
+    let normal = parts.floats(VERTICES, "VEC3", lobe.normals.iter().copied());
     let indices = parts.indices(lobe.triangles.into_iter().flatten());
     let primitive = json!({
         "attributes": {"POSITION": position, "NORMAL": normal},
@@ -85,11 +78,11 @@ impl Parts {
         let position = self.bounded(&scene.local_positions());
         attributes.insert("POSITION".into(), position.into());
         let normals = elements.normals.iter().copied();
-        let normal = self.floats(ARRAY_BUFFER, "VEC3", normals);
+        let normal = self.floats(VERTICES, "VEC3", normals);
         attributes.insert("NORMAL".into(), normal.into());
         let colors = (0..elements.len()).map(|i| color(elements.age(i)).map(to_linear));
         attributes.insert("COLOR_0".into(), self.colors(colors).into());
-        self.columns(scene, ARRAY_BUFFER, &mut attributes);
+        self.columns(scene, VERTICES, &mut attributes);
         attributes
     }
 
@@ -124,7 +117,7 @@ impl Parts {
     }
 
     fn bounded(&mut self, positions: &[[f32; 3]]) -> usize {
-        let accessor = self.floats(ARRAY_BUFFER, "VEC3", positions.iter().copied());
+        let accessor = self.floats(VERTICES, "VEC3", positions.iter().copied());
         let corner = |pick: fn(f32, f32) -> f32| {
             [0, 1, 2].map(|k| {
                 positions
@@ -167,7 +160,7 @@ impl Parts {
         let accessor = json!({
             "componentType": UNSIGNED_SHORT, "normalized": true, "count": count, "type": "VEC4",
         });
-        self.accessor(start, ARRAY_BUFFER, accessor)
+        self.accessor(start, VERTICES, accessor)
     }
 
     fn indices(&mut self, indices: impl Iterator<Item = u32>) -> usize {
@@ -175,7 +168,7 @@ impl Parts {
         indices.for_each(|i| self.buffer.extend_from_slice(&i.to_le_bytes()));
         let count = (self.buffer.len() - start) / 4;
         let accessor = json!({"componentType": UNSIGNED_INT, "count": count, "type": "SCALAR"});
-        self.accessor(start, ELEMENT_ARRAY_BUFFER, accessor)
+        self.accessor(start, INDICES, accessor)
     }
 
     /// An accessor to what the buffer holds from `start`; target 0 is none.

@@ -7,6 +7,9 @@ use super::elements::Row;
 use super::scene::Scene;
 use super::{AgeColor, Elements};
 
+/// What a 32-bit float rounds by at most, of its size.
+pub(super) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+
 /// Which columns float32 is too narrow for.
 pub(super) struct Wide {
     pub(super) positions: bool,
@@ -17,7 +20,6 @@ impl Wide {
     /// Positions are `double` when float32's spacing at the farthest coordinate exceeds a
     /// hundredth of the radius (as UTM coordinates of a small rock do), or its range is too small.
     pub(super) fn of(elements: &Elements) -> Self {
-        const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let farthest = elements
             .positions
             .iter()

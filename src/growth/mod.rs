@@ -32,6 +32,7 @@ pub use habitat::{Habitat, Slope};
 pub use hidden::Solids;
 pub use join::Joined;
 pub use launch::LaunchRing;
+pub(crate) use model::COUNTS;
 pub use model::{Counts, GrowthModel, Halt, Parallel};
 pub use parameters::{Boundary, Join, Law, Parameters, Steps};
 pub use passage::{Arrival, Lune};

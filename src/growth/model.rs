@@ -54,7 +54,7 @@ pub enum Halt {
 }
 
 /// How many counts there are.
-const COUNTS: usize = 8;
+pub(crate) const COUNTS: usize = 8;
 
 /// What growth took: the whole run so far.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]

@@ -6,7 +6,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use glam::DVec3;
 
 use crate::cluster::Element;
-use crate::growth::Counts;
+use crate::growth::{COUNTS, Counts};
 use crate::substrate::SurfacePoint;
 
 /// Elements of a block at most. Blocks end at the multiples of this number, if not sooner.
@@ -19,8 +19,6 @@ pub(super) const MARKER: [u8; 8] = *b"\xf5\xb1ock\r\n\xfe";
 pub(super) const HEAD: usize = 8 + 4 + 8 + 8 + 8 * COUNTS;
 const ELEMENT: usize = 60;
 const CHECKSUM: usize = 4;
-
-const COUNTS: usize = 8;
 
 /// A block that is being filled.
 #[derive(Debug)]

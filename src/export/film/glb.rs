@@ -9,12 +9,9 @@ use serde_json::{Map, Value, json};
 
 use super::{NOTHING, Spool, Spools, invalid};
 use crate::color::to_linear;
-use crate::export::glb::{document, write_head};
-use crate::export::mesh::glb::{Parts, VERTICES, write_body};
+use crate::export::glb::{LINES, POINTS, VERTICES, document, write_head};
+use crate::export::mesh::glb::{Parts, write_body};
 use crate::export::{AgeColor, Scene, TriMesh, Values, What};
-
-const POINTS: u32 = 0;
-const LINES: u32 = 1;
 
 #[derive(Debug)]
 pub(super) struct Glb {

@@ -10,13 +10,9 @@ use serde_json::{Value, json};
 
 use super::TriMesh;
 use crate::color::to_linear;
-use crate::export::glb::{document, node, write_head};
-
-const FLOAT: u32 = 5126;
-const UNSIGNED_INT: u32 = 5125;
-const UNSIGNED_SHORT: u32 = 5123;
-pub(in crate::export) const VERTICES: u32 = 34962;
-const INDICES: u32 = 34963;
+use crate::export::glb::{
+    FLOAT, INDICES, UNSIGNED_INT, UNSIGNED_SHORT, VERTICES, document, node, write_head,
+};
 
 /// An accessor of its own buffer view.
 struct Column {

@@ -11,6 +11,7 @@ use std::path::Path;
 
 pub use textured::{MapImages, TexturedMesh};
 
+use super::ply::HALF_ULP;
 use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension, check_unit};
 
 /// A number for each vertex.
@@ -269,7 +270,6 @@ impl TriMesh {
     /// Whether float32 would move vertices by more than a millionth of the mesh's size, as it does
     /// where a small mesh lies far from its origin.
     fn needs_doubles(&self) -> bool {
-        const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
         let [low, high] = self.bounds();
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
         let farthest = low

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{MeshError, TriMesh, finite};
 use crate::export::Placement;
-use crate::export::glb::{document, node, write_head};
+use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, node, write_head};
 
 /// A mesh to carry textures. All columns have a row for each vertex; `shape` has no colours and no
 /// attributes.
@@ -33,10 +33,6 @@ pub struct MapImages<'a> {
     pub orm: &'a [u8],
 }
 
-const FLOAT: u32 = 5126;
-const UNSIGNED_INT: u32 = 5125;
-const VERTICES: u32 = 34962;
-const INDICES: u32 = 34963;
 const REPEAT: u32 = 10497;
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
