@@ -6,9 +6,7 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
-use thallus::run::{
-    DEFAULT_CURVATURE_RADII, Length, Settings, VERTEX_COLORS, shell_path,
-};
+use thallus::run::{DEFAULT_CURVATURE_RADII, Length, Settings, VERTEX_COLORS, shell_path};
 use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
