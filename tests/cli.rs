@@ -343,6 +343,49 @@ fn a_recipes_mesh_may_lie_beside_it() {
     assert_eq!(desk.read("a/elements.ply"), desk.read("b/elements.ply"));
 }
 
+/// As when a run is sent, or its folder moved: the path is gone, and the hash knows the file.
+#[test]
+fn a_mesh_whose_path_is_gone_may_lie_beside_the_recipe_or_above() {
+    let desk = Desk::new();
+    fs::create_dir_all(desk.path("meshes")).unwrap();
+    fs::create_dir_all(desk.path("sent/run")).unwrap();
+    desk.put("meshes/stone.obj", PLANE);
+    let absolute = desk.path("meshes/stone.obj");
+    for (name, mesh) in [("a", "meshes/stone.obj"), ("b", absolute.to_str().unwrap())] {
+        desk.done(&format!("grow {mesh} -o {name} --elements 20"));
+    }
+    desk.put("meshes/stone.obj", PLANE.replace("10", "11"));
+    for (name, place) in [("a", "sent"), ("b", "sent/run")] {
+        fs::copy(
+            desk.path(name).join("recipe.toml"),
+            desk.path("sent/run/recipe.toml"),
+        )
+        .unwrap();
+        desk.put(&format!("{place}/stone.obj"), PLANE);
+        let again = format!("grow --recipe sent/run/recipe.toml -o {name}2");
+        desk.done(&again);
+        assert_eq!(
+            desk.read(&format!("{name}/elements.ply")),
+            desk.read(&format!("{name}2/elements.ply"))
+        );
+        desk.put(&format!("{place}/stone.obj"), PLANE.replace("10", "12"));
+        desk.fails(&format!("{again} --force"), 1, &["stone.obj", "hash"]);
+        fs::remove_file(desk.path(&format!("{place}/stone.obj"))).unwrap();
+    }
+}
+
+/// Many meshes have the same name.
+#[test]
+fn without_a_hash_no_other_folder_is_looked_into() {
+    let desk = Desk::new();
+    desk.put("hand.toml", "mesh = \"gone/plane.obj\"\nelements = 20\n");
+    desk.fails(
+        "grow --recipe hand.toml -o out",
+        1,
+        &["gone/plane.obj", "nor beside the recipe"],
+    );
+}
+
 #[test]
 fn a_recipe_of_another_version_warns() {
     let desk = Desk::new();

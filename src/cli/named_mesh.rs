@@ -9,9 +9,12 @@ use super::output::RECIPE;
 use super::terminal::Voice;
 
 /// The mesh that a recipe names, seen from here, else from the recipe's folder, else from those that hold that one:
-/// one of them mostly is where it was grown from. Of several it is the one that has the hash, or else the first.
+/// one of them mostly is where it was grown from. Of several it is the one that has the hash, or else the first. Where
+/// there is a hash to know it by, a file of that name in one of those folders may be it too, whatever folder is named.
 pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Option<PathBuf> {
-    let places = places(recipe, named);
+    let bare = hash.and_then(|_| file_name(named));
+    let bare = bare.into_iter().flat_map(|name| around(recipe, name));
+    let places = first_names(all_places(recipe, named).chain(bare));
     let files: Vec<&PathBuf> = places.iter().filter(|path| path.is_file()).collect();
     let is_meant = |path: &Path| hash.is_none_or(|hash| has_hash(path, hash));
     let meant = match files[..] {
@@ -46,27 +49,47 @@ pub(super) fn warn_of_nameless(mesh: &Path, voice: Voice) {
     }
 }
 
+/// The last part of a path, which another system may have written.
+fn file_name(named: &str) -> Option<&str> {
+    let name = named.rsplit(['/', '\\']).next();
+    name.filter(|name| !name.is_empty())
+}
+
 /// Where it may be: each file once, under the first of its names.
 pub(super) fn places(recipe: &Path, named: &str) -> Vec<PathBuf> {
-    let here = PathBuf::from(named);
+    first_names(all_places(recipe, named))
+}
+
+fn all_places(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
+    [PathBuf::from(named)]
+        .into_iter()
+        .chain(around(recipe, named))
+}
+
+/// Beside the recipe, and in the folders above it.
+fn around(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
     let folder = recipe.parent().unwrap_or(Path::new(""));
     let beside = folder.join(named);
     // A recipe that is still to be written has a folder.
     let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
     let place = recipe.canonicalize().ok().or_else(to_be);
     let place = place.unwrap_or_default();
-    let above = place.ancestors().skip(2).map(|folder| folder.join(named));
+    let above: Vec<_> = { place.ancestors().skip(2) }
+        .map(|folder| folder.join(named))
+        .collect();
+    [beside].into_iter().chain(above)
+}
+
+/// Those that are there.
+fn first_names(places: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
     let mut seen = Vec::new();
-    [here, beside]
-        .into_iter()
-        .chain(above)
-        .filter(|path| {
-            let Ok(place) = path.canonicalize() else {
-                return false;
-            };
-            let is_new = !seen.contains(&place);
-            seen.push(place);
-            is_new
-        })
-        .collect()
+    let is_new = |path: &PathBuf| {
+        let Ok(place) = path.canonicalize() else {
+            return false;
+        };
+        let is_new = !seen.contains(&place);
+        seen.push(place);
+        is_new
+    };
+    places.filter(is_new).collect()
 }
