@@ -10,6 +10,9 @@ use std::time::Duration;
 /// Bytes of the longest text: recipes, grids, cameras, colour maps and curves are a page or two.
 const LONGEST_TEXT: u64 = 16 << 20;
 
+/// What is wrong with what may have no end, as /dev/zero.
+const DEVICE: &str = "this is a device, not a regular file: name a file on a disk";
+
 /// Between two looks into a pipe that is empty.
 const PAUSE: Duration = Duration::from_millis(2);
 
@@ -27,7 +30,7 @@ pub fn regular(path: &Path) -> io::Result<File> {
         (_, true) => {
             "this is a pipe, not a regular file: save what comes through it to a file, and name that"
         }
-        _ => "this is a device, not a regular file: name a file on a disk",
+        _ => DEVICE,
     };
     Err(io::Error::new(ErrorKind::InvalidInput, problem))
 }
@@ -72,11 +75,15 @@ pub fn text(path: &Path) -> io::Result<String> {
     }
 }
 
-/// All of a file, which may come through a pipe.
+/// All of a file, which may come through a pipe. Devices are refused: some have no end.
 ///
 /// # Errors
-/// When the system refuses, or nobody writes into the pipe.
+/// When it is a device, the system refuses, or nobody writes into the pipe.
 pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let kind = fs::metadata(path)?.file_type();
+    if !(kind.is_file() || kind.is_dir() || is_pipe(kind)) {
+        return Err(io::Error::new(ErrorKind::InvalidInput, DEVICE));
+    }
     let mut bytes = Vec::new();
     Stream::open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -174,4 +181,19 @@ fn is_pipe(kind: FileType) -> bool {
 #[cfg(not(unix))]
 fn is_pipe(_: FileType) -> bool {
     false
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// `/dev/zero` would fill the memory here, were it read.
+    #[test]
+    fn devices_are_refused_unread() {
+        for read in [bytes, regular_bytes] {
+            let refused = read(Path::new("/dev/null")).unwrap_err();
+            assert_eq!(refused.to_string(), DEVICE);
+        }
+        assert!(bytes(Path::new("Cargo.toml")).is_ok());
+    }
 }
