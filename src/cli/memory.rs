@@ -8,6 +8,7 @@ use thallus::run::Recipe;
 use thallus::skin::{Shape, expected_near, expected_triangles};
 use thallus::substrate::{Loaded, Substrate};
 
+use super::control_group;
 use super::failure::Failure;
 use super::foreseen::{copies, expected_elements, seconds_from};
 use super::number::{count, duration, short};
@@ -284,26 +285,17 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
 /// this process may take (`ulimit -v`).
 pub(super) fn available() -> Option<f64> {
     let machine = number("/proc/meminfo", "MemAvailable:").map(|kilobytes| 1024.0 * kilobytes);
-    [machine, container(), address_space()]
+    [machine, control_group::left(), address_space()]
         .into_iter()
         .flatten()
         .reduce(f64::min)
 }
 
 /// The number after a word at the start of a line.
-fn number(file: &str, word: &str) -> Option<f64> {
+pub(super) fn number(file: impl AsRef<Path>, word: &str) -> Option<f64> {
     let text = fs::read_to_string(file).ok()?;
     let rest = text.lines().find_map(|line| line.strip_prefix(word))?;
     rest.split_whitespace().next()?.parse().ok()
-}
-
-/// What is left of the limit on a container, as a control group (version 2) sees it from inside. Cached files
-/// make way.
-fn container() -> Option<f64> {
-    let most = number("/sys/fs/cgroup/memory.max", "")?;
-    let taken = number("/sys/fs/cgroup/memory.current", "")?;
-    let cached = number("/sys/fs/cgroup/memory.stat", "inactive_file ").unwrap_or(0.0);
-    Some((most - (taken - cached)).max(0.0))
 }
 
 /// What is left of the limit on this process's addresses.

@@ -16,6 +16,7 @@ mod bake;
 mod bake_args;
 mod buried;
 mod check;
+mod control_group;
 mod dress;
 mod ended;
 mod export;
