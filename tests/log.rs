@@ -331,8 +331,11 @@ fn a_log_of_another_run_is_refused_by_what_differs() {
     assert!(this == log, "the test knows the format");
     let mut format = log.clone();
     format[8] = 2;
-    fs::write(desk.path("out/run.log"), format).unwrap();
-    desk.fails("--resume out", 1, &["log format 2"]);
+    fs::write(desk.path("out/run.log"), &format).unwrap();
+    desk.fails("--resume out", 1, &["head of the log is damaged"]);
+    let sealed = of_version(&format, "0.2.0");
+    fs::write(desk.path("out/run.log"), sealed).unwrap();
+    desk.fails("--resume out", 1, &["thallus 0.2.0 with log format 2"]);
     fs::write(desk.path("out/run.log"), "ply\n").unwrap();
     desk.fails("--resume out", 1, &["out/run.log is not a log"]);
     fs::write(desk.path("out/run.log"), &log).unwrap();

@@ -12,7 +12,8 @@ use crate::run::{Recipe, Settings};
 
 const MAGIC: [u8; 8] = *b"\x89thallog";
 
-/// Grows when old programs could not read a log any more.
+/// Grows when old programs could not read a log any more. The head keeps its layout in all formats, so that each
+/// program can tell a log of another format from one that is damaged.
 const FORMAT: u32 = 1;
 
 /// A recipe is a page of text; what is longer than this is damaged.
@@ -43,24 +44,28 @@ pub(super) fn read_head(path: &Path, file: &mut impl Read) -> Result<(Settings, 
         return Err(LogError::NoLog(path.to_owned()));
     }
     let format = reader.number().map_err(&read)?.ok_or_else(damaged)?;
-    let mut texts = [None, None];
-    if format == FORMAT {
-        texts = reader.texts().map_err(&read)?;
-        // The checksum first: a damaged version is no other version.
-        if !reader.is_sound().map_err(&read)? {
-            return Err(damaged());
-        }
+    let texts = reader.texts().map_err(&read)?;
+    // The checksum first: a damaged format or version is no other one.
+    if !reader.is_sound().map_err(&read)? {
+        return Err(damaged());
     }
-    let length = reader.bytes.len() as u64;
-    match texts {
-        [Some(version), text] if version == env!("CARGO_PKG_VERSION") => {
-            let settings = text.and_then(|text| Settings::from_toml(&text).ok());
-            Ok((settings.ok_or_else(damaged)?, length))
-        }
-        [version, _] => Err(LogError::Version {
-            path: path.to_owned(),
-            found: version.unwrap_or_else(|| format!("with log format {format}")),
-        }),
+    let [Some(version), Some(text)] = texts else {
+        return Err(damaged());
+    };
+    if format != FORMAT || version != env!("CARGO_PKG_VERSION") {
+        return Err(other_version(path, version, format));
+    }
+    let settings = Settings::from_toml(&text).map_err(|_| damaged())?;
+    Ok((settings, reader.bytes.len() as u64))
+}
+
+fn other_version(path: &Path, version: String, format: u32) -> LogError {
+    LogError::Version {
+        path: path.to_owned(),
+        found: match format {
+            FORMAT => version,
+            _ => format!("{version} with log format {format}"),
+        },
     }
 }
 
