@@ -211,3 +211,36 @@ fn every_field_of_the_report_is_documented_and_no_other() {
     fields(&report(&desk, "out"), "", &mut found);
     assert_eq!(found, documented());
 }
+
+/// What git says of the repository that this was built in, if that is one.
+fn git(words: &[&str]) -> Option<String> {
+    let mut git = std::process::Command::new("git");
+    let output = git.current_dir(env!("CARGO_MANIFEST_DIR")).args(words);
+    let output = output.output().ok()?;
+    let said = String::from_utf8(output.stdout).unwrap();
+    output.status.success().then(|| said.trim().to_owned())
+}
+
+#[test]
+fn version_and_report_name_the_build_and_promised_bytes_do_not() {
+    let desk = Desk::new();
+    desk.done(&format!("{RUN} --quiet -o out"));
+    let report = report(&desk, "out");
+    let version = desk.call("--version", "").output().unwrap().stdout;
+    let version = String::from_utf8(version).unwrap();
+    let plain = concat!("thallus ", env!("CARGO_PKG_VERSION"));
+    let Some(build) = report["build"].as_str() else {
+        assert!(report["build"].is_null() && version.trim() == plain);
+        assert_eq!(git(&["ls-files", "--error-unmatch", "Cargo.toml"]), None);
+        return;
+    };
+    assert_eq!(version.trim(), format!("{plain} ({build})"));
+    let commit = build.strip_suffix("-dirty").unwrap_or(build);
+    assert_eq!(commit.len(), 12, "{build}");
+    assert!(git(&["cat-file", "-e", &format!("{commit}^{{commit}}")]).is_some());
+    for file in ["elements.ply", "recipe.toml", "run.log"] {
+        let bytes = desk.read(&format!("out/{file}"));
+        let has = bytes.windows(12).any(|part| part == commit.as_bytes());
+        assert!(!has, "{file}");
+    }
+}

@@ -23,7 +23,7 @@ use super::sweep_args::SweepArgs;
 ///
 /// One command is enough: `thallus grow rock.obj -o out/rock`.
 #[derive(Debug, Parser)]
-#[command(name = "thallus", version, max_term_width = 100)]
+#[command(name = "thallus", version = env!("THALLUS_VERSION"), max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,

@@ -1,7 +1,7 @@
 //! `report.json`: what a run took and came to.
 //!
-//! Its timings are different every time, so it is the one file of a run that is not promised to
-//! be the same bytes again.
+//! Its timings are different every time, and builds that grow the same bytes name themselves in it, so it is the one
+//! file of a run that is not promised to be the same bytes again.
 
 use serde::Serialize;
 
@@ -17,6 +17,9 @@ pub struct RunReport {
     pub note: &'static str,
     /// Version of the program.
     pub version: &'static str,
+    /// The git commit that the program was built from, with `-dirty` where its sources had been changed since; none
+    /// where the build could not tell.
+    pub build: Option<&'static str>,
     /// The mesh.
     pub mesh: MeshSummary,
     /// Elements born, the seeds included.
@@ -89,8 +92,8 @@ pub struct Timings {
     pub write: f64,
 }
 
-const NOTE: &str = "Timings, and how threads shared the work, differ from run to run: of a run's files this \
-                    one alone is not promised to be the same bytes again. Lengths and areas are in mesh units.";
+const NOTE: &str = "Timings, how threads shared the work, and the build differ from run to run: of a run's files \
+                    this one alone is not promised to be the same bytes again. Lengths and areas are in mesh units.";
 
 fn serial_share(parallel: f64, all: f64) -> f64 {
     if all > 0.0 {
@@ -120,6 +123,7 @@ impl RunReport {
         Self {
             note: NOTE,
             version: env!("CARGO_PKG_VERSION"),
+            build: option_env!("THALLUS_BUILD"),
             mesh: MeshSummary::new(substrate, recipe),
             elements: cluster.len(),
             colonies: seeds(growth).count(),
