@@ -6,6 +6,7 @@ With KEEP the rows of all runs are written there as tables.
 """
 
 import csv
+import functools
 import math
 import random
 import statistics
@@ -65,7 +66,7 @@ def keep(folder, into):
         data = rows(folder / name)
         if not data:
             continue
-        fields = [field for field in data[0] if field != "seconds"]
+        fields = [field for field in data[0] if field != "seconds_grow"]
         for row in data:
             row["mesh"] = Path(row["mesh"]).name
         with open(into / f"{name}.csv", "w", newline="") as file:
@@ -180,7 +181,7 @@ def grid(folder):
     ]:
         found, p = trend(data, axis, other, name, is_length)
         print(f"| {name} | {axis[5:]} | {found:+.2f} | {chance(p)} |")
-    for name, is_length, digits in [
+    shown = [
         ("lobe_width", True, 1),
         ("branch_width", True, 1),
         ("roughness", False, 3),
@@ -189,8 +190,10 @@ def grid(folder):
         ("dimension_sandbox", False, 3),
         ("circularity", False, 3),
         ("elements", False, 0),
-    ]:
+    ]
+    for name, is_length, digits in shown:
         grid_table(data, name, is_length, digits)
+    tell_of_none(data, [name for name, _, _ in shown])
 
 
 def difference(a, b):
@@ -205,11 +208,51 @@ def difference(a, b):
     return found, (as_far + 1) / (SHUFFLES + 1)
 
 
+def beyond(edge, shift, freedom):
+    """Chance that Student's t of so many degrees of freedom is beyond the edge on either side, where its numerator is
+    shifted by so many standard errors: the normal integral over all sizes that the estimated error may have."""
+    normal = statistics.NormalDist(shift)
+    log_scale = math.log(2) + freedom / 2 * math.log(freedom / 2) - math.lgamma(freedom / 2)
+    reach = 8 / math.sqrt(2 * freedom)
+    least, steps = max(0.0, 1 - reach), 1000
+    width = (1 + reach - least) / steps
+    chance = 0.0
+    for step in range(steps):
+        size = least + (step + 0.5) * width
+        density = math.exp(log_scale + (freedom - 1) * math.log(size) - freedom * size**2 / 2)
+        chance += width * density * (1 - normal.cdf(edge * size) + normal.cdf(-edge * size))
+    return chance
+
+
+def where(rises, aim):
+    """Where a function that rises comes to a value, between 0 and 50."""
+    low, high = 0.0, 50.0
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if rises(middle) < aim else (low, middle)
+    return high
+
+
+@functools.cache
+def standard_errors(freedom):
+    """How many of them a difference has to be for a t test to see it nine times in ten, at the false alarm of one in
+    these measures: by noncentral t, as a permutation test of means goes over into that test."""
+    edge = where(lambda x: -beyond(x, 0, freedom), -FALSE_ALARM / len(MEASURES))
+    return where(lambda shift: beyond(edge, shift, freedom), 0.9)
+
+
 def seen(a, b):
-    """The difference that a test at the false alarm of one in these measures sees nine times in ten."""
-    normal = statistics.NormalDist()
-    z = normal.inv_cdf(1 - FALSE_ALARM / len(MEASURES) / 2) + normal.inv_cdf(0.9)
-    return z * math.sqrt(statistics.variance(a) / len(a) + statistics.variance(b) / len(b))
+    """The difference that is seen nine times in ten."""
+    error = math.sqrt(statistics.variance(a) / len(a) + statistics.variance(b) / len(b))
+    return standard_errors(len(a) + len(b) - 2) * error
+
+
+def tell_of_none(data, names):
+    """Names the measures that some lichens have no answer for: tables are of those that have one."""
+    missing = {name: len(data) - len(numbers(data, name)) for name in names}
+    some = [f"{name} {count}" for name, count in missing.items() if count]
+    if some:
+        print(f"\nOf {len(data)} lichens without an answer: " + ", ".join(some) + ".")
 
 
 def compare(folder, axis, title):
@@ -232,6 +275,7 @@ def compare(folder, axis, title):
                 f"| {share(found)} | {chance(p)} | {share(seen(a, b)).lstrip('+')} |"
             )
         print(f"\nA p below {FALSE_ALARM / len(MEASURES):.4f} would be a difference.")
+        tell_of_none(some, [name for name, _ in MEASURES])
 
 
 def presets(folder):
@@ -248,6 +292,7 @@ def presets(folder):
             f"| {mean('branch_width', True):.1f} | {mean('lobe_width', True):.1f} | {mean('tips'):.0f} | {mean('roughness'):.3f} "
             f"| {mean('dimension_outline'):.2f} | {mean('dimension_mass_radius'):.2f} | {mean('circularity'):.2f} |"
         )
+    tell_of_none(data, [name for name, _ in MEASURES])
 
 
 def surfaces(file):
