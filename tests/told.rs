@@ -212,15 +212,6 @@ fn every_field_of_the_report_is_documented_and_no_other() {
     assert_eq!(found, documented());
 }
 
-/// What git says of the repository that this was built in, if that is one.
-fn git(words: &[&str]) -> Option<String> {
-    let mut git = std::process::Command::new("git");
-    let output = git.current_dir(env!("CARGO_MANIFEST_DIR")).args(words);
-    let output = output.output().ok()?;
-    let said = String::from_utf8(output.stdout).unwrap();
-    output.status.success().then(|| said.trim().to_owned())
-}
-
 #[test]
 fn version_and_report_name_the_build_and_promised_bytes_do_not() {
     let desk = Desk::new();
@@ -231,13 +222,12 @@ fn version_and_report_name_the_build_and_promised_bytes_do_not() {
     let plain = concat!("thallus ", env!("CARGO_PKG_VERSION"));
     let Some(build) = report["build"].as_str() else {
         assert!(report["build"].is_null() && version.trim() == plain);
-        assert_eq!(git(&["ls-files", "--error-unmatch", "Cargo.toml"]), None);
         return;
     };
     assert_eq!(version.trim(), format!("{plain} ({build})"));
     let commit = build.strip_suffix("-dirty").unwrap_or(build);
-    assert_eq!(commit.len(), 12, "{build}");
-    assert!(git(&["cat-file", "-e", &format!("{commit}^{{commit}}")]).is_some());
+    let is_hash = commit.len() == 12 && commit.bytes().all(|b| b.is_ascii_hexdigit());
+    assert!(is_hash, "{build}");
     for file in ["elements.ply", "recipe.toml", "run.log"] {
         let bytes = desk.read(&format!("out/{file}"));
         let has = bytes.windows(12).any(|part| part == commit.as_bytes());
