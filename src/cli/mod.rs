@@ -47,6 +47,7 @@ mod resume;
 mod run_args;
 mod skin;
 mod skin_args;
+mod skin_levels;
 mod skin_look;
 mod skin_paint;
 mod sweep;

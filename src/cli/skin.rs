@@ -6,8 +6,8 @@ use std::time::Instant;
 use anyhow::Context;
 use serde::Serialize;
 use thallus::cluster::Cluster;
-use thallus::export::{MeshFormat, TriMesh, mesh_format_of, write_file_atomically};
-use thallus::skin::{self, Paint, Shape, decimate, expected_near};
+use thallus::export::{MeshFormat, Placement, TriMesh, mesh_format_of, write_file_atomically};
+use thallus::skin::{self, Paint, Shape, expected_near};
 use thallus::substrate::Substrate;
 
 use super::axes::Convention;
@@ -18,7 +18,8 @@ use super::memory;
 use super::number::{count, duration, elements, plural};
 use super::output::{check_free, check_names_file};
 use super::run_args::start_threads;
-use super::skin_args::{FEWEST_TRIANGLES, Goal, SkinArgs};
+use super::skin_args::SkinArgs;
+use super::skin_levels::{Grounds, Thinner};
 use super::skin_look::Measure;
 use super::terminal::{self, Voice};
 
@@ -48,14 +49,21 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
     tell_of_time(triangles, expected_near(&cluster, &shape), voice);
     let mut report = Report::new(cluster.len());
     report.seconds.load = started.elapsed().as_secs_f64();
-    let mut mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;
-    drop((substrate, cluster));
-    mesh.place(&placement);
-    let file = MeshFile {
+    let mesh = grow_skin(&substrate, &cluster, &shape, &paint, voice, &mut report)?;
+    let how = MeshFile {
         format,
         meters_per_unit,
+        placement,
+        force: args.force,
     };
-    write_all(args, mesh, &files, &file, voice, &mut report)?;
+    let lichen = Grounds {
+        substrate,
+        cluster,
+        shape,
+        paint,
+    };
+    let thinner = Thinner::new(lichen, mesh, &args.size, voice);
+    write_all(thinner, &files, &how, voice, &mut report)?;
     warn_of_more_levels(args, voice);
     report.seconds.total = started.elapsed().as_secs_f64();
     conclude(args, &report)
@@ -131,70 +139,42 @@ fn grow_skin(
 struct MeshFile {
     format: &'static MeshFormat,
     meters_per_unit: f64,
+    placement: Placement,
+    force: bool,
 }
 
-/// Writes the mesh, decimated as asked, at every level of detail.
+/// Writes every level of detail.
 fn write_all(
-    args: &SkinArgs,
-    mut mesh: TriMesh,
+    mut thinner: Thinner,
     files: &[PathBuf],
     how: &MeshFile,
     voice: Voice,
     report: &mut Report,
 ) -> Result<(), Failure> {
-    let whole = mesh.triangles.len();
-    let first = args
-        .size
-        .decimate
-        .map_or(whole, |goal: Goal| goal.of(whole));
     for (level, file) in files.iter().enumerate() {
-        let goal = (first >> level).max(FEWEST_TRIANGLES);
-        if goal < mesh.triangles.len() {
-            mesh = simplify(&mesh, goal, file, voice, report)?;
-        }
-        write(&mesh, file, how, args.force, voice, report)?;
+        let started = Instant::now();
+        thinner.thin(level, file)?;
+        let mut mesh = match level + 1 == files.len() {
+            true => thinner.last_shown(),
+            false => thinner.shown(),
+        };
+        report.seconds.decimate += started.elapsed().as_secs_f64();
+        mesh.place(&how.placement);
+        write(&mesh, file, how, voice, report)?;
     }
     Ok(())
-}
-
-fn simplify(
-    mesh: &TriMesh,
-    triangles: usize,
-    file: &Path,
-    voice: Voice,
-    report: &mut Report,
-) -> Result<TriMesh, Failure> {
-    let started = Instant::now();
-    let spinner = voice.spinner(&format!(
-        "decimating to {} triangles",
-        count(triangles as u64)
-    ));
-    let fewer = decimate(mesh, triangles);
-    spinner.finish_and_clear();
-    let fewer = fewer.with_context(|| file.display().to_string())?;
-    report.seconds.decimate += started.elapsed().as_secs_f64();
-    let (made, shown) = (fewer.triangles.len(), file.display());
-    if made as f64 > 1.1 * triangles as f64 {
-        let (made, asked) = (count(made as u64), count(triangles as u64));
-        voice.warn(&format!(
-            "{shown}: {made} triangles are left where {asked} were asked for: with fewer it \
-             would tear or lose its shape; --resolution makes a coarser skin, and --falloff 3r one without small holes"
-        ));
-    }
-    Ok(fewer)
 }
 
 fn write(
     mesh: &TriMesh,
     file: &Path,
     how: &MeshFile,
-    force: bool,
     voice: Voice,
     report: &mut Report,
 ) -> Result<(), Failure> {
     let started = Instant::now();
     let spinner = voice.spinner(&format!("writing {}", file.display()));
-    let written = write_file_atomically(file, force, |out| {
+    let written = write_file_atomically(file, how.force, |out| {
         how.format.write(mesh, how.meters_per_unit, out)
     });
     spinner.finish_and_clear();

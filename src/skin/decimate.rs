@@ -3,6 +3,7 @@
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
 
+use super::average::colors_of;
 use super::manifold::faulty;
 use super::outwards::{face_outwards, folded};
 use crate::export::{MeshError, TriMesh, VertexAttribute};
@@ -25,7 +26,8 @@ const STAGE: usize = 2;
 
 /// The mesh with about as many triangles as asked for, or the fewest above that with which it stays
 /// closed and manifold, and keeps its volume but for 15 %: vertices are kept where they are, with all
-/// that is known of them, or dropped. Only normals that would look away from a triangle are turned.
+/// that is known of them, or dropped. Only normals that would look away from a triangle are turned, and colours are the
+/// means of the light about vertices.
 ///
 /// The simplifier does not promise to keep a manifold. Where it did not, the vertices about the
 /// fault are held fast and it is done again, several times and with wider surroundings each time. Where
@@ -205,7 +207,7 @@ impl Simplifier {
     }
 }
 
-/// The mesh of these triangles, with the vertices that they use.
+/// The mesh of these triangles, with the vertices that they use, in colours of those that they do not use too.
 fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
     let mut used = vec![false; mesh.positions.len()];
     let corners = triangles.as_flattened().iter();
@@ -220,7 +222,7 @@ fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
     TriMesh {
         positions: kept.iter().map(|&v| mesh.positions[v]).collect(),
         normals: kept.iter().map(|&v| mesh.normals[v]).collect(),
-        colors: kept.iter().map(|&v| mesh.colors[v]).collect(),
+        colors: colors_of(mesh, &kept),
         attributes: mesh
             .attributes
             .iter()

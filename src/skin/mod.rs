@@ -16,6 +16,7 @@
 //! lichen is thick. Substrates of triangles much smaller than elements are not made coarser: the skin
 //! has at least the substrate's triangles under lichen.
 
+mod average;
 mod base;
 mod borders;
 mod cortex;
@@ -27,6 +28,7 @@ mod frames;
 mod grid;
 mod history;
 mod lichen;
+mod lift;
 mod manifold;
 mod march;
 mod outwards;
@@ -46,6 +48,7 @@ pub use cover::Cover;
 pub use decimate::decimate;
 pub(crate) use field::Sample;
 pub use frames::{SkinFrames, expected_near};
+pub use lift::lift;
 pub use manifold::{Faults, faults};
 pub use paint::{Colormap, ColormapError, Paint, Prothallus, UnknownColormap, parse_color};
 pub use palette::{NamedColormap, PALETTE};
