@@ -4,6 +4,8 @@
 #[path = "skin/awkward.rs"]
 mod awkward;
 mod common;
+#[path = "skin/thin.rs"]
+mod thin;
 
 use common::{plane, recipe, rock, slab, sphere, substrate};
 use glam::DVec3;

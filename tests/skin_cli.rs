@@ -278,6 +278,35 @@ fn levels_of_detail_halve() {
     assert!(!String::from_utf8_lossy(&told.stderr).contains("earlier"));
 }
 
+/// Each hole of the finest skin needs its triangles: it came down to 190, and the advice did not help.
+#[test]
+fn as_few_triangles_as_a_coarser_skin_can_have_are_had() {
+    let desk = Desk::new();
+    desk.done("rock.obj --preset foliose --radius 0.4% --elements 1500 -o out");
+    let made = |words: &str| {
+        let output = skin(&desk, words);
+        assert!(output.status.success(), "{}", said(&output));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let told = made("out -o a.ply --decimate 100 --threads 1");
+    assert!(
+        told.contains("a coarser skin (--resolution 4r --falloff 1.8r)"),
+        "{told}"
+    );
+    assert!(!told.contains("warning"), "{told}");
+    let (triangles, open, wild) = loaded(&desk.path("a.ply"));
+    assert!(triangles <= 110 && (open, wild) == (0, 0), "{triangles}");
+    made("out -o b.ply --decimate 100 --threads 2");
+    assert!(desk.read("a.ply") == desk.read("b.ply"));
+    let told = made("out -o c.ply --decimate 4");
+    assert!(
+        told.contains("4 were asked for") && told.contains("ask for more"),
+        "{told}"
+    );
+    assert!(!told.contains("note"), "{told}");
+    assert_eq!(loaded(&desk.path("c.ply")).1, 0);
+}
+
 #[test]
 fn threads_and_ways_to_name_the_elements_change_no_byte() {
     let desk = desk();
