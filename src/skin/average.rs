@@ -99,7 +99,7 @@ mod tests {
     fn striped(squares: u32) -> TriMesh {
         let columns = 0..=squares;
         let pair = |x: u32| [[f64::from(x), 0.0, 0.0], [f64::from(x), 1.0, 0.0]];
-        let shade = |x: u32| [[255 * u8::from(x % 2 == 0); 3]; 2];
+        let shade = |x: u32| [[255 * u8::from(x.is_multiple_of(2)); 3]; 2];
         let square = |x: u32| {
             let [a, b, c, d] = [2 * x, 2 * x + 1, 2 * x + 2, 2 * x + 3];
             [[a, c, b], [b, c, d], [a, b, c], [b, d, c]]
