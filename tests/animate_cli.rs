@@ -9,7 +9,6 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use desk::{Desk, assert_refused, assert_refused_in_a_line, names, said};
-use gltf::animation::{Interpolation, util::ReadOutputs};
 use thallus::export::read_elements;
 use thallus::substrate::Substrate;
 
@@ -203,56 +202,6 @@ fn usd_has_time_samples() {
         .map(|l| l.split(',').count() - 1)
         .collect();
     assert_eq!(counts, [133, 266, 400]);
-}
-
-/// Seconds at which nodes are switched, and their scales from then on.
-fn switches(desk: &Desk, file: &str) -> Vec<Vec<(f32, f32)>> {
-    let file = gltf::Gltf::from_slice_without_validation(&desk.read(file)).unwrap();
-    let blob = file.blob.clone().unwrap();
-    let animation = file.animations().next().unwrap();
-    let switches = animation.channels().map(|channel| {
-        assert_eq!(channel.sampler().interpolation(), Interpolation::Step);
-        let reader = channel.reader(|_| Some(&blob));
-        let times = reader.read_inputs().unwrap();
-        let Some(ReadOutputs::Scales(scales)) = reader.read_outputs() else {
-            panic!("scales")
-        };
-        times.zip(scales.map(|[x, _, _]| x)).collect()
-    });
-    switches.collect()
-}
-
-#[test]
-fn one_glb_shows_a_frame_at_a_time() {
-    let desk = desk();
-    made(&desk, "out -o a.glb --frames 4 --fps 2 --window 0");
-    let expected = [
-        vec![(0.0, 1.0), (0.5, 0.0)],
-        vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)],
-        vec![(0.0, 0.0), (1.0, 1.0), (1.5, 0.0)],
-        vec![(0.0, 0.0), (1.5, 1.0), (2.0, 1.0)],
-    ];
-    assert_eq!(switches(&desk, "a.glb"), expected);
-    let file = gltf::Gltf::from_slice_without_validation(&desk.read("a.glb")).unwrap();
-    let nodes: Vec<_> = file.nodes().filter(|n| n.mesh().is_some()).collect();
-    let scales: Vec<f32> = nodes
-        .iter()
-        .map(|n| n.transform().decomposed().2[0])
-        .collect();
-    assert_eq!(scales, [0.0, 0.0, 0.0, 1.0]);
-    made(
-        &desk,
-        "out -o b.glb --frames 4 --fps 2 --window 0 --what points",
-    );
-    let mut expected = [0.5, 1.0, 1.5].map(|t| vec![(0.0, 0.0), (t, 1.0)]);
-    expected[2].push((2.0, 1.0));
-    assert_eq!(switches(&desk, "b.glb"), expected);
-    let file = gltf::Gltf::from_slice_without_validation(&desk.read("b.glb")).unwrap();
-    let count = |m: gltf::Mesh| {
-        let primitive = m.primitives().next().unwrap();
-        primitive.get(&gltf::Semantic::Positions).unwrap().count()
-    };
-    assert_eq!(file.meshes().map(count).collect::<Vec<_>>(), [100; 4]);
 }
 
 #[test]

@@ -44,4 +44,21 @@ impl Scene {
             ..*self
         }
     }
+
+    /// How much of each element there is, by the attribute `influence`: 1 where there is none.
+    pub(super) fn influences(&self) -> Vec<f32> {
+        let attributes = &self.elements.attributes;
+        let named = attributes.iter().find(|a| a.name == "influence");
+        match named.map(|a| &a.values) {
+            Some(Values::F32(column)) => column.clone(),
+            _ => vec![1.0; self.elements.len()],
+        }
+    }
+
+    /// The radius that each element is shown with.
+    pub(super) fn shown_radii(&self) -> Vec<f32> {
+        let radius = self.elements.radius as f32;
+        let shares = self.influences().into_iter();
+        shares.map(|share| radius * share).collect()
+    }
 }

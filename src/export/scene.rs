@@ -159,15 +159,18 @@ impl Scene {
     /// Where files with float32 positions and a double translation put their own origin: zero,
     /// unless float32 would move elements by more than a hundredth of their radius.
     pub(super) fn origin(&self) -> [f64; 3] {
-        let points = &self.elements.positions;
         if !ply::Wide::of(&self.elements).positions {
             return [0.0; 3];
         }
-        let middle = |k: usize| {
-            let [low, high] = range(points.iter().map(|p| p[k]));
-            0.5 * low + 0.5 * high
-        };
-        [0, 1, 2].map(middle)
+        let [low, high] = self.bounds();
+        [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k])
+    }
+
+    /// Lower and upper corner of the box about all centres.
+    pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
+        let points = &self.elements.positions;
+        let axes = [0, 1, 2].map(|k| range(points.iter().map(|p| p[k])));
+        [0, 1].map(|side| axes.map(|axis| axis[side]))
     }
 
     /// Whether float32, which attributes and most formats have, can say these lengths.

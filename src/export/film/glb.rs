@@ -1,5 +1,6 @@
 //! A film as binary glTF: a node a frame, shown and hidden by its scale, which steps between 0 and 1
-//! (Khronos, *glTF 2.0 Specification*, 3.11). Skins are whole in each frame. Of points and curves a
+//! (Khronos, *glTF 2.0 Specification*, 3.11). A node that is hidden is a place, which programs take into the box
+//! of all: so places are stored from the middle of the lichen. Skins are whole in each frame. Of points and curves a
 //! node has those whose influence comes to a half, and stays. Without the animation, as in a viewer
 //! that plays none, the last frame shows.
 
@@ -11,14 +12,15 @@ use super::{NOTHING, Spool, Spools, invalid};
 use crate::color::to_linear;
 use crate::export::glb::{LINES, POINTS, VERTICES, document, write_head};
 use crate::export::mesh::glb::{Parts, write_body};
-use crate::export::{AgeColor, Scene, TriMesh, Values, What};
+use crate::export::{AgeColor, Scene, TriMesh, What};
 
 #[derive(Debug)]
 pub(super) struct Glb {
     spools: Spools,
     body: Option<Spool>,
     parts: Parts,
-    pub(super) origin: Option<[f64; 3]>,
+    /// Where hidden frames are.
+    origin: Option<[f64; 3]>,
     meshes: Vec<Value>,
     /// For each frame its mesh, if there is something to see that was not there before.
     frames: Vec<Option<usize>>,
@@ -42,12 +44,19 @@ impl Glb {
         }
     }
 
+    pub(super) fn lies_about(&mut self, whole: &TriMesh) {
+        self.origin = Some(middle(whole.origin(), whole.bounds()));
+    }
+
     pub(super) fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
         if mesh.triangles.is_empty() {
             self.frames.push(None);
             return Ok(());
         }
-        let origin = *self.origin.get_or_insert_with(|| mesh.origin());
+        if self.origin.is_none() {
+            self.lies_about(mesh);
+        }
+        let origin = self.origin.unwrap_or_default();
         let primitive = self.parts.describe(mesh, origin);
         self.add_mesh(primitive, |out| write_body(mesh, origin, out))
     }
@@ -78,13 +87,9 @@ impl Glb {
         color: AgeColor<'_>,
     ) -> io::Result<()> {
         self.stays = true;
-        let elements = &scene.elements;
-        let origin = *self.origin.get_or_insert_with(|| scene.origin());
-        let influence = elements.attributes.iter().find(|a| a.name == "influence");
-        let there = match influence.map(|a| &a.values) {
-            Some(Values::F32(column)) => column.partition_point(|x| *x >= 0.5),
-            _ => elements.len(),
-        };
+        let found = || middle(scene.origin(), scene.bounds());
+        let origin = *self.origin.get_or_insert_with(found);
+        let there = scene.influences().partition_point(|x| *x >= 0.5);
         let new = self.come.min(there)..there;
         let of: Vec<usize> = match what {
             What::Curves => links(scene, new),
@@ -172,6 +177,15 @@ impl Glb {
         }
         tail.iter()
             .try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    }
+}
+
+/// The middle of a box, which is that of places from an origin where 32 bits would not say them. Where they do, it
+/// is a number of 32 bits, by which programs move places without rounding it.
+fn middle(origin: [f64; 3], [low, high]: [[f64; 3]; 2]) -> [f64; 3] {
+    match origin == [0.0; 3] {
+        true => [0, 1, 2].map(|k| f64::from((0.5 * low[k] + 0.5 * high[k]) as f32)),
+        false => origin,
     }
 }
 

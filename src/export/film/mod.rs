@@ -101,13 +101,12 @@ impl Film {
         }
     }
 
-    /// The same of skins that come to lie where these vertices do: where 32 bits would not say these
-    /// places, the film's lie about their middle, and are moved there.
+    /// The same of skins that come to lie where these vertices do: in glTF, and where 32 bits would not say
+    /// these places, the film's lie about their middle, and are moved there.
     pub fn about(mut self, whole: &TriMesh) -> Self {
-        let origin = Some(whole.origin());
         match &mut self.form {
-            Form::Usda(film) => film.origin = origin,
-            Form::Glb(film) => film.origin = origin,
+            Form::Usda(film) => film.origin = Some(whole.origin()),
+            Form::Glb(film) => film.lies_about(whole),
         }
         self
     }
@@ -248,6 +247,49 @@ mod tests {
             assert!(!is_made(24.0, &TriMesh::default()));
             for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
                 assert!(!is_made(fps, &mesh), "{fps}");
+            }
+        }
+    }
+
+    /// What lies in the JSON of a binary glTF.
+    fn document(glb: &[u8]) -> serde_json::Value {
+        let length = u32::from_le_bytes(glb[12..16].try_into().unwrap());
+        serde_json::from_slice(&glb[20..][..length as usize]).unwrap()
+    }
+
+    /// Viewers take nodes of scale 0 into the box of all that there is, and frame that.
+    #[test]
+    fn hidden_frames_of_a_gltf_are_inside_the_lichen() {
+        let corner = [3.0, -7.1, 1001.3];
+        let mesh = |size: f64| TriMesh {
+            positions: vec![
+                corner,
+                [corner[0] + size, corner[1], corner[2]],
+                [corner[0], corner[1] + size, corner[2]],
+            ],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            colors: vec![[9; 3]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..TriMesh::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let new = || Film::new(&FILM_FORMATS[0], 24.0, folder.path());
+        for mut film in [new(), new().about(&mesh(2.0))] {
+            film.add_skin(&mesh(1.0)).unwrap();
+            film.add_skin(&mesh(2.0)).unwrap();
+            let mut out = Vec::new();
+            film.write(1.0, &mut out).unwrap();
+            let document = document(&out);
+            let nodes = document["nodes"].as_array().unwrap();
+            let at = &nodes.last().unwrap()["translation"];
+            for mesh in document["meshes"].as_array().unwrap() {
+                let place = &mesh["primitives"][0]["attributes"]["POSITION"];
+                let stored = &document["accessors"][place.as_u64().unwrap() as usize];
+                for (k, corner) in corner.into_iter().enumerate() {
+                    let [at, low] = [&at[k], &stored["min"][k]].map(|x| x.as_f64().unwrap());
+                    assert!((at + low - corner).abs() < 1e-4, "{at} {low}");
+                    assert!((-1e-4..2.0).contains(&(at - corner)), "{at}");
+                }
             }
         }
     }

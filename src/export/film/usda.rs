@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use super::{Spool, Spools};
 use crate::color::to_linear;
 use crate::export::usda::{Frames, Number, Stage, Tuple, VERTEX, write_list};
-use crate::export::{AgeColor, Scene, TriMesh, UpAxis, Values, What};
+use crate::export::{AgeColor, Scene, TriMesh, UpAxis, What};
 
 /// A prim, its attributes so far, and where it lies.
 #[derive(Debug)]
@@ -119,7 +119,7 @@ impl Usda {
             let p = elements.positions[*i];
             [0, 1, 2].map(|k| (p[k] - origin[k]) as f32)
         };
-        let influence = influences(scene);
+        let influence = scene.influences();
         let diameter = |i: usize| match curves {
             true => 2.0 * scene.branch_radii[i],
             false => (2.0 * elements.radius) as f32 * influence[i],
@@ -212,19 +212,6 @@ impl Usda {
         }
         stage.close()?;
         stage.close()
-    }
-}
-
-/// The attribute `influence`, or 1 where it is missing.
-fn influences(scene: &Scene) -> Vec<f32> {
-    let named = scene
-        .elements
-        .attributes
-        .iter()
-        .find(|a| a.name == "influence");
-    match named.map(|a| &a.values) {
-        Some(Values::F32(column)) => column.clone(),
-        _ => vec![1.0; scene.elements.len()],
     }
 }
 
