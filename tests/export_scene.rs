@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
+use thallus::cluster::{Ease, Presence};
 use thallus::export::{Elements, Placement, SCENE_FORMATS, Scene, SceneFormat, UpAxis, What};
 use thallus::morphometry::measure;
 
@@ -368,6 +369,55 @@ fn scene(radius: f64) -> Scene {
     };
     let measured = measure(&elements.sample(), 10.0 * radius);
     Scene::new(elements, measured, &Placement::unchanged(UpAxis::Y), 1.0)
+}
+
+/// A file of points or curves as text.
+fn written(scene: &Scene, what: What, extension: &str) -> String {
+    let format = SceneFormat::of(Path::new(&format!("a.{extension}")), what).unwrap();
+    let mut out = Vec::new();
+    format.write(what, scene, &|_| [9; 3], &mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+/// Elements that fade in are small in numbered files as they are in films.
+#[test]
+fn points_of_a_moment_have_their_influence_as_size() {
+    let half = Presence {
+        time: 2.0,
+        window: 2.0,
+        ease: Ease::Linear,
+    };
+    let moment = scene(0.5).at(&half, 1);
+    let usd = written(&moment, What::Points, "usda");
+    let list = |name: &str| numbers(&usd, &format!("{name} = ["), "]");
+    let influence = list("float[] primvars:influence");
+    assert_eq!(influence, [1.0, 1.0, 0.5]);
+    assert_eq!(list("float[] widths"), influence);
+    assert_eq!(list("float[] primvars:pscale"), [0.5, 0.5, 0.25]);
+    let pov = written(&moment, What::Points, "inc");
+    let spheres = pov.lines().filter(|line| line.contains("sphere {"));
+    let radii: Vec<f64> = { spheres.map(|line| numbers(line, ">, ", " pigment")[0]) }.collect();
+    assert_eq!(radii, influence);
+}
+
+/// Houdini makes curves as wide as `pscale` says, and others as `widths` do.
+#[test]
+fn curves_are_as_wide_for_houdini_as_for_others() {
+    let usd = written(&scene(0.5), What::Curves, "usda");
+    let list = |name: &str| numbers(&usd, &format!("float[] {name} = ["), "]");
+    let widths = list("widths");
+    assert!(widths.is_sorted_by(|a, b| a > b), "{widths:?}");
+    let radii: Vec<f64> = widths.iter().map(|width| width / 2.0).collect();
+    assert_eq!(list("primvars:pscale"), radii);
+    assert_eq!(list("primvars:branch_radius"), radii);
+}
+
+/// MeshLab and Blender 3.4 read a line as far as its second vertex.
+#[test]
+fn branches_in_obj_are_lines_of_two() {
+    let obj = written(&scene(0.5), What::Curves, "obj");
+    let lines: Vec<&str> = obj.lines().filter(|line| line.starts_with("l ")).collect();
+    assert_eq!(lines, ["l 1 2", "l 2 3"]);
 }
 
 fn every_file() -> impl Iterator<Item = (What, &'static SceneFormat)> {

@@ -1,4 +1,5 @@
-//! Wavefront OBJ: coloured vertices, loose or joined by lines. Loose ones have no `p` elements:
+//! Wavefront OBJ: coloured vertices, loose or joined by lines, one a segment: MeshLab and Blender 3.4 read only the
+//! first segment of a longer one. Loose ones have no `p` elements:
 //! Blender reads vertices without, and complains of each.
 //!
 //! Colours after the coordinates are the common extension (sRGB, 0 to 1). OBJ has no place for
@@ -29,9 +30,9 @@ pub(super) fn write_curves(
 ) -> io::Result<()> {
     write_vertices(scene, color, out)?;
     for stream in &scene.streams {
-        write!(out, "l")?;
-        stream.iter().try_for_each(|i| write!(out, " {}", i + 1))?;
-        writeln!(out)?;
+        for link in stream.windows(2) {
+            writeln!(out, "l {} {}", link[0] + 1, link[1] + 1)?;
+        }
     }
     Ok(())
 }

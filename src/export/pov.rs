@@ -17,10 +17,10 @@ pub(super) fn write_points(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     begin(scene, "", out)?;
-    for i in 0..scene.elements.len() {
+    for (i, share) in scene.influences().into_iter().enumerate() {
         let centre = place(scene, i);
         let pigment = pigment(scene, color, i);
-        writeln!(out, "  sphere {{ <{centre}>, 1 {pigment} }}")?;
+        writeln!(out, "  sphere {{ <{centre}>, {share} {pigment} }}")?;
     }
     end(scene, out)
 }

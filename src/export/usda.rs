@@ -1,8 +1,8 @@
 //! USD in its text form: `Points`, `PointInstancer`, `BasisCurves` (Pixar, *UsdGeom schemas*).
 //!
 //! Lengths called `widths` are diameters. Attributes are primvars of the elements, names as
-//! elsewhere; `primvars:N` and `primvars:pscale` repeat normals and radius for programs that read
-//! those. Colours are linear, as `displayColor` is.
+//! elsewhere; `primvars:N` and `primvars:pscale` repeat normals and half the widths for programs that read
+//! those: Houdini makes the width of curves from `pscale`. Colours are linear, as `displayColor` is.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -31,9 +31,10 @@ pub(super) fn write_points(
         VERTEX,
         every.iter().map(|&i| normals[i]),
     )?;
-    let diameter = (2.0 * scene.elements.radius) as f32;
-    stage.numbers("float[] widths", VERTEX, every.iter().map(|_| diameter))?;
-    stage.primvars(scene, color, &every)?;
+    let radii = scene.shown_radii();
+    let widths = radii.iter().map(|radius| 2.0 * radius);
+    stage.numbers("float[] widths", VERTEX, widths)?;
+    stage.primvars(scene, color, &every, &radii)?;
     stage.close()?;
     stage.close()
 }
@@ -46,6 +47,7 @@ pub(super) fn write_instances(
     let mut stage = Stage::of(scene, out)?;
     let every: Vec<usize> = (0..scene.elements.len()).collect();
     let radius = scene.elements.radius as f32;
+    let radii = vec![radius; every.len()];
     stage.open("PointInstancer", "lobes")?;
     stage.int64s("ids", &every)?;
     stage.points("positions", scene, &every)?;
@@ -58,7 +60,7 @@ pub(super) fn write_instances(
     stage.vectors("float3[] scales", "", every.iter().map(|_| [radius; 3]))?;
     stage.list("int[] protoIndices", "", every.iter().map(|_| 0))?;
     stage.line("rel prototypes = </lichen/lobes/prototypes/lobe>")?;
-    stage.primvars(scene, color, &every)?;
+    stage.primvars(scene, color, &every, &radii)?;
     stage.open("Scope", "prototypes")?;
     stage.lobe()?;
     stage.close()?;
@@ -86,7 +88,7 @@ pub(super) fn write_curves(
     stage.extent(scene, 1.0)?;
     let widths = vertices.iter().map(|&i| 2.0 * scene.branch_radii[i]);
     stage.numbers("float[] widths", VERTEX, widths)?;
-    stage.primvars(scene, color, &vertices)?;
+    stage.primvars(scene, color, &vertices, &scene.branch_radii)?;
     stage.close()?;
     stage.close()
 }
@@ -282,8 +284,14 @@ impl<'a> Stage<'a> {
         self.vectors("float3[] extent", "", [low, high].into_iter())
     }
 
-    /// Colours and every attribute of these elements.
-    fn primvars(&mut self, scene: &Scene, color: AgeColor<'_>, of: &[usize]) -> io::Result<()> {
+    /// Colours and every attribute of these elements, which are shown with radii of their own.
+    fn primvars(
+        &mut self,
+        scene: &Scene,
+        color: AgeColor<'_>,
+        of: &[usize],
+        radii: &[f32],
+    ) -> io::Result<()> {
         let elements = &scene.elements;
         let colors = of.iter().map(|&i| color(elements.age(i)).map(to_linear));
         self.vectors("color3f[] primvars:displayColor", VERTEX, colors)?;
@@ -292,8 +300,8 @@ impl<'a> Stage<'a> {
         let orient = of.iter().map(|&i| scene.orientations[i]);
         let orient = orient.map(|[x, y, z, w]| [w, x, y, z]);
         self.vectors("quatf[] primvars:orient", VERTEX, orient)?;
-        let radius = elements.radius as f32;
-        self.numbers("float[] primvars:pscale", VERTEX, of.iter().map(|_| radius))?;
+        let scales = of.iter().map(|&i| radii[i]);
+        self.numbers("float[] primvars:pscale", VERTEX, scales)?;
         let columns = columns(elements);
         columns
             .iter()

@@ -120,6 +120,7 @@ def check_usd_curves(stem, lichen):
     near(curves.GetPointsAttr().Get(), lichen.points[birth], 1e-6, "curves: points")
     widths = np.array(curves.GetWidthsAttr().Get())
     assert sum(counts) == len(birth) == len(widths)
+    near(UsdGeom.PrimvarsAPI(curves).GetPrimvar("pscale").Get(), widths / 2, 1e-9, "curves: pscale")
     links, start = [], 0
     for count in counts:
         one = slice(start, start + count)
@@ -211,6 +212,18 @@ def check_films(stem, lichen):
         near(curves.GetPointsAttr().Get(frame), lichen.points[birth], 1e-6, "curves film")
 
 
+def check_fading(stem, lichen):
+    """Elements that come are small in numbered frames too, for programs that read widths and for Houdini."""
+    for frame in range(1, FRAMES + 1):
+        stage = open_stage(f"{stem}_fading/frame_{frame:04}.usda")
+        points = UsdGeom.Points(stage.GetPrimAtPath("/lichen/elements"))
+        get = lambda name: np.array(UsdGeom.PrimvarsAPI(points).GetPrimvar(name).Get())
+        influence = get("influence")
+        assert frame == FRAMES or (influence < 1).any(), f"fading: frame {frame}"
+        near(points.GetWidthsAttr().Get(), 2 * lichen.radius * influence, 1e-6, "fading: widths")
+        near(get("pscale"), lichen.radius * influence, 1e-6, "fading: pscale")
+
+
 def check_obj(stem, lichen, curves):
     vertices, links = [], []
     with open(stem) as file:
@@ -219,8 +232,8 @@ def check_obj(stem, lichen, curves):
                 case ["v", *numbers]:
                     vertices.append([float(n) for n in numbers[:3]])
                 case ["l", *numbers]:
-                    numbers = [int(n) - 1 for n in numbers]
-                    links += zip(numbers, numbers[1:])
+                    start, end = [int(n) - 1 for n in numbers]
+                    links.append((start, end))
     near(vertices, lichen.points, 1e-6, "obj")
     assert set(links) == (lichen.links if curves else set())
 
@@ -237,6 +250,7 @@ def main(folder):
     near(Lichen(f"{folder}/cube").points, [[1, 1, 1]], 1e-7, "the corner of the cube")
     check_usd_curves(f"{folder}/rock", lichen)
     check_films(f"{folder}/rock", lichen)
+    check_fading(f"{folder}/rock", lichen)
     check_obj(f"{folder}/rock_curves.obj", lichen, True)
     edges = plyfile.PlyData.read(f"{folder}/rock_curves.ply")["edge"].data
     assert {tuple(edge) for edge in edges.tolist()} == lichen.links

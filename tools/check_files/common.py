@@ -82,6 +82,8 @@ def make(program, rock, folder):
                     "--window", 0, "-o", out, "--quiet")
     thallus(program, "animate", f"{folder}/rock", "--frames", FRAMES, "--window", 0,
             "-o", f"{folder}/rock_frames", "--quiet")
+    thallus(program, "animate", f"{folder}/rock", "--frames", FRAMES, "--what", "points", "--format", "usda",
+            "-o", f"{folder}/rock_fading", "--quiet")
     make_maps(program, folder)
 
 
