@@ -362,6 +362,15 @@ fn movie(
     Ok(())
 }
 
+/// Frames a second as ffmpeg takes them: those of television, which are written with decimals, as what they mean.
+fn rate(fps: f64) -> String {
+    let is_meant = |whole: &i32| (fps - f64::from(*whole) / 1.001).abs() < 1e-3;
+    match [24, 30, 60, 120].into_iter().find(is_meant) {
+        Some(whole) => format!("{whole}000/1001"),
+        None => fps.to_string(),
+    }
+}
+
 fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure> {
     let (codec, container) = match kind {
         Movie::Webm => (["libvpx-vp9", "-crf", "24", "-b:v", "0"].as_slice(), "webm"),
@@ -384,14 +393,14 @@ fn start(args: &AnimateArgs, kind: Movie, made: &Path) -> Result<Child, Failure>
             "rgb24",
             "-s",
         ])
-        .args([&pixels, "-r", &args.time.fps.to_string(), "-i", "-"])
+        .args([&pixels, "-r", &rate(args.time.fps), "-i", "-"])
         // These codecs halve the colours' resolution, and want even sides. Players take what is not told by its
         // size, which is not how ffmpeg encodes it.
         .args([
             "-vf",
             concat!(
                 "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p,",
-                "setparams=color_primaries=bt709:color_trc=iec61966-2-1"
+                "setparams=color_primaries=bt709:color_trc=iec61966-2-1:colorspace=bt709"
             ),
             "-c:v",
         ])
@@ -435,4 +444,20 @@ fn last_line(says: impl Read) -> Option<String> {
     let lines = BufReader::new(says).split(b'\n');
     let last = lines.map_while(Result::ok).last()?;
     Some(String::from_utf8_lossy(&last).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rate;
+
+    #[test]
+    fn rates_of_television_are_fractions() {
+        assert_eq!(rate(23.976), "24000/1001");
+        assert_eq!(rate(29.97), "30000/1001");
+        assert_eq!(rate(59.94), "60000/1001");
+        assert_eq!(
+            ["24", "29.9", "60"],
+            [24.0, 29.9, 60.0].map(rate).as_slice()
+        );
+    }
 }
