@@ -56,6 +56,8 @@ impl Texture<'_> {
         if self.is_color {
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         }
+        let program = concat!("thallus ", env!("CARGO_PKG_VERSION"));
+        encoder.add_text_chunk("Software".to_owned(), program.to_owned())?;
         let mut writer = encoder.write_header()?;
         let mut stream = writer.stream_writer()?;
         self.bands(|values| stream.write_all(&self.quantized(values, bits)))?;

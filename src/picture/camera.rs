@@ -13,8 +13,8 @@ pub struct Camera {
     pub(super) half_height: f32,
 }
 
-/// Tangent of half the opening of [`Camera::best_view`]: 30° in all, as a portrait lens.
-pub(super) const PORTRAIT: f32 = 0.268;
+/// Tangent of half the opening of [`Camera::best_view`]: 30° in all, as a portrait lens. tan 15° = 2 − √3.
+pub(super) const PORTRAIT: f32 = 0.267_949_2;
 
 impl Camera {
     /// A camera at `eye` that looks at `target`, with `up` upwards in the picture; `half_height`

@@ -6,9 +6,10 @@
 use std::io::{self, Write};
 
 use color_quant::NeuQuant;
-use gif::{Encoder, EncodingError, Frame, Repeat};
+use gif::{AnyExtension, Encoder, EncodingError, Extension, Frame, Repeat};
 
 use super::Image;
+use super::image::SOFTWARE;
 use crate::color::{from_oklab, to_byte, to_oklab};
 
 /// The colours of an animated GIF.
@@ -142,6 +143,9 @@ impl<W: Write> GifWriter<W> {
         encoder
             .set_repeat(Repeat::Infinite)
             .map_err(from_encoding)?;
+        let comment = AnyExtension::from(Extension::Comment);
+        let said = encoder.write_raw_extension(comment, &[SOFTWARE.as_bytes()]);
+        said.map_err(from_encoding)?;
         Ok(Self {
             encoder,
             size: [w, h],
@@ -367,6 +371,13 @@ mod tests {
                 assert!(disc < 6.0, "{disc}");
             }
         }
+    }
+
+    #[test]
+    fn a_file_names_the_program() {
+        let bytes = written(&[picture(0.0)], 10.0);
+        let name = SOFTWARE.as_bytes();
+        assert!(bytes.windows(name.len()).any(|part| part == name));
     }
 
     #[test]

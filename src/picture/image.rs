@@ -20,6 +20,9 @@ pub struct Image {
 /// fair price for a twentieth of the time.
 const TIGHT: u64 = 1 << 20;
 
+/// Which program a file is of.
+pub(super) const SOFTWARE: &str = concat!("thallus ", env!("CARGO_PKG_VERSION"));
+
 impl Image {
     /// The picture as a PNG file of 8 bits a channel, marked as sRGB.
     ///
@@ -169,6 +172,7 @@ impl Image {
         }
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
         if let Some([keyword, text]) = text {
             encoder.add_text_chunk(keyword.to_owned(), text.to_owned())?;
         }
@@ -210,6 +214,16 @@ mod tests {
         assert_eq!(filled([-1.0, -1.0, 5.0, 4.0]), all);
         assert_eq!(filled([none, 0.0, 4.0, 4.0]), blank);
         assert_eq!(filled([far, 0.0, far, 4.0]), blank);
+    }
+
+    #[test]
+    fn files_name_the_program() {
+        let png = Image::sheet(2, 2, [9; 3]).to_png();
+        let read = png::Decoder::new(std::io::Cursor::new(png)).read_info();
+        let read = read.unwrap();
+        let texts = &read.info().uncompressed_latin1_text;
+        let told = texts.iter().map(|t| [t.keyword.as_str(), t.text.as_str()]);
+        assert!(told.eq([["Software", SOFTWARE]]));
     }
 
     #[test]
