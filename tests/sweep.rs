@@ -383,6 +383,29 @@ fn check_tags(html: &str) {
     assert!(open.is_empty(), "{open:?}");
 }
 
+/// What the HTML standard asks for, and validators name.
+fn check_validity(html: &str) {
+    let tags = |name: &'static str| {
+        let follows = move |c: Option<char>| matches!(c, Some(' ' | '>'));
+        let tags = html.split('<').filter_map(move |t| t.strip_prefix(name));
+        tags.filter(move |rest| follows(rest.chars().next()))
+    };
+    assert!(tags("img").all(|tag| tag.contains(" src=")));
+    assert!(tags("button").all(|tag| tag.contains(" type=")));
+    assert!(tags("th").all(|tag| tag.contains(" scope=")));
+    assert!(
+        ["h1", "h2", "h3"]
+            .iter()
+            .all(|h| !html.contains(&format!("></{h}>")))
+    );
+    let sections = html.split("<section>").skip(1);
+    assert!(
+        sections
+            .into_iter()
+            .all(|s| s.trim_start().starts_with("<h2"))
+    );
+}
+
 #[test]
 fn the_page_is_whole_and_needs_no_network() {
     let mut grid = grid(
@@ -415,8 +438,13 @@ fn the_page_is_whole_and_needs_no_network() {
         &[("Mesh".to_owned(), "<x>".to_owned())],
     );
     check_tags(&html);
-    assert_eq!(html.matches("<button class=\"cell\"").count(), 8);
+    assert_eq!(
+        html.matches("<button type=\"button\" class=\"cell\"")
+            .count(),
+        8
+    );
     assert_eq!(html.matches("<img loading").count(), 7);
+    check_validity(&html);
     assert_eq!(
         html.matches("<svg").count(),
         4,

@@ -9,6 +9,12 @@ const element = (tag, text) => {
   return made;
 };
 
+const heading = (scope, text) => {
+  const made = element("th", text);
+  made.scope = scope;
+  return made;
+};
+
 // Hover: the first numbers of a cell.
 const TOLD = 12;
 const tip = byId("tip");
@@ -39,16 +45,16 @@ const folder = () => {
 const numbers = (cell) => {
   const head = document.createElement("tr");
   const several = cell.seeds.length > 1;
-  head.append(element("th", "measure"), ...(several ? [element("th", "all")] : []));
-  head.append(...cell.seeds.map((seed) => element("th", `seed ${seed}`)));
+  head.append(heading("col", "measure"), ...(several ? [heading("col", "all")] : []));
+  head.append(...cell.seeds.map((seed) => heading("col", `seed ${seed}`)));
   const rows = measures.map((name, i) => {
     const row = document.createElement("tr");
-    row.append(element("th", shown(name)), ...(several ? [element("td", cell.summaries[i])] : []));
+    row.append(heading("row", shown(name)), ...(several ? [element("td", cell.summaries[i])] : []));
     row.append(...cell.values[i].map((x) => element("td", x)));
     return row;
   });
   const ended = document.createElement("tr");
-  ended.append(element("th", "stopped by"), ...(several ? [element("td", "")] : []));
+  ended.append(heading("row", "stopped by"), ...(several ? [element("td", "")] : []));
   ended.append(...cell.stopped.map((word) => element("td", word)));
   return [head, ...rows, ended];
 };
@@ -59,7 +65,7 @@ const open = (button) => {
   const picture = button.querySelector("img");
   byId("cell-title").textContent = cell.title;
   byId("cell-picture").hidden = !picture;
-  if (picture) byId("cell-picture").src = picture.src;
+  byId("cell-picture").replaceChildren(...(picture ? [picture.cloneNode()] : []));
   byId("cell-error").textContent = cell.errors.join("; ");
   byId("cell-command").textContent = cell.command;
   byId("cell-only").textContent = `thallus sweep ${folder()}/grid.toml -o ${folder()} --only ${cell.name}`;

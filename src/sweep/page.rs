@@ -82,8 +82,8 @@ pub fn page(results: &Results, pictures: &[CellPicture], facts: &[(String, Strin
 const DIALOG: &str = "\
 <div id=\"tip\" hidden></div>
 <dialog id=\"cell\" aria-labelledby=\"cell-title\">
-<form method=\"dialog\"><h2 id=\"cell-title\"></h2><button aria-label=\"Close\">&times;</button></form>
-<div class=\"about\"><img id=\"cell-picture\" alt=\"\">
+<form method=\"dialog\"><h2 id=\"cell-title\">Cell</h2><button type=\"submit\" aria-label=\"Close\">&times;</button></form>
+<div class=\"about\"><div id=\"cell-picture\"></div>
 <div><p id=\"cell-error\"></p>
 <h3>This lichen again</h3>
 <div class=\"command\"><code id=\"cell-command\"></code><button type=\"button\" data-copy=\"cell-command\">Copy</button></div>
@@ -124,7 +124,7 @@ fn push_facts(html: &mut String, facts: &[(String, String)]) {
 fn push_grid(html: &mut String, results: &Results, pictures: &[CellPicture], page: usize) {
     let layout = results.grid.layout();
     let title = results.grid.page_title(page);
-    html.push_str("<section>\n");
+    html.push_str("<div class=\"page\">\n");
     if !title.is_empty() {
         let _ = writeln!(html, "<h2>{}</h2>", escaped(&title));
     }
@@ -160,12 +160,15 @@ fn push_grid(html: &mut String, results: &Results, pictures: &[CellPicture], pag
             push_cell(html, results, &pictures[cell], cell);
         }
     }
-    html.push_str("</div></div>\n</section>\n");
+    html.push_str("</div></div>\n</div>\n");
 }
 
 fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: usize) {
     let name = escaped(&results.plan.cells[cell].name);
-    let _ = write!(html, "<button class=\"cell\" data-cell=\"{cell}\">");
+    let _ = write!(
+        html,
+        "<button type=\"button\" class=\"cell\" data-cell=\"{cell}\">"
+    );
     match picture.jpeg.is_empty() {
         true => html.push_str("<span class=\"failed\">failed</span>"),
         false => {
@@ -327,17 +330,21 @@ fn push_legend(html: &mut String, results: &Results) {
 /// Every number, for those who cannot see the charts, or will not trust them.
 fn push_numbers(html: &mut String, results: &Results) {
     html.push_str(
-        "<section>\n<details>\n<summary>All numbers</summary>\n<p>A row a cell, lengths in mesh \
+        "<details>\n<summary>All numbers</summary>\n<p>A row a cell, lengths in mesh \
          units. A row a run is in results.csv and results.parquet.</p>\n<div \
-         class=\"scroll\"><table>\n<thead><tr><th>cell</th>",
+         class=\"scroll\"><table>\n<thead><tr><th scope=\"col\">cell</th>",
     );
     let names = results.measures();
     for name in &names {
-        let _ = write!(html, "<th>{}</th>", escaped(&name.replace('_', " ")));
+        let _ = write!(
+            html,
+            "<th scope=\"col\">{}</th>",
+            escaped(&name.replace('_', " "))
+        );
     }
     html.push_str("</tr></thead>\n<tbody>\n");
     for (number, cell) in results.plan.cells.iter().enumerate() {
-        let _ = write!(html, "<tr><th>{}</th>", escaped(&cell.name));
+        let _ = write!(html, "<tr><th scope=\"row\">{}</th>", escaped(&cell.name));
         for measure in 0..names.len() {
             let summary = results.summary(number, measure);
             let text = spread_of(&summary, results.runs_of(number).count());
@@ -345,7 +352,7 @@ fn push_numbers(html: &mut String, results: &Results) {
         }
         html.push_str("</tr>\n");
     }
-    html.push_str("</tbody></table></div>\n</details>\n</section>\n");
+    html.push_str("</tbody></table></div>\n</details>\n");
 }
 
 fn data<'a>(results: &'a Results<'a>) -> Data<'a> {
