@@ -63,7 +63,7 @@ pub const MAPS: &[Map] = &[
     },
     Map {
         name: "birth",
-        what: "when the lichen came: 0 the first element, 1 the last; 1 where there is none",
+        what: "when the lichen came: 0 the first element, 1 the last; 1 where there is none near",
         png_bits: 16,
         is_exact: true,
         value: |baked, i| grey(baked.texels.get(i).map_or(1.0, |t| t.birth)),

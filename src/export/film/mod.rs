@@ -32,7 +32,7 @@ pub struct FilmFormat {
 pub const FILM_FORMATS: &[FilmFormat] = &[
     FilmFormat {
         extension: "glb",
-        purpose: "one glTF with an animation that viewers play",
+        purpose: "one glTF with an animation that viewers play; in Blender from frame 0 on",
         axes: Axes::Fixed(UpAxis::Y),
         metres: true,
     },
@@ -46,7 +46,7 @@ pub const FILM_FORMATS: &[FilmFormat] = &[
 
 const USDA: FilmFormat = FilmFormat {
     extension: "usda",
-    purpose: "one USD with time samples: Houdini, Blender, usdview",
+    purpose: "one USD with time samples from 1 on: Houdini, Blender, usdview",
     axes: Axes::Declared,
     metres: false,
 };
