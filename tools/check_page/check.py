@@ -38,11 +38,14 @@ class Tags(HTMLParser):
         return sum(tag == t and matches(found) for t, found in self.tags)
 
 
+def pictures(page):
+    return sum(t == "img" and a.get("src", "").startswith("data:image/jpeg") for t, a in page.tags)
+
+
 def check_page(page, rows):
     cells = len({row["cell"] for row in rows})
     assert page.count("button", class_="cell") == cells == 12, page.count("button", class_="cell")
-    pictures = [a for t, a in page.tags if t == "img" and a.get("src", "").startswith("data:image/jpeg")]
-    assert len(pictures) == cells, len(pictures)
+    assert pictures(page) == cells, pictures(page)
     for tag, attributes in page.tags:
         for name in ("src", "href"):
             assert not re.match(r"(https?:)?//", attributes.get(name) or ""), (tag, attributes)
@@ -53,6 +56,7 @@ def check_page(page, rows):
 def check_cell(cell, rows):
     opened = [a for t, a in cell.tags if t == "dialog" and "open" in a]
     assert opened, "the link to a cell opens it"
+    assert pictures(cell) == len({row["cell"] for row in rows}) + 1, "its picture is in it too"
     assert cell.texts["cell-title"] == "L = 10r, B = 0.9, join = touch", cell.texts["cell-title"]
     command = html.unescape(cell.texts["cell-command"])
     for part in ("thallus grow ", "--curvature-radius=10.0r", "--bias=0.9", "--join=touch", "--seed=1"):
