@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
 use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{MeshFormat, Placement, TriMesh, mesh_format_of, write_file_atomically};
