@@ -244,6 +244,28 @@ fn the_mesh_is_found_from_elsewhere() {
     assert!(desk.read("elsewhere/a.ply") == desk.read("a.ply"));
 }
 
+/// Engines know levels of detail by what their objects are called.
+#[test]
+fn levels_of_detail_have_names() {
+    let desk = desk();
+    let has = |file: &str, name: &str| {
+        let text = desk.read(file);
+        text.windows(name.len()).any(|part| part == name.as_bytes())
+    };
+    for (format, before, after) in [("obj", "o ", "\n"), ("glb", "\"name\":\"", "\"")] {
+        made(&desk, &format!("out -o n.{format} --lod 2"));
+        made(&desk, &format!("out -o one.{format}"));
+        for level in 0..2 {
+            let name = format!("{before}lichen_LOD{level}{after}");
+            assert!(has(&format!("n_lod{level}.{format}"), &name), "{name}");
+        }
+        assert!(has(
+            &format!("one.{format}"),
+            &format!("{before}lichen{after}")
+        ));
+    }
+}
+
 #[test]
 fn levels_of_detail_halve() {
     let desk = desk();

@@ -18,8 +18,8 @@ impl Baked<'_> {
     /// As [`mesh`](Self::mesh), of those triangles of the substrate alone that are asked for.
     pub fn mesh_of(&self, is_asked_for: impl Fn(u32) -> bool) -> TexturedMesh {
         let mut mesh = TexturedMesh {
-            name: "lichened".to_owned(),
             shape: TriMesh {
+                name: Some("lichened".to_owned()),
                 up: self.substrate.up_axis(),
                 ..TriMesh::default()
             },

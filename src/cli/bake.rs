@@ -452,7 +452,7 @@ impl Writer<'_> {
             worn.par_iter().map(|name| self.worn(name, files)).collect();
         let images = images?;
         let mut mesh = self.baked.mesh_of(|t| self.lichens.is_asked_for(t));
-        self.name.clone_into(&mut mesh.name);
+        mesh.shape.name = Some(self.name.to_owned());
         mesh.place(self.placement);
         let images = MapImages {
             base_color: &images[0],

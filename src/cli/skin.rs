@@ -54,6 +54,7 @@ pub(crate) fn skin(args: &SkinArgs) -> Result<(), Failure> {
         meters_per_unit,
         placement,
         force: args.force,
+        has_levels: args.size.lod.is_some(),
     };
     let lichen = Grounds {
         substrate,
@@ -140,6 +141,8 @@ struct MeshFile {
     meters_per_unit: f64,
     placement: Placement,
     force: bool,
+    /// Whether there are levels of detail, whose objects engines know by their names.
+    has_levels: bool,
 }
 
 /// Writes every level of detail.
@@ -158,6 +161,7 @@ fn write_all(
             false => thinner.shown(),
         };
         report.seconds.decimate += started.elapsed().as_secs_f64();
+        mesh.name = how.has_levels.then(|| format!("lichen_LOD{level}"));
         mesh.place(&how.placement);
         write(&mesh, file, how, voice, report)?;
     }

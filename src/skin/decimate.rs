@@ -220,6 +220,7 @@ fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
     let corners = triangles.as_flattened_mut().iter_mut();
     corners.for_each(|v| *v = number[*v as usize]);
     TriMesh {
+        name: mesh.name.clone(),
         positions: kept.iter().map(|&v| mesh.positions[v]).collect(),
         normals: kept.iter().map(|&v| mesh.normals[v]).collect(),
         colors: colors_of(mesh, &kept),

@@ -469,6 +469,7 @@ fn finish(
     let positions = marched.positions.into_iter();
     let normals = marched.normals.into_iter();
     let mut mesh = TriMesh {
+        name: None,
         positions: positions.map(|p| units.to_file(p).to_array()).collect(),
         normals: normals.map(|n| n.to_array()).collect(),
         colors,

@@ -32,8 +32,9 @@ pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     let origin = mesh.origin();
     let mut parts = Parts::default();
     let primitive = parts.describe(mesh, origin);
-    let shape = json!({"name": "lichen", "primitives": [primitive]});
-    let mut document = document(node("lichen", origin), shape);
+    let name = mesh.object();
+    let shape = json!({"name": name, "primitives": [primitive]});
+    let mut document = document(node(&name, origin), shape);
     let size = parts.describe_in(&mut document);
     write_head(&document, size, out)?;
     write_body(mesh, origin, out)

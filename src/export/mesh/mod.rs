@@ -28,6 +28,8 @@ pub struct VertexAttribute {
 /// Triangles with shared vertices. All columns have a row for each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
+    /// What its object is called in GLB and OBJ: `lichen`, where it has no name.
+    pub name: Option<String>,
     /// In the units and axes of the substrate's file until it is [placed](TriMesh::place).
     pub positions: Vec<[f64; 3]>,
     /// Unit vectors, outwards.
@@ -76,6 +78,14 @@ pub enum MeshError {
     /// More than files count.
     #[error("{0} vertices or triangles: files count them with 31 bits; make the mesh coarser")]
     TooMany(usize),
+}
+
+impl TriMesh {
+    /// What its object is called, in a line.
+    fn object(&self) -> String {
+        let name = self.name.as_deref().unwrap_or("lichen");
+        name.replace(char::is_control, " ")
+    }
 }
 
 type WriteMesh = fn(&TriMesh, f64, &mut dyn Write) -> io::Result<()>;

@@ -8,7 +8,11 @@ use super::TriMesh;
 pub(super) fn write(mesh: &TriMesh, out: &mut dyn Write) -> io::Result<()> {
     let wide = mesh.needs_doubles();
     let version = env!("CARGO_PKG_VERSION");
-    writeln!(out, "# thallus {version}: skin of a lichen\no lichen")?;
+    writeln!(
+        out,
+        "# thallus {version}: skin of a lichen\no {}",
+        mesh.object()
+    )?;
     for (place, color) in mesh.positions.iter().zip(&mesh.colors) {
         match (wide, place, place.map(|x| x as f32)) {
             (true, [x, y, z], _) => write!(out, "v {x} {y} {z}")?,

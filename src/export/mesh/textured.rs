@@ -12,8 +12,6 @@ use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, node,
 /// attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexturedMesh {
-    /// What programs call the object.
-    pub name: String,
     /// Positions, normals and triangles.
     pub shape: TriMesh,
     /// Texture coordinates as glTF has them: (0, 0) is the upper left corner of an image.
@@ -73,8 +71,9 @@ impl TexturedMesh {
                 .push(json!({"bufferView": view, "mimeType": "image/png", "name": name}));
         }
         let primitive = json!({"attributes": attributes, "indices": indices, "material": 0});
-        let shape = json!({"name": self.name, "primitives": [primitive]});
-        let mut document = document(node(&self.name, origin), shape);
+        let name = self.shape.object();
+        let shape = json!({"name": name, "primitives": [primitive]});
+        let mut document = document(node(&name, origin), shape);
         document["materials"] = json!([material()]);
         document["textures"] = (0..3).map(|i| json!({"source": i, "sampler": 0})).collect();
         document["samplers"] = json!([{
