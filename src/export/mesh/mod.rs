@@ -313,7 +313,6 @@ mod tests {
             },
             uvs: vec![[0.0; 2]; 3],
             tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
-            ..TexturedMesh::default()
         }
     }
 
