@@ -3,7 +3,13 @@
 //! Where solids touch along an edge, every second wedge about it is free, and the two triangles that face each other
 //! over it are joined: walkers stay outside. So it is where the triangles about the edge are wound by turns one way
 //! and the other. Elsewhere the two that continue each other most straightly are joined, then the next two, and so on:
-//! first those on one side of the surface, by their winding, then the rest; an odd one out ends there. Edges of more than 64 triangles are walls to all of them.
+//! first those on one side of the surface, by their winding, then the rest; an odd one out ends there. Edges of more than
+//! 64 triangles are walls to all of them.
+//!
+//! Places alone decide, never the numbers of vertices and triangles: what is as straight but for rounding, as three plates
+//! at 120°, must be joined in the same way when triangles have been put in another order.
+
+use std::cmp::Ordering;
 
 use glam::{DVec2, DVec3};
 
@@ -35,14 +41,19 @@ pub(super) fn pairs(
     if group.len() > MOST_PAIRED {
         return Vec::new();
     }
+    let mut edge = edge;
+    edge.sort_by(|&u, &v| by_place(vertices[u as usize], vertices[v as usize]));
     let [a, b] = edge.map(|v| vertices[v as usize]);
     let axis = (b - a).normalize_or_zero();
-    let side = |&half_edge: &HalfEdge| Side {
+    let apex = |half_edge: HalfEdge| apex(vertices, triangles, half_edge);
+    let side = |half_edge: HalfEdge| Side {
         half_edge,
-        away: away_from_edge(vertices, triangles, half_edge, (a, axis)),
+        away: away_from_edge(apex(half_edge), (a, axis)),
         is_along: ends(triangles, half_edge)[0] == edge[0],
     };
-    let sides: Vec<Side> = group.iter().map(side).collect();
+    let mut group = group.to_vec();
+    group.sort_by(|&g, &h| by_place(apex(g), apex(h)));
+    let sides: Vec<Side> = group.into_iter().map(side).collect();
     let joined = facing(&sides, axis).unwrap_or_else(|| straightest(&sides));
     let half_edges = |pair: [usize; 2]| pair.map(|i| sides[i].half_edge);
     joined.into_iter().map(half_edges).collect()
@@ -101,7 +112,7 @@ fn quarters(direction: DVec2) -> Option<f64> {
 }
 
 /// Those that continue each other most straightly first, but before them those that are on one side of the surface, being
-/// wound opposite ways along the edge; ties go to the lower numbers.
+/// wound opposite ways along the edge; ties go to those that come first.
 fn straightest(sides: &[Side]) -> Vec<[usize; 2]> {
     let all = 0..sides.len();
     let turns_over = |i: usize, j: usize| sides[i].is_along == sides[j].is_along;
@@ -123,14 +134,20 @@ fn straightest(sides: &[Side]) -> Vec<[usize; 2]> {
     pairs.into_iter().map(|(_, _, pair)| pair).collect()
 }
 
+/// The corner of a triangle across from an edge of it.
+fn apex(vertices: &[DVec3], triangles: &[[u32; 3]], half_edge: HalfEdge) -> DVec3 {
+    let corners = triangles[half_edge as usize / 3];
+    vertices[corners[(half_edge as usize + 2) % 3] as usize]
+}
+
+/// Some order that does not go by numbers.
+fn by_place(a: DVec3, b: DVec3) -> Ordering {
+    let along = |axis: usize| a[axis].total_cmp(&b[axis]);
+    along(0).then(along(1)).then(along(2))
+}
+
 /// Unit vector in a triangle's plane, perpendicular to its edge, which begins at a, and away from it.
-fn away_from_edge(
-    vertices: &[DVec3],
-    triangles: &[[u32; 3]],
-    half_edge: HalfEdge,
-    (a, along): (DVec3, DVec3),
-) -> DVec3 {
-    let apex = vertices[triangles[half_edge as usize / 3][(half_edge as usize + 2) % 3] as usize];
+fn away_from_edge(apex: DVec3, (a, along): (DVec3, DVec3)) -> DVec3 {
     let to_apex = apex - a;
     (to_apex - along * to_apex.dot(along)).normalize_or_zero()
 }
