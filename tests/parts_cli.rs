@@ -233,6 +233,10 @@ fn parts_of_gltf_are_named_by_node_mesh_and_material() {
         ));
         assert!(told.contains("white everywhere"), "{told}");
     }
+    let text = String::from_utf8(desk.read("square.gltf")).unwrap();
+    fs::write(desk.path("odd.gltf"), text.replace("\"Trunk\"", "7")).unwrap();
+    let told = desk.done("odd.gltf --elements 20 --mask material:Bark -o odd");
+    assert!(told.contains("white everywhere"), "{told}");
     desk.fails(
         "square.gltf --mask object:Stem -o none",
         1,

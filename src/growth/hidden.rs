@@ -62,14 +62,14 @@ impl<'a> Solids<'a> {
         }
         let within = self.substrate.units().length_to_local(within);
         let place = self.substrate.position(at);
-        let others = { self.substrate.components().iter() }
-            .filter(|piece| !piece.triangles.contains(&at.triangle))
-            .filter(|piece| distance_to_box(piece.bounds, place) <= within);
-        let others: Vec<_> = others.collect();
+        let own = self.substrate.component_of(at.triangle);
+        let is_near = |piece: &&Component| distance_to_box(piece.bounds, place) <= within;
+        let mut near = self.substrate.components().iter().filter(is_near);
+        if near.all(|piece| piece == own) {
+            return 0.0;
+        }
         let rays = rays_about(self.substrate.normal(at.triangle));
-        let meets = |ray: &DVec3| {
-            { others.iter() }.any(|piece| is_met(self.substrate, piece, place, *ray, within))
-        };
+        let meets = |ray: &DVec3| meets_another(self.substrate, own, place, *ray, within);
         rays.filter(meets).count() as f64 / f64::from(RAYS)
     }
 }
@@ -92,12 +92,20 @@ fn distance_to_box([low, high]: [DVec3; 2], place: DVec3) -> f64 {
     place.distance(place.clamp(low, high))
 }
 
-/// Whether a ray meets a piece; where that lies on the place itself, whether it looks at it.
-fn is_met(substrate: &Substrate, piece: &Component, from: DVec3, ray: DVec3, within: f64) -> bool {
+/// Whether a ray meets another piece; where that lies on the place itself, whether it looks at it.
+fn meets_another(
+    substrate: &Substrate,
+    own: &Component,
+    from: DVec3,
+    ray: DVec3,
+    within: f64,
+) -> bool {
     /// Of what is as near, in local units, nobody can say which is above.
     const TOUCHING: f64 = 1e-9;
-    let near = substrate.triangles_near_line(from, ray, &piece.triangles);
-    near.into_iter().any(|t| {
+    let all = 0..substrate.triangles().len() as u32;
+    let near = substrate.triangles_near_line(from, ray, &all);
+    let mut others = near.into_iter().filter(|t| !own.triangles.contains(t));
+    others.any(|t| {
         let height = plumb(substrate, t, from, ray).map(|(height, _)| height - from.dot(ray));
         let looks_back = substrate.normal(t).dot(ray) < 0.0;
         let nearest = if looks_back { -TOUCHING } else { TOUCHING };

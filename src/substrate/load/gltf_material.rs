@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::substrate::{Material, Part, Texture, Texturing, Wrap};
 
@@ -37,12 +38,14 @@ pub(super) struct Looks {
 
 #[derive(Deserialize)]
 struct Named {
-    name: Option<String>,
+    #[serde(default)]
+    name: Value,
 }
 
 #[derive(Deserialize)]
 struct MeshLooks {
-    name: Option<String>,
+    #[serde(default)]
+    name: Value,
     #[serde(default)]
     primitives: Vec<PrimitiveLooks>,
 }
@@ -55,7 +58,8 @@ struct PrimitiveLooks {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct JsonMaterial {
-    name: Option<String>,
+    #[serde(default)]
+    name: Value,
     #[serde(default)]
     pbr_metallic_roughness: MetallicRoughness,
     normal_texture: Option<TextureInfo>,
@@ -180,12 +184,14 @@ impl Looks {
 
     /// What the triangles of a node's primitive are part of; nothing, where nothing has a name.
     pub(super) fn part_of(&self, node: usize, mesh: usize, material: Option<u32>) -> Option<Part> {
-        let node = self.nodes.get(node).and_then(|node| node.name.clone());
-        let mesh = self.meshes.get(mesh).and_then(|mesh| mesh.name.clone());
+        // What is no text is no name, and no fault of the materials.
+        let text = |name: &Value| name.as_str().map(str::to_owned);
+        let node = self.nodes.get(node).and_then(|node| text(&node.name));
+        let mesh = self.meshes.get(mesh).and_then(|mesh| text(&mesh.name));
         let material = material.and_then(|material| self.materials.get(material as usize));
         let part = Part {
             objects: { node.into_iter().chain(mesh) }.collect(),
-            material: material.and_then(|material| material.name.clone()),
+            material: material.and_then(|material| text(&material.name)),
         };
         (part != Part::default()).then_some(part)
     }
