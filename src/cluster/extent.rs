@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Element;
+use super::Population;
 
 /// Mean of the centres in space, and the distance from it to the farthest.
 ///
@@ -56,8 +56,10 @@ impl Extent {
     }
 
     /// Takes in the last of the elements.
-    pub(super) fn add(&mut self, elements: &[Element]) {
-        let Some(last) = elements.last() else { return };
+    pub(crate) fn add(&mut self, elements: &Population<'_>) {
+        let Some((_, last)) = elements.youngest() else {
+            return;
+        };
         self.sum += last.position;
         let before = std::mem::replace(&mut self.centroid, self.sum / elements.len() as f64);
         self.rims.iter_mut().for_each(|rim| rim.add(last.position));
@@ -74,9 +76,9 @@ impl Extent {
 
     /// Makes lists until the last is short, or would not serve for long where the centroid moves so far
     /// a birth.
-    fn survey(&mut self, elements: &[Element], moves: f64) {
+    fn survey(&mut self, elements: &Population<'_>, moves: f64) {
         if self.rims.is_empty() {
-            let centres = elements.iter().map(|e| e.position);
+            let centres = elements.since(0).map(|e| e.position);
             self.rims.push(Rim::new(centres, self.centroid, None));
         }
         while let Some(rim) = self.rims.last()
@@ -132,6 +134,7 @@ fn farthest(centres: impl Iterator<Item = DVec3>, from: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cluster::Element;
     use crate::rng::{Purpose, Stream};
     use crate::substrate::SurfacePoint;
 

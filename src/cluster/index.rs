@@ -2,12 +2,17 @@
 
 use glam::DVec3;
 
-use super::Element;
+use super::{Element, Population};
 
 /// Answers growth's questions about the elements' centres. Ids are ages.
 ///
-/// The elements themselves stay with the cluster and are handed in with every question: all that
+/// The elements themselves stay where they are and are handed in with every question: all that
 /// have been inserted, in that order.
+///
+/// One thread may [insert](Self::insert) and [adopt](Self::adopt) while others look. What these see of elements that
+/// they do not know of yet may be all, some or nothing: whether a walker saw what it would have seen after
+/// their births is asked of its notes ([`held`](Self::held)) before its element is born, with all that there are by then.
+/// Of those that it knew of it must miss none.
 ///
 /// Growth depends on nothing else, so an index can be replaced without touching it. The law stays the same, not
 /// the elements: bounds may be any, and walkers step by them; only by [`Steps::Small`](crate::growth::Steps::Small)
@@ -27,31 +32,36 @@ pub trait ElementIndex: Sync {
     where
         Self: Sized;
 
-    /// Makes room for so many elements in all, where there is any: vectors that grow move, and
-    /// leave behind what they had.
+    /// So many elements are to be expected in all: takes memory for them, where there is any. Vectors that grow
+    /// move, and leave behind what they had.
     fn expect(&mut self, elements: usize);
 
-    /// Adds the last of the elements; all before it have been. It must lie in the bounds that the index was made
-    /// for: an index may panic where it does not.
-    fn insert(&mut self, elements: &[Element]);
+    /// Makes room for the next births, a few hundred if they are usual ones, and for one at least.
+    fn make_room(&mut self);
 
-    /// Keeps what looking found out.
-    fn adopt(&mut self, elements: &[Element], notes: &mut Self::Notes);
+    /// Adds the youngest of the elements; all before it have been. It must lie in the bounds that the index was made
+    /// for: an index may panic where it does not. False where there is no room: then it has to be
+    /// [made](Self::make_room), and this one inserted again.
+    #[must_use]
+    fn insert(&self, elements: &Population<'_>) -> bool;
+
+    /// Keeps what looking found out, as far as there is room.
+    fn adopt(&self, elements: &Population<'_>, notes: &mut Self::Notes);
 
     /// How much a walker has seen until now.
     fn mark(&self, notes: &Self::Notes) -> Mark;
 
     /// How much of what a walker saw it would see again: it would see the same up to any mark
     /// [within](Mark::is_within) this one.
-    fn held(&self, elements: &[Element], notes: &Self::Notes) -> Mark;
+    fn held(&self, elements: &Population<'_>, notes: &Self::Notes) -> Mark;
 
-    /// Forgets what a walker saw after a mark, up to which all holds.
-    fn rewind(&self, notes: &mut Self::Notes, mark: Mark);
+    /// Forgets what a walker saw after a mark, up to which all holds. So many elements are known to it now.
+    fn rewind(&self, known: usize, notes: &mut Self::Notes, mark: Mark);
 
     /// A new walker starts, which has to be told before its first [`look`](Self::look): forgets where the last
-    /// one was. What it sees is remembered for [`held`](Self::held) only where `others_walk`, so that one thread
-    /// does not pay for many.
-    fn begin(&self, notes: &mut Self::Notes, others_walk: bool);
+    /// one was. So many elements are known to it. What it sees is remembered for [`held`](Self::held) only where
+    /// `others_walk`, so that one thread does not pay for many.
+    fn begin(&self, known: usize, notes: &mut Self::Notes, others_walk: bool);
 
     /// Forgets what a walker saw, where all of it holds and no other comes before it any more.
     fn forget(&self, notes: &mut Self::Notes);
@@ -59,21 +69,21 @@ pub trait ElementIndex: Sync {
     /// How near the nearest centre is.
     ///
     /// How good the bound is may depend on where the walker has been.
-    fn look(&self, elements: &[Element], p: DVec3, notes: &mut Self::Notes) -> Look;
+    fn look(&self, elements: &Population<'_>, p: DVec3, notes: &mut Self::Notes) -> Look;
 
     /// At least the number of centres nearer than `radius` to a point: any number below `enough`, or
     /// that number and perhaps a few more, farther by rounding.
-    fn at_most(&self, elements: &[Element], p: DVec3, radius: f64, enough: usize) -> usize;
+    fn at_most(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize) -> usize;
 
     /// Reads what will be needed to tell what is in contact with a place: for whoever has several places to
     /// ask about, and would wait for each.
-    fn read_ahead(&self, elements: &[Element], p: DVec3);
+    fn read_ahead(&self, elements: &Population<'_>, p: DVec3);
 
     /// Whether some element with its centre nearer than `radius` to a point passes a test. They are
     /// tried in no stated order until one does.
     fn any_within(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         p: DVec3,
         radius: f64,
         test: &mut dyn FnMut(u32, &Element) -> bool,
@@ -82,7 +92,7 @@ pub trait ElementIndex: Sync {
     /// Visits every element with its centre nearer than `radius` to a point, in no stated order.
     fn within(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         p: DVec3,
         radius: f64,
         visit: &mut dyn FnMut(u32, &Element),

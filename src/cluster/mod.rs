@@ -3,12 +3,14 @@
 mod element;
 mod extent;
 mod index;
+mod population;
 mod presence;
 mod sparse;
 
 pub use element::{Element, NO_PARENT};
 pub use extent::Extent;
 pub use index::{ElementIndex, Look, Mark};
+pub use population::Population;
 pub use presence::{Ease, Presence};
 pub use sparse::{Notes, SparseIndex};
 
@@ -84,8 +86,7 @@ impl Cluster {
 
     /// Whether some element's centre is on a triangle.
     pub fn is_on(&self, triangle: u32) -> bool {
-        let (word, bit) = place_of_bit(triangle);
-        self.overgrown.get(word).is_some_and(|w| w & bit != 0)
+        is_set(&self.overgrown, triangle)
     }
 
     /// Adds an element as the youngest.
@@ -96,7 +97,7 @@ impl Cluster {
         }
         self.overgrown[word] |= bit;
         self.elements.push(element);
-        self.extent.add(&self.elements);
+        self.extent.add(&self.elements.as_slice().into());
     }
 }
 
@@ -112,6 +113,12 @@ impl Extend<Element> for Cluster {
 fn make_room<T>(all: &mut Vec<T>, most: usize) {
     let more = most.saturating_sub(all.len());
     let _ = all.try_reserve_exact(more);
+}
+
+/// Whether the bit of a triangle is set.
+fn is_set(bits: &[u64], triangle: u32) -> bool {
+    let (word, bit) = place_of_bit(triangle);
+    bits.get(word).is_some_and(|w| w & bit != 0)
 }
 
 fn place_of_bit(triangle: u32) -> (usize, u64) {

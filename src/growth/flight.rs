@@ -7,7 +7,7 @@ use super::far::Level;
 use super::patience::Patience;
 use super::step::RandomStep;
 use super::walker::Fate;
-use crate::cluster::{Element, ElementIndex, Mark};
+use crate::cluster::{Element, ElementIndex, Mark, Population};
 use crate::rng::Stream;
 use crate::walk::Stand;
 
@@ -99,14 +99,14 @@ impl<I: ElementIndex> Default for Track<I> {
 
 impl<I: ElementIndex> Track<I> {
     /// A new walker starts.
-    pub(super) fn begin(&mut self, index: &I, others_walk: bool) {
+    pub(super) fn begin(&mut self, index: &I, known: usize, others_walk: bool) {
         self.counts = Counts {
             walkers: 1,
             ..Counts::default()
         };
         self.asked.clear();
         self.milestones.clear();
-        index.begin(&mut self.notes, others_walk);
+        index.begin(known, &mut self.notes, others_walk);
     }
 
     /// All that the walker saw holds, and no other comes before it any more: it is not taken back.
@@ -152,7 +152,12 @@ impl<I: ElementIndex> Flight<I> {
 
     /// Takes the walker back to before anything that it would see otherwise now. False where there
     /// was nothing of the kind.
-    pub(super) fn catch_up(&mut self, index: &I, elements: &[Element], launcher: u64) -> bool {
+    pub(super) fn catch_up(
+        &mut self,
+        index: &I,
+        elements: &Population<'_>,
+        launcher: u64,
+    ) -> bool {
         let known = std::mem::replace(&mut self.elements, elements.len());
         if matches!(self.stage, Stage::Ready) {
             return false;
@@ -164,26 +169,26 @@ impl<I: ElementIndex> Flight<I> {
         if known == elements.len() {
             return false;
         }
-        let births = &elements[known..];
+        let births = elements.since(known);
         let (held, asked) = (
             index.held(elements, &self.track.notes),
             self.undisturbed(births),
         );
         let now = index.mark(&self.track.notes);
         if now.is_within(&held) && asked == self.track.asked.len() {
-            index.rewind(&mut self.track.notes, now);
+            index.rewind(elements.len(), &mut self.track.notes, now);
             return false;
         }
-        self.take_back(index, held, asked);
+        self.take_back(index, elements.len(), (held, asked));
         true
     }
 
     /// The number of the first ball in which births make a difference, or of all.
-    fn undisturbed(&mut self, births: &[Element]) -> usize {
+    fn undisturbed<'a>(&mut self, births: impl Iterator<Item = &'a Element> + Clone) -> usize {
         let disturbed = |asked: &mut Asked| {
             let limit = asked.radius * asked.radius;
             let inside = |e: &&Element| e.position.distance_squared(asked.centre) < limit;
-            let inside = births.iter().filter(inside).count();
+            let inside = births.clone().filter(inside).count();
             let disturbed = inside > asked.spare;
             asked.spare -= inside.min(asked.spare);
             disturbed
@@ -194,7 +199,7 @@ impl<I: ElementIndex> Flight<I> {
     }
 
     /// Takes the walker back to its last milestone before these, or to before its launch.
-    fn take_back(&mut self, index: &I, held: Mark, asked: usize) {
+    fn take_back(&mut self, index: &I, known: usize, (held, asked): (Mark, usize)) {
         let track = &mut self.track;
         let before = |m: &Milestone| m.mark.is_within(&held) && m.asked <= asked;
         let kept = track.milestones.iter().take_while(|m| before(m)).count();
@@ -204,7 +209,7 @@ impl<I: ElementIndex> Flight<I> {
             Some(milestone) => {
                 track.counts = milestone.counts.clone();
                 track.asked.truncate(milestone.asked);
-                index.rewind(&mut track.notes, milestone.mark);
+                index.rewind(known, &mut track.notes, milestone.mark);
                 Stage::UnderWay(milestone.way.clone())
             }
         };

@@ -107,9 +107,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         let mut touches: Vec<(f64, u32)> = Vec::with_capacity(nearby.len());
         touches.extend(nearby.iter().filter_map(touch));
         touches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let element = |id: u32| &self.cluster.elements()[id as usize];
         touches.into_iter().find_map(|(t, id)| {
-            let (here, there) = ((leg.triangle, leg.at(t)), element(id));
+            let (here, there) = ((leg.triangle, leg.at(t)), self.element(id));
             let same = self.same_sheet(scratch, here, (there.at.triangle, there.position));
             same.then(|| (leg.surface_point(self.substrate, t), id))
         })

@@ -8,9 +8,9 @@ use super::enclosed::Enclosed;
 use super::far::{self, Far, outset};
 use super::launch::{AreaSampler, LaunchRing};
 use super::{Habitat, Parameters};
-use crate::cluster::Cluster;
+use crate::cluster::{Element, Extent};
 use crate::rng::{Purpose, Stream};
-use crate::substrate::Substrate;
+use crate::substrate::{Component, Substrate};
 use crate::walk::Stand;
 
 /// R_e counts as at least this many radii: that of a single seed is 0.
@@ -67,38 +67,63 @@ impl Launcher {
     /// Takes in the youngest element.
     pub(super) fn update(
         &mut self,
-        substrate: &Substrate,
-        parameters: &Parameters,
-        cluster: &Cluster,
+        (substrate, parameters): (&Substrate, &Parameters),
+        extent: &Extent,
+        youngest: &Element,
     ) {
-        let Some(last) = cluster.elements().last() else {
-            return;
-        };
-        let is_new = self.takes_in(substrate, last.at.triangle);
+        let is_new = self.takes_in(substrate, youngest.at.triangle);
         if std::mem::take(&mut self.is_inside) {
             self.version += 1;
         }
-        let extent = cluster.extent();
-        let radius = launch_radius(parameters, extent.effective_radius());
-        let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
-        let gap = self.radius - extent.effective_radius();
-        let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
-        if is_new || drift > gap / 16.0 || reach > self.reach {
-            self.set_out(parameters, cluster);
+        if is_new || self.is_left_behind(parameters, extent) {
+            self.set_out(parameters, extent);
             self.better_by_index = self.reach + EDGES * edge(substrate)..AROUND * self.reach;
             self.change();
         }
     }
 
+    /// Whether to take in the youngest element would change anything.
+    pub(super) fn is_outdated(
+        &self,
+        (substrate, parameters): (&Substrate, &Parameters),
+        extent: &Extent,
+        youngest: &Element,
+    ) -> bool {
+        let component = substrate.component_of(youngest.at.triangle);
+        self.is_inside
+            || self.place_of(component).is_err()
+            || self.is_left_behind(parameters, extent)
+    }
+
+    /// Whether the lichen has grown or moved too far for the spheres.
+    fn is_left_behind(&self, parameters: &Parameters, extent: &Extent) -> bool {
+        let radius = launch_radius(parameters, extent.effective_radius());
+        let drift = self.centre.distance(extent.centroid()) + (radius - self.radius).abs();
+        let gap = self.radius - extent.effective_radius();
+        let reach = extent.effective_radius() + self.centre.distance(extent.centroid());
+        drift > gap / 16.0 || reach > self.reach
+    }
+
     /// Whether the component of a triangle is new.
     fn takes_in(&mut self, substrate: &Substrate, triangle: u32) -> bool {
-        let triangles = &substrate.component_of(triangle).triangles;
-        let place = { &self.components }.binary_search_by_key(&triangles.start, |c| c.start);
+        let component = substrate.component_of(triangle);
+        let place = self.place_of(component);
         if let Err(place) = place {
-            self.components.insert(place, triangles.clone());
+            self.components.insert(place, component.triangles.clone());
             self.area = None;
         }
         place.is_err()
+    }
+
+    /// Where a component is, or belongs.
+    fn place_of(&self, component: &Component) -> Result<usize, usize> {
+        let first = component.triangles.start;
+        { &self.components }.binary_search_by_key(&first, |c| c.start)
+    }
+
+    /// Whether walkers start inside the sphere until the next birth.
+    pub(super) fn is_inside(&self) -> bool {
+        self.is_inside
     }
 
     /// Walkers start inside the sphere until the next birth.
@@ -197,8 +222,7 @@ impl Launcher {
     }
 
     /// Takes the spheres from the cluster as it is now.
-    fn set_out(&mut self, parameters: &Parameters, cluster: &Cluster) {
-        let extent = cluster.extent();
+    fn set_out(&mut self, parameters: &Parameters, extent: &Extent) {
         let effective = extent.effective_radius();
         self.centre = extent.centroid();
         self.radius = launch_radius(parameters, effective);

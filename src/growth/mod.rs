@@ -4,6 +4,7 @@
 //! [`walker`](WalkerModel) from launch to joining through `launch`, `stick` and `join`.
 
 mod barren;
+mod books;
 mod brownian;
 mod enclosed;
 mod far;
@@ -20,11 +21,13 @@ mod parameters;
 mod passage;
 mod patience;
 mod place;
+mod scene;
 mod seeds;
 mod sharing;
 mod step;
 mod stick;
 mod surroundings;
+mod together;
 mod walker;
 mod walker_model;
 

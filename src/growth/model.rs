@@ -130,6 +130,9 @@ pub struct Parallel {
     pub conflicts: u64,
     /// Seconds with several walkers on their way; the rest of growth runs on one thread.
     pub seconds: f64,
+    /// How many of these, about, one thread took to land walkers and to add their elements, while the others walked: no
+    /// two can at a time.
+    pub landing: f64,
     /// Threads that walked at the end: where fewer than all are faster, these.
     pub threads: usize,
 }

@@ -62,7 +62,7 @@ struct Exit {
 
 impl<'a, I: ElementIndex> Orbit<'a, I> {
     pub(super) fn new(around: &'a Surroundings<'a, I>, about: u32) -> Self {
-        let element = &around.cluster.elements()[about as usize];
+        let element = around.element(about);
         let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
         let mut others = Vec::with_capacity(USUALLY_NEAR);
@@ -167,7 +167,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
                 return None;
             }
             let p = here.at_angle(angle);
-            let there = &self.around.cluster.elements()[id as usize];
+            let there = self.around.element(id);
             let there = (there.at.triangle, there.position);
             let place = (here.triangle, here.plane.lift(p));
             if self.around.same_sheet(scratch, place, there) {

@@ -167,8 +167,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
-        let elements = self.cluster.elements();
-        self.index.at_most(elements, p, radius, enough)
+        self.index.at_most(&self.elements, p, radius, enough)
     }
 
     /// n: elements of the same sheet with their centre within L of a place.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Parameters;
-use crate::cluster::{Cluster, Element, ElementIndex};
+use crate::cluster::{Element, ElementIndex, Population};
 use crate::substrate::Substrate;
 use crate::walk::{Ball, Connectivity, Place};
 
@@ -14,7 +14,7 @@ pub struct Surroundings<'a, I> {
     /// The law's numbers.
     pub parameters: &'a Parameters,
     /// The lichen so far.
-    pub cluster: &'a Cluster,
+    pub elements: Population<'a>,
     /// Where its elements are.
     pub index: &'a I,
 }
@@ -23,7 +23,7 @@ impl<I> std::fmt::Debug for Surroundings<'_, I> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Surroundings")
             .field("parameters", &self.parameters)
-            .field("elements", &self.cluster.len())
+            .field("elements", &self.elements.len())
             .finish_non_exhaustive()
     }
 }
@@ -114,15 +114,19 @@ impl<'a, I: ElementIndex> Surroundings<'a, I> {
         place: Place,
     ) -> bool {
         let contact = self.contact_distance();
-        let elements = self.cluster.elements();
         self.index
-            .any_within(elements, place.1, contact, &mut |_, element| {
+            .any_within(&self.elements, place.1, contact, &mut |_, element| {
                 self.are_joined(ground.surface, scratch, [place, ground.place(element)])
             })
     }
 
+    /// One that was visited.
+    pub(super) fn element(&self, id: u32) -> &'a Element {
+        self.elements.get(id).expect("an element that was found")
+    }
+
     /// Visits every element with its centre nearer than `radius` to a place, in no stated order.
     pub(super) fn within(&self, p: DVec3, radius: f64, visit: &mut dyn FnMut(u32, &Element)) {
-        self.index.within(self.cluster.elements(), p, radius, visit);
+        self.index.within(&self.elements, p, radius, visit);
     }
 }

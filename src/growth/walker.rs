@@ -108,8 +108,7 @@ fn free_place<I: ElementIndex>(
     (1..MOST_TRIES / TOGETHER).find_map(|_| {
         let some: [_; TOGETHER] = std::array::from_fn(|_| (area.sample(stream), stream.clone()));
         for (at, _) in &some {
-            let elements = around.cluster.elements();
-            around.index.read_ahead(elements, position(at));
+            around.index.read_ahead(&around.elements, position(at));
         }
         let (found, then) = some.into_iter().find(|(at, _)| is_free(at))?;
         *stream = then;
@@ -120,7 +119,8 @@ fn free_place<I: ElementIndex>(
 impl<I: ElementIndex> Walk<'_, I> {
     /// The walker with this number, launched.
     pub(super) fn set_out(&mut self, number: u64) -> Result<Way, Fate> {
-        self.track.begin(self.around.index, self.others_walk);
+        let known = self.around.elements.len();
+        self.track.begin(self.around.index, known, self.others_walk);
         let mut stream = Stream::new(self.around.parameters.seed, Purpose::Walker, number);
         let Some((level, here)) = self.launch_on_habitat(&mut stream) else {
             return Err(Fate::Halted(Halt::NoFreeSurface));
@@ -327,13 +327,12 @@ impl<I: ElementIndex> Walk<'_, I> {
         if self.is_tired() {
             return Some(Some(Fate::Lost));
         }
-        if !self.others_walk {
-            return None;
+        if self.others_walk {
+            if self.track.is_full() {
+                return Some(None);
+            }
+            self.track.remember(self.around.index, now);
         }
-        if self.track.is_full() {
-            return Some(None);
-        }
-        self.track.remember(self.around.index, now);
         (self.interrupts.paused)().then_some(None)
     }
 
@@ -348,8 +347,10 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     #[inline(always)]
     pub(super) fn look_about(&mut self, p: DVec3) -> Look {
-        let elements = self.around.cluster.elements();
-        self.around.index.look(elements, p, &mut self.track.notes)
+        let Surroundings {
+            elements, index, ..
+        } = &self.around;
+        index.look(elements, p, &mut self.track.notes)
     }
 
     /// The same for a walker well outside the sphere that holds the lichen.
@@ -509,7 +510,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             radius: ball + around.parameters.radius,
         };
         self.scratch.reach(around.substrate, here.triangle, &larger);
-        let overgrown = |t: &u32| around.cluster.is_on(*t);
+        let overgrown = |t: &u32| around.elements.is_on(*t);
         if !self.scratch.reached().iter().any(overgrown) {
             return ball;
         }
@@ -549,7 +550,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             return Met::Refused;
         }
         self.track.counts.packed += u64::from(joined.packed);
-        let colony = self.around.cluster.elements()[joined.touched as usize].colony;
+        let colony = self.around.element(joined.touched).colony;
         Met::End(Fate::Joined(Element {
             at: joined.at,
             position: self.around.substrate.position(&joined.at),
@@ -587,12 +588,13 @@ mod tests {
         let parameters = parameters(units.length_to_local(units.diagonal()) / 1000.0);
         let (cluster, index) = patch(&substrate, &parameters, 2000);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, &parameters, &cluster);
+        let youngest = cluster.elements().last().expect("elements");
+        launcher.update((&substrate, &parameters), cluster.extent(), youngest);
         let mut walk = Walk {
             around: Surroundings {
                 substrate: &substrate,
                 parameters: &parameters,
-                cluster: &cluster,
+                elements: (&cluster).into(),
                 index: &index,
             },
             law: &Stickiness::new(&parameters),
@@ -609,7 +611,7 @@ mod tests {
                 paused: &|| false,
             },
         };
-        walk.track.begin(&index, false);
+        walk.track.begin(&index, cluster.len(), false);
         let area = AreaSampler::of_all(&substrate);
         let mut stream = Stream::new(6, Purpose::Walker, 0);
         let (mut outside, mut better) = (0, 0);
@@ -640,7 +642,8 @@ mod tests {
         let parameters = parameters(diagonal / 1000.0);
         let (cluster, _) = patch(&substrate, &parameters, 200);
         let mut launcher = Launcher::default();
-        launcher.update(&substrate, &parameters, &cluster);
+        let youngest = cluster.elements().last().expect("elements");
+        launcher.update((&substrate, &parameters), cluster.extent(), youngest);
         assert!(launcher.reach < 0.3 * diagonal);
         let far = |i: u32| diagonal * f64::from(i) / 1000.0;
         assert!((0..1000).all(|i| !launcher.asks_index(far(i))));
@@ -659,7 +662,7 @@ mod tests {
         let around = Surroundings {
             substrate: &substrate,
             parameters: &parameters,
-            cluster: &cluster,
+            elements: (&cluster).into(),
             index: &index,
         };
         let (mut scratch, mut late) = (Connectivity::new(), 0);

@@ -1,32 +1,23 @@
-//! Walkers in order of their numbers, on any number of threads (`docs/architecture.md`).
-//!
-//! A walker's way depends on the lichen as it is when all walkers before it have come to their end.
-//! To use several threads, a fleet of walkers walks at the same time against the lichen as it is
-//! just now, and each leaves a [`Track`](super::flight::Track) of what it asked. They land in order.
-//! A walker that would have seen something else, had it waited, is first taken back to before that
-//! and walks on from there. So the result is that of one walker after the other, bit for bit,
-//! whatever the threads and the size of the fleet.
+//! Walkers in order of their numbers, on any number of threads: one after the other here, on several threads
+//! [together](super::together).
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Instant;
 
-use rayon::prelude::*;
-
-use super::barren;
+use super::books::Books;
 use super::far::Far;
-use super::flight::{Flight, Stage};
+use super::flight::Flight;
 use super::launcher::Launcher;
+use super::scene::Scene;
 use super::sharing::Sharing;
-use super::stick::{Crowd, widest_count};
-use super::walker::{Fate, Interrupts, Walk};
-use super::{
-    Counts, GrowthModel, Habitat, Halt, Law, Parallel, Parameters, Steps, Stickiness, Surroundings,
-};
-use crate::cluster::{Cluster, Element, ElementIndex, SparseIndex};
+use super::stick::widest_count;
+use super::together::{Limits, MOST_AHEAD, Together, wait_while};
+use super::walker::{Fate, Interrupts};
+use super::{Counts, GrowthModel, Habitat, Halt, Law, Parallel, Parameters, Steps, Stickiness};
+use crate::cluster::{Cluster, Element, ElementIndex, Population, SparseIndex};
 use crate::substrate::Substrate;
-use crate::walk::Connectivity;
 
 /// Edges that walkers cross, a triangle, before the coarser copies of the mesh are made. Making them takes as long as some
 /// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
@@ -42,39 +33,37 @@ const FLEET_PER_THREAD: usize = 3;
 /// Walkers on their way, at most, where most are lost: these come in nobody's way.
 const MOST_TOGETHER: usize = 384;
 
-/// Walkers that open edges take in a row before growth ends: some seconds at least. A lichen that grows slowly
-/// because they take most loses some thousands for each element.
-const MOST_ABSORBED: u64 = 10_000_000;
-
-/// Looks at what a thread waits for before it may sleep: some hundred microseconds.
-const MOST_WAITS: u32 = 10_000;
-
 /// Diffusion-limited aggregation with curvature-based sticking.
 pub struct WalkerModel<'a, I: ElementIndex = SparseIndex> {
-    substrate: &'a Substrate,
-    habitat: Habitat<'a>,
-    parameters: Parameters,
-    law: Stickiness,
-    index: I,
-    launcher: Launcher,
-    /// None also where it is not worth having.
-    far: Option<Far>,
+    scene: Scene<'a, I>,
     copies: MadeCopies,
-    counts: Counts,
-    /// What they were at the last birth.
-    counts_at_birth: Counts,
+    books: Books,
+    /// Places for elements that are born ahead of those that were asked for.
+    young: Box<[OnceLock<Element>]>,
     /// Walkers on their way, in order of their numbers.
     fleet: VecDeque<Box<Flight<I>>>,
     /// Flights that have landed, for what they hold in memory.
     landed: Vec<Box<Flight<I>>>,
     sharing: Sharing,
-    /// For each that walk at the same time, on the surface and on a copy.
-    scratch: Vec<Mutex<[Connectivity; 2]>>,
     parallel: Parallel,
-    /// Flights of the fleet so far.
+    /// How often walkers have walked together.
     flown: Arc<AtomicU64>,
-    /// Elements that it was told of.
-    told: usize,
+    /// Elements that are to be expected in all.
+    expected: usize,
+    /// Elements that the index has.
+    inserted: usize,
+    told: Told,
+}
+
+/// What whoever asks for elements knows of.
+#[derive(Default)]
+struct Told {
+    /// Elements that it has told of in turn.
+    births: usize,
+    /// What the elements took that it has asked for.
+    counts: Counts,
+    /// What it took up to the last birth that it told of.
+    at_birth: Counts,
 }
 
 impl<I: ElementIndex> std::fmt::Debug for WalkerModel<'_, I> {
@@ -116,26 +105,30 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let wide = law.counts().then(|| widest_count(&parameters));
         let walks_on_copies = parameters.steps == Steps::Large && substrate.is_fine();
         Self {
-            habitat: Habitat::new(substrate, parameters.slope, parameters.radius),
-            law,
-            index: I::new(parameters.radius, wide, substrate.bounds()),
-            launcher: Launcher::default(),
-            far: None,
+            scene: Scene {
+                habitat: Habitat::new(substrate, parameters.slope, parameters.radius),
+                law,
+                index: I::new(parameters.radius, wide, substrate.bounds()),
+                launcher: Launcher::default(),
+                far: None,
+                scratch: vec![Mutex::default()],
+                substrate,
+                parameters,
+            },
             copies: match walks_on_copies {
                 true => MadeCopies::NotYet,
                 false => MadeCopies::AllThereWillBe,
             },
-            counts: Counts::default(),
-            counts_at_birth: Counts::default(),
+            books: Books::default(),
+            young: (0..MOST_AHEAD).map(|_| OnceLock::new()).collect(),
             fleet: VecDeque::new(),
             landed: Vec::new(),
             sharing: Sharing::always(1),
-            scratch: vec![Mutex::default()],
             parallel: Parallel::default(),
             flown: Arc::default(),
-            told: 0,
-            substrate,
-            parameters,
+            expected: 0,
+            inserted: 0,
+            told: Told::default(),
         }
     }
 
@@ -153,7 +146,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     fn sharing(mut self, sharing: Sharing) -> Self {
-        self.scratch.resize_with(sharing.most(), Mutex::default);
+        { &mut self.scene.scratch }.resize_with(sharing.most(), Mutex::default);
         self.sharing = sharing;
         self
     }
@@ -162,13 +155,14 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     pub fn parallel(&self) -> Parallel {
         Parallel {
             threads: self.sharing.threads(),
+            walks: self.books.landed_together,
             ..self.parallel
         }
     }
 
-    /// What it took up to the last birth.
+    /// What it took up to the last birth that it was told of.
     pub fn counts_at_birth(&self) -> &Counts {
-        &self.counts_at_birth
+        &self.told.at_birth
     }
 
     /// Walkers that walk at the same time: enough to share among the threads, but so few beside the
@@ -178,280 +172,279 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             1 => 1,
             threads => {
                 let born = (elements.isqrt() / 8).clamp(1, FLEET_PER_THREAD * threads);
-                let lost = (self.counts.walkers - self.counts_at_birth.walkers) as usize;
+                let lost = self.books.lost() as usize;
                 (born * lost.max(1)).min(born.max(MOST_TOGETHER))
             }
         }
     }
 
-    /// Sends new walkers on their way until the fleet is complete.
-    fn complete_fleet(&mut self, elements: usize) {
-        for _ in self.fleet.len()..self.fleet_size(elements) {
-            let mut flight = self.landed.pop().unwrap_or_default();
-            flight.begin(self.counts.walkers + self.fleet.len() as u64);
-            self.fleet.push_back(flight);
-        }
-    }
-
-    /// Lets the fleet walk, at least until its first walker has come to its end.
-    fn fly(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) {
-        self.sharing.walked(&self.counts);
-        self.complete_fleet(cluster.len());
-        let mut fleet = std::mem::take(&mut self.fleet);
-        match self.sharing.threads().min(fleet.len()) {
-            1 => {
-                let interrupts = Interrupts {
-                    cancelled,
-                    paused: &|| false,
+    /// Lets walkers walk, until one has come to its end at least.
+    fn fly(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Option<Element>, Halt> {
+        self.sharing.walked(&self.books.counts);
+        self.scene.index.make_room();
+        let walkers = self.fleet_size(cluster.len());
+        match self.sharing.threads().min(walkers) {
+            1 => self.fly_alone(cluster, cancelled),
+            threads => {
+                let limits = Limits {
+                    threads,
+                    walkers,
+                    births: self.most_ahead(cluster.len()),
+                    crossings: self.crossings_before_copies().unwrap_or(u64::MAX),
                 };
-                self.advance(&mut fleet[0], cluster, (0, false), interrupts);
+                self.fly_together(cluster, limits, cancelled)
             }
-            threads => self.fly_together(&mut fleet, threads, cluster, cancelled),
         }
-        self.fleet = fleet;
     }
 
-    fn fly_together(
+    /// How many elements may be born before the first is asked for: no more than are still to be expected.
+    fn most_ahead(&self, elements: usize) -> usize {
+        match self.expected.checked_sub(elements) {
+            None | Some(0) => MOST_AHEAD,
+            Some(expected) => expected.min(MOST_AHEAD),
+        }
+    }
+
+    /// Lets the next walker walk to its end.
+    fn fly_alone(
         &mut self,
-        fleet: &mut VecDeque<Box<Flight<I>>>,
-        threads: usize,
         cluster: &Cluster,
         cancelled: Cancelled<'_>,
-    ) {
-        let started = Instant::now();
-        let (stopped, first_ended) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let conflicts = AtomicU64::new(0);
-        // When a thread has nothing left to do, the others pause, but the first goes on to its end:
-        // without it none can land.
-        let enough = (fleet.len() + 1).saturating_sub(threads);
-        let paused =
-            || stopped.load(Ordering::Relaxed) >= enough && first_ended.load(Ordering::Relaxed);
+    ) -> Result<Option<Element>, Halt> {
+        let mut flight = self.fleet.pop_front().unwrap_or_else(|| {
+            let mut flight = self.landed.pop().unwrap_or_default();
+            flight.begin(self.books.counts.walkers);
+            flight
+        });
         let interrupts = Interrupts {
             cancelled,
-            paused: &paused,
+            paused: &|| false,
         };
-        let this = &*self;
-        self.flown.fetch_add(1, Ordering::Relaxed);
-        let all = fleet.len();
-        fleet.iter_mut().for_each(|f| f.track.share_room(all));
-        let waiting = Mutex::new(fleet.iter_mut().enumerate());
-        (0..threads)
-            .into_par_iter()
-            .with_max_len(1)
-            .for_each(|job| {
-                while let Some((i, flight)) = next_of(&waiting) {
-                    let again = this.advance(flight, cluster, (job, i > 0), interrupts);
-                    conflicts.fetch_add(again.into(), Ordering::Relaxed);
-                    stopped.fetch_add(1, Ordering::Relaxed);
-                    first_ended.fetch_or(i == 0, Ordering::Relaxed);
-                }
-                wait_while(|| stopped.load(Ordering::Relaxed) < all);
-            });
-        self.parallel.seconds += started.elapsed().as_secs_f64();
-        self.parallel.conflicts += conflicts.into_inner();
-        self.keep_awake(threads);
+        let elements = Population::from(cluster);
+        let again = { &self.scene }.advance(&mut flight, elements, (0, false), interrupts);
+        self.parallel.conflicts += u64::from(again);
+        let fate = flight.fate();
+        if let Some(Fate::Joined(_) | Fate::Lost) = fate {
+            { &self.scene.index }.adopt(&elements, &mut flight.track.notes);
+            self.books.add(&flight);
+        }
+        self.landed.push(flight);
+        match fate {
+            Some(Fate::Joined(element)) => Ok(Some(element)),
+            Some(Fate::Halted(halt)) => Err(halt),
+            _ => Ok(None),
+        }
     }
 
-    /// Keeps the other threads from falling asleep until the fleet flies again: that takes less time
+    /// Lets walkers walk on several threads for a while.
+    fn fly_together(
+        &mut self,
+        cluster: &Cluster,
+        limits: Limits,
+        cancelled: Cancelled<'_>,
+    ) -> Result<Option<Element>, Halt> {
+        let started = Instant::now();
+        self.flown.fetch_add(1, Ordering::Relaxed);
+        for place in &mut self.young {
+            place.take();
+        }
+        let mut books = std::mem::take(&mut self.books);
+        books.measure(cluster);
+        let fleet = (
+            std::mem::take(&mut self.fleet),
+            std::mem::take(&mut self.landed),
+        );
+        let lichen = (&self.scene, cluster, &*self.young);
+        let together = Together::new(lichen, fleet, books, limits, cancelled);
+        let (fleet, books, outcome) = together.walk();
+        (self.fleet, self.landed) = fleet;
+        self.books = books;
+        self.take_in(cluster, outcome.index_is_full);
+        self.parallel.seconds += started.elapsed().as_secs_f64();
+        self.parallel.landing += outcome.landing;
+        self.parallel.conflicts += outcome.conflicts;
+        self.keep_awake(limits.threads);
+        outcome.halt.map_or(Ok(None), Err)
+    }
+
+    /// Takes in the elements born ahead, as far as that was not to be done while walkers walked.
+    fn take_in(&mut self, cluster: &Cluster, index_is_full: bool) {
+        let Some((youngest, _)) = self.books.ahead.back() else {
+            return;
+        };
+        let all = cluster.len() + self.books.ahead.len();
+        self.inserted = all;
+        let scene = &mut self.scene;
+        if index_is_full {
+            let elements = Population::from(cluster).with_young(&self.young, all);
+            while !scene.index.insert(&elements) {
+                scene.index.make_room();
+            }
+        }
+        let surface = (scene.substrate, &scene.parameters);
+        { &mut scene.launcher }.update(surface, self.books.extent(), youngest);
+    }
+
+    /// Keeps the other threads from falling asleep until walkers walk together again: that takes less time
     /// than to wake them.
     fn keep_awake(&self, threads: usize) {
         let flown = self.flown.load(Ordering::Relaxed);
         for _ in 1..threads {
             let latest = Arc::clone(&self.flown);
-            rayon::spawn(move || wait_while(|| latest.load(Ordering::Relaxed) == flown));
+            rayon::spawn(move || {
+                wait_while(|| latest.load(Ordering::Relaxed) == flown);
+            });
         }
-    }
-
-    /// Takes a walker back to where it was disturbed, and lets it walk on. Whether it was taken
-    /// back. `others_walk` says whether others may land before it, and the number which of those who
-    /// walk now this is.
-    fn advance(
-        &self,
-        flight: &mut Flight<I>,
-        cluster: &Cluster,
-        (job, others_walk): (usize, bool),
-        interrupts: Interrupts<'_>,
-    ) -> bool {
-        let again = self.catch_up(flight, cluster);
-        if !others_walk {
-            flight.track.forget(&self.index);
-        }
-        let mut scratch = match self.scratch[job].lock() {
-            Ok(scratch) => scratch,
-            // Scratch is good in any state.
-            Err(poisoned) => poisoned.into_inner(),
-        };
-        let [scratch, on_copy] = &mut *scratch;
-        let mut walk = Walk {
-            around: Surroundings {
-                substrate: self.substrate,
-                parameters: &self.parameters,
-                cluster,
-                index: &self.index,
-            },
-            law: &self.law,
-            launcher: &self.launcher,
-            far: self.far.as_ref(),
-            habitat: self.habitat,
-            scratch,
-            on_copy,
-            crowd: Crowd::default(),
-            track: &mut flight.track,
-            others_walk,
-            interrupts,
-        };
-        if let Stage::Ready = flight.stage {
-            flight.launcher = self.launcher.version;
-            flight.stage = match walk.set_out(flight.number) {
-                Ok(way) => Stage::UnderWay(way),
-                Err(fate) => Stage::Ended(fate),
-            };
-        }
-        if let Stage::UnderWay(way) = &mut flight.stage
-            && let Some(fate) = walk.go_on(way)
-        {
-            flight.stage = Stage::Ended(fate);
-        }
-        again
     }
 
     /// Makes the coarser copies of the surface when enough edges have been crossed. That depends on the
     /// counts at the last birth alone: so a run that goes on after an interruption has them from the same
     /// walker on.
     fn weigh_far(&mut self) {
-        if self.copies == MadeCopies::NotYet && self.has_crossed(CROSSINGS_WHERE_SMOOTH) {
-            let is_smooth = self.parameters.law == Law::Thesis
-                && Far::would_hardly_stray(self.substrate, self.parameters.radius);
+        if self.copies == MadeCopies::NotYet && self.has_crossed_enough() {
+            let Scene {
+                substrate,
+                parameters,
+                ..
+            } = &self.scene;
+            let is_smooth = parameters.law == Law::Thesis
+                && Far::would_hardly_stray(substrate, parameters.radius);
             match is_smooth {
                 true => self.make_copies(true),
                 false => self.copies = MadeCopies::NotYetAsRough,
             }
         }
-        if self.copies == MadeCopies::NotYetAsRough && self.has_crossed(CROSSINGS_PER_TRIANGLE) {
+        if self.copies == MadeCopies::NotYetAsRough && self.has_crossed_enough() {
             self.make_copies(false);
         }
     }
 
-    /// Whether walkers had crossed more than so many edges a triangle at the last birth.
-    fn has_crossed(&self, per_triangle: u64) -> bool {
-        let crossings = self.counts_at_birth.crossings;
-        crossings > per_triangle * self.substrate.triangles().len() as u64
+    fn has_crossed_enough(&self) -> bool {
+        let enough = self.crossings_before_copies();
+        enough.is_some_and(|enough| self.books.at_birth.crossings > enough)
+    }
+
+    /// Edges that walkers have crossed, up to a birth, before copies are made or weighed; none where all are made.
+    fn crossings_before_copies(&self) -> Option<u64> {
+        let per_triangle = match self.copies {
+            MadeCopies::NotYet => CROSSINGS_WHERE_SMOOTH,
+            MadeCopies::NotYetAsRough => CROSSINGS_PER_TRIANGLE,
+            MadeCopies::AllThereWillBe => return None,
+        };
+        Some(per_triangle * self.scene.substrate.triangles().len() as u64)
     }
 
     fn make_copies(&mut self, near: bool) {
         self.copies = MadeCopies::AllThereWillBe;
-        self.far = Far::new(self.substrate, self.parameters.radius, near);
-        self.launcher.change();
+        let Scene {
+            substrate,
+            parameters,
+            ..
+        } = &self.scene;
+        self.scene.far = Far::new(substrate, parameters.radius, near);
+        self.scene.launcher.change();
     }
 
-    fn catch_up(&self, flight: &mut Flight<I>, cluster: &Cluster) -> bool {
-        flight.catch_up(&self.index, cluster.elements(), self.launcher.version)
+    /// The next element that was born ahead.
+    fn born_ahead(&mut self) -> Option<Element> {
+        let (element, counts) = self.books.ahead.pop_front()?;
+        self.told.counts = counts;
+        Some(element)
     }
 
-    /// The next walker's fate, with everything that it found out and took taken in.
-    fn take(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Fate {
+    /// What to do about walkers that came to nothing: nothing; to launch them inside the launch sphere, until the next
+    /// birth, when those from outside seem to find no way over habitat; or to stop.
+    fn weigh_lost(&mut self, elements: usize, cancelled: Cancelled<'_>) -> Result<(), Halt> {
+        if cancelled() {
+            return Err(Halt::Cancelled);
+        }
+        if let Some(halt) = self.books.in_vain(&self.scene, elements) {
+            return Err(halt);
+        }
+        if self.books.none_comes_in(&self.scene, elements) {
+            self.scene.launcher.launch_inside();
+        }
+        Ok(())
+    }
+
+    /// The next element, or why there is none.
+    fn found(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         loop {
-            if let Some(mut first) = self.fleet.pop_front() {
-                let again = self.catch_up(&mut first, cluster);
-                self.parallel.conflicts += u64::from(again);
-                if let Some(fate) = first.fate() {
-                    self.land(first, cluster);
-                    return fate;
-                }
-                self.fleet.push_front(first);
+            if let Some(element) = self.born_ahead() {
+                return Ok(element);
             }
-            self.fly(cluster, cancelled);
+            if self.books.lost() > 0 {
+                self.weigh_lost(cluster.len(), cancelled)?;
+            }
+            self.weigh_far();
+            let Scene {
+                launcher,
+                habitat,
+                far,
+                ..
+            } = &mut self.scene;
+            launcher.make_ready(habitat, far.as_ref());
+            let flown = self.fly(cluster, cancelled);
+            // What stops growth does so again, when these have been asked for.
+            if self.books.ahead.is_empty() {
+                self.told.counts.clone_from(&self.books.counts);
+                if let Some(element) = flown? {
+                    return Ok(element);
+                }
+            }
         }
     }
-
-    fn is_starved(&self) -> bool {
-        self.counts.absorbed - self.counts_at_birth.absorbed >= MOST_ABSORBED
-    }
-
-    fn is_hemmed(&self, elements: usize) -> bool {
-        let counts = [&self.counts_at_birth, &self.counts];
-        !self.habitat.is_everywhere() && barren::is_hemmed(&self.parameters, elements, counts)
-    }
-
-    /// Launches walkers inside the launch sphere, until the next birth, when many from outside were lost: they seem to find
-    /// no way over habitat.
-    fn weigh_enclosed(&mut self, elements: usize) {
-        let counts = [&self.counts_at_birth, &self.counts];
-        if !self.habitat.is_everywhere() && !barren::comes_in(elements, counts) {
-            self.launcher.launch_inside();
-        }
-    }
-
-    fn land(&mut self, mut flight: Box<Flight<I>>, cluster: &Cluster) {
-        if !matches!(flight.fate(), Some(Fate::Halted(_))) {
-            self.index
-                .adopt(cluster.elements(), &mut flight.track.notes);
-            self.counts.add(&flight.track.counts);
-            self.parallel.walks += u64::from(self.sharing.threads() > 1);
-        }
-        self.landed.push(flight);
-    }
-}
-
-/// The next one, for whichever thread asks first.
-fn next_of<T>(all: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
-    all.lock().unwrap_or_else(PoisonError::into_inner).next()
-}
-
-/// Waits, but not for ever, without letting the thread fall asleep: to wake it takes longer than the
-/// others mostly do.
-fn wait_while(not_yet: impl Fn() -> bool) {
-    (0..MOST_WAITS)
-        .take_while(|_| not_yet())
-        .for_each(|_| std::hint::spin_loop());
 }
 
 impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
     fn expect(&mut self, elements: usize) {
-        self.index.expect(elements);
+        self.expected = elements;
+        self.scene.index.expect(elements);
     }
 
     fn born(&mut self, cluster: &Cluster) {
-        self.counts_at_birth.clone_from(&self.counts);
-        if !cluster.is_empty() {
-            self.told += 1;
-            self.index.insert(cluster.elements());
-            self.launcher
-                .update(self.substrate, &self.parameters, cluster);
+        self.told.at_birth.clone_from(&self.told.counts);
+        let Some(youngest) = cluster.elements().last() else {
+            return;
+        };
+        self.told.births += 1;
+        if self.told.births <= self.inserted {
+            return;
         }
+        self.inserted = self.told.births;
+        self.books.at_birth.clone_from(&self.books.counts);
+        let scene = &mut self.scene;
+        while !scene.index.insert(&cluster.into()) {
+            scene.index.make_room();
+        }
+        let surface = (scene.substrate, &scene.parameters);
+        { &mut scene.launcher }.update(surface, cluster.extent(), youngest);
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {
         // Walkers would find nothing of it, or nothing to set out from, and go on for ever.
-        let (told, born) = (self.told, cluster.len());
+        let (told, born) = (self.told.births, cluster.len());
         assert!(
             told == born && born > 0,
             "a model told of {told} births, and a cluster of {born}: tell it of each, a seed first"
         );
-        self.weigh_far();
-        let halt = loop {
-            self.launcher.make_ready(&self.habitat, self.far.as_ref());
-            match self.take(cluster, cancelled) {
-                Fate::Joined(element) => return Ok(element),
-                Fate::Halted(halt) => break halt,
-                Fate::Lost if cancelled() => break Halt::Cancelled,
-                Fate::Lost if self.is_starved() => break Halt::Starved,
-                Fate::Lost if self.is_hemmed(cluster.len()) => break Halt::Hemmed,
-                Fate::Lost => self.weigh_enclosed(cluster.len()),
-            }
-        };
-        // The others may have been told to stop too: if it goes on they begin anew, under their own numbers.
-        self.landed.extend(self.fleet.drain(..));
-        Err(halt)
+        let found = self.found(cluster, cancelled);
+        if found.is_err() {
+            // The others may have been told to stop too: if it goes on they begin anew, under their own numbers.
+            self.landed.extend(self.fleet.drain(..));
+        }
+        found
     }
 
     fn counts(&self) -> &Counts {
-        &self.counts
+        &self.told.counts
     }
 
     fn resume(&mut self, counts: Counts) {
-        self.counts_at_birth.clone_from(&counts);
-        self.counts = counts;
+        self.books.at_birth.clone_from(&counts);
+        self.books.counts.clone_from(&counts);
+        self.told.at_birth.clone_from(&counts);
+        self.told.counts = counts;
     }
 }
 

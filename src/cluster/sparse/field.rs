@@ -11,11 +11,14 @@
 //! All lengths here are in units of the element radius. Cells of the finest grid have whole numbers
 //! for their middles, so that a point's cell is found by rounding.
 
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+
 use glam::DVec3;
 use wide::{f32x8, i16x8, u8x16};
 
 use super::block::{Block, cell_at, coarsen, within};
-use super::make_room;
+use super::lanes;
+use super::slab::Slab;
 use super::tree::Tree;
 
 /// Squared distances from the middles of a block of 4³ cells, x fastest: a cache line.
@@ -26,6 +29,95 @@ pub(super) struct Distances(pub(super) [u8; 64]);
 impl Default for Distances {
     fn default() -> Self {
         Self([FAR; 64])
+    }
+}
+
+/// The same where walkers may read it while a birth lowers it.
+#[repr(align(64))]
+pub(super) struct SharedDistances([[AtomicU8; 16]; 4]);
+
+impl Default for SharedDistances {
+    fn default() -> Self {
+        Self([(); 4].map(|()| [(); 16].map(|()| AtomicU8::new(FAR))))
+    }
+}
+
+impl SharedDistances {
+    /// That of a cell, by its place.
+    #[inline(always)]
+    pub(super) fn of(&self, within: usize) -> u8 {
+        self.0.as_flattened()[within].load(Ordering::Relaxed)
+    }
+
+    #[cfg(test)]
+    pub(super) fn all(&self) -> Distances {
+        Distances(std::array::from_fn(|within| self.of(within)))
+    }
+
+    fn set(&self, distances: &Distances) {
+        for (layer, bytes) in self.0.iter().zip(distances.0.as_chunks().0) {
+            lanes::set_bytes(layer, u8x16::new(*bytes));
+        }
+    }
+
+    /// Lowers them by those across a layer, the same for all layers, and up along the third axis.
+    #[inline(always)]
+    fn lower(&self, across: u8x16, up: [u8x16; 4]) {
+        for (layer, up) in self.0.iter().zip(up) {
+            let gaps = across.saturating_add(up);
+            lanes::set_bytes(layer, lanes::bytes(layer).min(gaps));
+        }
+    }
+}
+
+/// The distances of some blocks, and which of their cells hold centres, a bit each.
+#[derive(Default)]
+pub(super) struct Blocks {
+    pub(super) distances: Slab<SharedDistances>,
+    pub(super) occupied: Slab<AtomicU64>,
+}
+
+impl Blocks {
+    /// Takes memory for so many.
+    pub(super) fn expect(&mut self, blocks: usize) {
+        self.distances.expect(blocks);
+        self.occupied.expect(blocks);
+    }
+
+    /// Makes room for so many more.
+    pub(super) fn make_room(&mut self, blocks: usize) {
+        self.distances.make_room(blocks);
+        self.occupied.make_room(blocks);
+    }
+
+    /// How many more there is room for.
+    pub(super) fn room(&self) -> usize {
+        self.distances.room().min(self.occupied.room())
+    }
+
+    /// Keeps a block without centres, with the next number.
+    pub(super) fn keep(&self, distances: &Distances) -> u32 {
+        let (number, place) = self.distances.take();
+        place.set(distances);
+        self.occupied.take();
+        number
+    }
+
+    /// Marks a cell of a block as holding a centre. False where it was that already.
+    pub(super) fn occupy(&self, number: u32, within: usize) -> bool {
+        let (cells, cell) = (&self.occupied[number], 1 << within);
+        let before = cells.load(Ordering::Relaxed);
+        cells.store(before | cell, Ordering::Release);
+        before & cell == 0
+    }
+
+    /// Lowers the distances of a level above the finest about a cell of the next finer one that holds a centre now.
+    #[inline(never)] // Births go through more code than the cache for it holds.
+    pub(super) fn lower(&self, tree: &Tree, level: usize, obstacle: Block) {
+        let gaps = Gaps::to_cell(obstacle);
+        tree.visit(level, seen_from(coarsen(obstacle, 2)), |near, number| {
+            gaps.lower(&self.distances[number], near);
+        });
     }
 }
 
@@ -63,37 +155,6 @@ pub(super) fn address(cell: Block) -> (Block, usize) {
     (coarsen(cell, 2), within(cell))
 }
 
-/// The blocks of all grids but the finest, by their numbers in the tree.
-#[derive(Default)]
-pub(super) struct Coarser {
-    pub(super) distances: Vec<Distances>,
-    /// Which cells hold centres, a bit each.
-    pub(super) occupied: Vec<u64>,
-}
-
-impl Coarser {
-    /// Makes room for so many blocks.
-    pub(super) fn expect(&mut self, blocks: usize) {
-        make_room(&mut self.distances, blocks);
-        make_room(&mut self.occupied, blocks);
-    }
-
-    /// Keeps the block with the next number.
-    pub(super) fn keep(&mut self, distances: &Distances) {
-        self.distances.push(*distances);
-        self.occupied.push(0);
-    }
-
-    /// Lowers the distances of a level about a cell of the next finer one that holds a centre now.
-    #[inline(never)] // Births go through more code than the cache for it holds.
-    pub(super) fn lower(&mut self, tree: &Tree, level: usize, obstacle: Block) {
-        let gaps = Gaps::to_cell(obstacle);
-        tree.visit(level, seen_from(coarsen(obstacle, 2)), |near, number| {
-            gaps.lower(&mut self.distances[number as usize], near);
-        });
-    }
-}
-
 /// The distances of a block above the finest level, worked out from which cells of the next finer one's
 /// blocks hold centres. Those are given by the numbers of the finer level's blocks, and which of the
 /// finer blocks hold some by the numbers of this level's.
@@ -101,14 +162,14 @@ pub(super) fn survey(
     tree: &Tree,
     level: usize,
     block: Block,
-    [cells, blocks]: [&[u64]; 2],
+    [cells, blocks]: [&Slab<AtomicU64>; 2],
 ) -> Distances {
     let mut holders = Holders::about(block, 1);
     tree.visit_among(level - 1, blocks, seen_by(block), |near, number| {
         holders.add(near, number);
     });
     holders.nearest_first(|distances, near, number| {
-        let mut bits = cells[number as usize];
+        let mut bits = cells[number].load(Ordering::Acquire);
         while bits != 0 {
             lower_by_cell(distances, block, cell_at(near, bits.trailing_zeros()));
             bits &= bits - 1;
@@ -186,13 +247,7 @@ type Row = [u8; 4];
 /// Lowers the squared distances of a block by those along each axis.
 #[inline(always)]
 fn lower_by(distances: &mut Distances, [x, y, z]: [Row; 3]) {
-    let across = layer([x; 4]).saturating_add(each_four_times(y));
-    lower_layers(distances, across, layers(z));
-}
-
-/// The same with those across already added up for each cell of a layer.
-#[inline(always)]
-fn lower_layers(distances: &mut Distances, across: u8x16, up: [u8x16; 4]) {
+    let (across, up) = (layer([x; 4]).saturating_add(each_four_times(y)), layers(z));
     let layers = distances.0.as_chunks_mut().0.iter_mut();
     for (layer, up) in layers.zip(up) {
         let gaps = across.saturating_add(up);
@@ -353,12 +408,12 @@ impl Gaps {
     /// Lowers the squared distances of one of the blocks, where it may have cells that see the obstacle.
     /// No more than the least there is.
     #[inline(always)]
-    pub(super) fn lower(&self, distances: &mut Distances, block: Block) -> u8 {
+    pub(super) fn lower(&self, distances: &SharedDistances, block: Block) -> u8 {
         let [x, y, z] = [0, 1, 2].map(|axis| (block[axis] - self.low[axis]) as usize);
         let least = self.least[0][x].saturating_add(self.least[1][y]);
         let least = least.saturating_add(self.least[2][z]);
         if least < FAR {
-            lower_layers(distances, self.x[x].saturating_add(self.y[y]), self.z[z]);
+            distances.lower(self.x[x].saturating_add(self.y[y]), self.z[z]);
         }
         least
     }
@@ -412,18 +467,18 @@ mod tests {
             let cell = p.to_array().map(|x| x.round() as u32);
             let gaps = Gaps::to_centre(p, cell);
             for block in some_seen_from(cell, &mut stream) {
-                let mut lowered = [Distances::default(); 2];
-                lower_by_centre(&mut lowered[0], block, p);
-                let least = gaps.lower(&mut lowered[1], block);
-                assert!(lowered[0] == lowered[1], "{p:?}, block {block:?}");
-                assert!(lowered[0].0.iter().all(|d| *d >= least), "{p:?}");
+                let (mut lowered, shared) = (Distances::default(), SharedDistances::default());
+                lower_by_centre(&mut lowered, block, p);
+                let least = gaps.lower(&shared, block);
+                assert!(lowered == shared.all(), "{p:?}, block {block:?}");
+                assert!(lowered.0.iter().all(|d| *d >= least), "{p:?}");
             }
             let gaps = Gaps::to_cell(cell);
             for block in some_seen_from(coarsen(cell, 2), &mut stream) {
-                let mut lowered = [Distances::default(); 2];
-                lower_by_cell(&mut lowered[0], block, cell);
-                gaps.lower(&mut lowered[1], block);
-                assert!(lowered[0] == lowered[1], "cell {cell:?}, block {block:?}");
+                let (mut lowered, shared) = (Distances::default(), SharedDistances::default());
+                lower_by_cell(&mut lowered, block, cell);
+                gaps.lower(&shared, block);
+                assert!(lowered == shared.all(), "cell {cell:?}, block {block:?}");
             }
         }
     }

@@ -1,13 +1,17 @@
 //! The finest grid: cells of one radius, in blocks that know how far the nearest centre is from
 //! each of their cells, and which centres can touch something in them.
 
+use std::sync::atomic::AtomicU64;
+
 use glam::DVec3;
 
 use super::CONTACT;
 use super::block::{Block, coarsen};
-use super::field::{Distances, Gaps, Holders, address, lower_by_centre, seen_by, seen_from};
-use super::make_room;
-use super::touching::{Entry, Lines, List, Place, Touch};
+use super::field::{
+    Blocks, Distances, Gaps, Holders, address, lower_by_centre, seen_by, seen_from,
+};
+use super::slab::Slab;
+use super::touching::{Entry, Lines, List, Place, SharedList, Touch};
 use super::tree::Tree;
 
 /// Cells in a block, along an axis.
@@ -23,17 +27,15 @@ const MAY_TOUCH: u8 = 33;
 /// The blocks of the finest grid, by their numbers in the tree. Lengths are in units of the radius.
 #[derive(Default)]
 pub(super) struct Finest {
-    pub(super) distances: Vec<Distances>,
-    /// Which cells hold centres, a bit each.
-    pub(super) occupied: Vec<u64>,
-    touching: Vec<List>,
+    pub(super) blocks: Blocks,
+    touching: Slab<SharedList>,
     lines: Lines,
 }
 
 /// Centres by their ids, in the grid's units.
 pub(super) trait Centres {
-    /// One of them.
-    fn centre(&self, id: u32) -> DVec3;
+    /// One of them; none where it is being born just now.
+    fn centre(&self, id: u32) -> Option<DVec3>;
 }
 
 /// A place in the grid's units, and how far from it centres are looked for.
@@ -44,52 +46,56 @@ pub(super) struct Ball {
 }
 
 impl Finest {
-    /// Makes room for what so many elements may take: plain DLA on the plane, as sparse as lichen
+    /// Takes memory for what so many elements may take: plain DLA on the plane, as sparse as lichen
     /// grows, has 1.26 blocks and 0.86 lines of centres an element.
     pub(super) fn expect(&mut self, elements: usize) {
         let blocks = elements + elements / 3;
-        make_room(&mut self.distances, blocks);
-        make_room(&mut self.occupied, blocks);
-        make_room(&mut self.touching, blocks);
+        self.blocks.expect(blocks);
+        self.touching.expect(blocks);
         self.lines.expect(elements);
     }
 
-    /// Adds a centre to the blocks that are there.
-    pub(super) fn insert(&mut self, tree: &Tree, p: DVec3, id: u32) {
+    /// Makes room for so many more blocks and lines.
+    pub(super) fn make_room(&mut self, blocks: usize, lines: usize) {
+        self.blocks.make_room(blocks);
+        self.touching.make_room(blocks);
+        self.lines.make_room(lines);
+    }
+
+    /// How many more blocks and lines there is room for.
+    pub(super) fn room(&self) -> [usize; 2] {
+        [self.touching.room().min(self.blocks.room()), self.lines.room()]
+    }
+
+    /// Adds a centre to the blocks that are there: a line to each at most.
+    pub(super) fn insert(&self, tree: &Tree, p: DVec3, id: u32) {
         let cell = cell_of(p);
         let gaps = Gaps::to_centre(p, cell);
         tree.visit(0, seen_from(cell), |near, number| {
-            let least = gaps.lower(&mut self.distances[number as usize], near);
+            let least = gaps.lower(&self.blocks.distances[number], near);
             if least > MAY_TOUCH {
                 return;
             }
             let offset = p - corner_of(near);
             if gaps_sq(offset) <= TOUCHING {
                 let entry = Entry::new(offset, id);
-                self.lines.push(&mut self.touching[number as usize], entry);
+                self.lines.push(&self.touching[number], entry);
             }
         });
     }
 
-    /// Keeps the block with the next number.
-    pub(super) fn keep(
-        &mut self,
-        tree: &Tree,
-        block: Block,
-        distances: &Distances,
-        centres: &impl Centres,
-    ) {
-        let mut list = List::default();
-        for entry in self.entries(tree, block, distances, centres) {
-            self.lines.push(&mut list, entry);
+    /// Keeps a block with the next number, and the centres that can touch something in it.
+    pub(super) fn keep(&self, distances: &Distances, entries: Vec<Entry>) -> u32 {
+        let number = self.blocks.keep(distances);
+        let (_, list) = self.touching.take();
+        for entry in entries {
+            self.lines.push(list, entry);
         }
-        self.distances.push(*distances);
-        self.occupied.push(0);
-        self.touching.push(list);
+        number
     }
 
     /// The centres that can touch something in a block.
-    fn entries(
+    pub(super) fn entries(
         &self,
         tree: &Tree,
         block: Block,
@@ -120,7 +126,7 @@ impl Finest {
         &self,
         tree: &Tree,
         block: Block,
-        holding: &[u64],
+        holding: &Slab<AtomicU64>,
         centres: &impl Centres,
     ) -> Distances {
         let mut holders = Holders::about(block, BLOCK as u32);
@@ -136,14 +142,17 @@ impl Finest {
     /// Whether a place touches a centre, by its block.
     #[inline]
     pub(super) fn touch(&self, number: u32, p: DVec3) -> Touch {
-        let list = self.touching[number as usize];
-        self.lines.touch(list, Place::new(p))
+        self.lines.touch(self.list(number), Place::new(p))
     }
 
     /// The ids of those that may touch a place, by its block.
     pub(super) fn touching(&self, number: u32, p: DVec3) -> impl Iterator<Item = u32> {
-        let list = self.touching[number as usize];
-        self.lines.touching(list, Place::new(p))
+        self.lines.touching(self.list(number), Place::new(p))
+    }
+
+    #[inline(always)]
+    fn list(&self, number: u32) -> List {
+        self.touching[number].get()
     }
 
     /// Visits all centres nearer than the ball's reach, and perhaps some others.
@@ -170,9 +179,10 @@ impl Finest {
         centres: &impl Centres,
         mut visit: impl FnMut(u32, DVec3),
     ) {
-        let list = self.touching[number as usize];
-        for id in self.lines.inside(list, offset, reach) {
-            let q = centres.centre(id);
+        for id in self.lines.inside(self.list(number), offset, reach) {
+            let Some(q) = centres.centre(id) else {
+                continue;
+            };
             // A centre is in the lists of several blocks, but only in one block.
             if address(cell_of(q)).0 == block {
                 visit(id, q);

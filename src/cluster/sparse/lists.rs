@@ -4,54 +4,79 @@
 //! f32 resolves them and all of a chunk are tested at once. What f32 cannot decide
 //! is decided again from the full positions.
 
+use std::hash::Hasher;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
 use glam::{DVec3, Vec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::FxHasher;
 use wide::f32x8;
 
 use super::block::{Block, about, between};
-use super::make_room;
+use super::lanes;
+use super::slab::Slab;
 use crate::ahead::fetch;
 
 /// Eight centres, relative to the corner of their cell; free places are infinitely far away.
-#[derive(Clone)]
 #[repr(align(64))]
 struct Chunk {
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
-    id: [u32; LANES],
+    /// Along each axis.
+    places: [[[AtomicU32; 4]; 2]; 3],
+    id: [AtomicU32; LANES],
 }
 
 const LANES: usize = 8;
 
-const FREE: Chunk = Chunk {
-    x: [f32::INFINITY; LANES],
-    y: [f32::INFINITY; LANES],
-    z: [f32::INFINITY; LANES],
-    id: [u32::MAX; LANES],
-};
+impl Default for Chunk {
+    fn default() -> Self {
+        let four = |()| [(); 4].map(|()| AtomicU32::new(f32::INFINITY.to_bits()));
+        Self {
+            places: [(); 3].map(|()| [(); 2].map(four)),
+            id: [(); LANES].map(|()| AtomicU32::new(u32::MAX)),
+        }
+    }
+}
 
 /// No chunk.
 const NONE: u32 = u32::MAX;
 
 /// A linked list of chunks; only the first may have free places.
-#[derive(Clone, Copy)]
-pub(super) struct List {
+#[derive(Clone, Copy, Default)]
+struct List {
     head: u32,
     len: u32,
 }
 
-impl Default for List {
+/// The same where walkers may read it while a birth adds to it.
+struct SharedList(AtomicU64);
+
+impl Default for SharedList {
     fn default() -> Self {
-        Self { head: NONE, len: 0 }
+        Self(AtomicU64::new(NONE.into()))
+    }
+}
+
+impl SharedList {
+    /// As it is now. Whoever has it sees what is in its chunks.
+    #[inline(always)]
+    fn get(&self) -> List {
+        let both = self.0.load(Ordering::Acquire);
+        List {
+            head: both as u32,
+            len: (both >> 32) as u32,
+        }
+    }
+
+    fn set(&self, List { head, len }: List) {
+        let both = u64::from(len) << 32 | u64::from(head);
+        self.0.store(both, Ordering::Release);
     }
 }
 
 /// Storage of the chunks of many lists.
 #[derive(Default)]
-pub(super) struct Chunks {
-    chunks: Vec<Chunk>,
-    next: Vec<u32>,
+struct Chunks {
+    chunks: Slab<Chunk>,
+    next: Slab<AtomicU32>,
 }
 
 /// Cells up to this many times as large as a ball's radius are looked through faster than the finest
@@ -63,18 +88,19 @@ const MOST_SIZES: f64 = 5.0;
 const UNSURE: f32 = 1e-5;
 
 impl Chunks {
-    pub(super) fn push(&mut self, list: &mut List, offset: DVec3, id: u32) {
-        let lane = list.len as usize % LANES;
+    fn push(&self, shared: &SharedList, offset: DVec3, id: u32) {
+        let List { mut head, len } = shared.get();
+        let lane = len as usize % LANES;
         if lane == 0 {
-            self.next.push(list.head);
-            self.chunks.push(FREE);
-            list.head = self.chunks.len() as u32 - 1;
+            self.next.take().1.store(head, Ordering::Relaxed);
+            head = self.chunks.take().0;
         }
-        let chunk = &mut self.chunks[list.head as usize];
-        (chunk.x[lane], chunk.y[lane], chunk.z[lane]) =
-            (offset.x as f32, offset.y as f32, offset.z as f32);
-        chunk.id[lane] = id;
-        list.len += 1;
+        let chunk = &self.chunks[head];
+        chunk.id[lane].store(id, Ordering::Relaxed);
+        for (places, place) in chunk.places.iter().zip(offset.as_vec3().to_array()) {
+            lanes::set_float(places, lane, place);
+        }
+        shared.set(List { head, len: len + 1 });
     }
 
     /// Counts the centres of a list that may be within √`limit` of a point.
@@ -83,8 +109,8 @@ impl Chunks {
         let mut counts = f32x8::splat(0.0);
         let mut at = list.head;
         while at != NONE {
-            counts += self.chunks[at as usize].nearer_than(p, possible) & f32x8::splat(1.0);
-            at = self.next[at as usize];
+            counts += self.chunks[at].nearer_than(p, possible) & f32x8::splat(1.0);
+            at = self.next(at);
         }
         counts.reduce_add() as u32
     }
@@ -95,25 +121,30 @@ impl Chunks {
         let (p, possible) = (p.as_vec3(), limit * (1.0 + UNSURE));
         let mut at = list.head;
         while at != NONE {
-            let chunk = &self.chunks[at as usize];
+            let chunk = &self.chunks[at];
             let mut left = chunk.nearer_than(p, possible).to_bitmask();
             while left != 0 {
-                if test(chunk.id[left.trailing_zeros() as usize]) {
+                if test(chunk.id[left.trailing_zeros() as usize].load(Ordering::Relaxed)) {
                     return true;
                 }
                 left &= left - 1;
             }
-            at = self.next[at as usize];
+            at = self.next(at);
         }
         false
+    }
+
+    #[inline(always)]
+    fn next(&self, at: u32) -> u32 {
+        self.next[at].load(Ordering::Relaxed)
     }
 
     /// Asks for the first of a list's chunks.
     #[inline(always)]
     fn fetch(&self, list: List) {
-        let first = self.chunks.get(list.head as usize);
-        fetch(first.map(|chunk| &chunk.x));
-        fetch(first.map(|chunk| &chunk.z));
+        let first = self.chunks.get(list.head);
+        fetch(first.map(|chunk| &chunk.places[0]));
+        fetch(first.map(|chunk| &chunk.places[2]));
     }
 }
 
@@ -158,8 +189,9 @@ impl Chunk {
     /// Which centres are nearer to a place than the root of a limit.
     #[inline(always)]
     fn nearer_than(&self, p: Vec3, limit: f32) -> f32x8 {
-        let [x, y, z] = [(self.x, p.x), (self.y, p.y), (self.z, p.z)]
-            .map(|(places, p)| f32x8::new(places) - f32x8::splat(p));
+        let p = p.to_array();
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| lanes::floats(&self.places[axis]) - f32x8::splat(p[axis]));
         (x * x + y * y + z * z).simd_lt(f32x8::splat(limit))
     }
 }
@@ -171,23 +203,45 @@ const MOST_BESIDE: usize = 27;
 pub(super) struct CellLists {
     size: f64,
     inverse: f64,
-    /// Their numbers by their coordinates.
-    numbers: FxHashMap<(u32, u32, u32), u32>,
-    cells: Vec<Cell>,
+    cells: Slab<Cell>,
+    /// Their numbers, each at the first free place from where its coordinates say; a power of two, half of them free.
+    numbers: Vec<AtomicU32>,
     chunks: Chunks,
 }
 
+#[derive(Default)]
 struct Cell {
-    corner: DVec3,
-    list: List,
+    block: [AtomicU32; 3],
+    list: SharedList,
     /// The cells that touch this one and hold something, itself included.
-    beside: Vec<u32>,
+    beside: [AtomicU32; MOST_BESIDE],
+    n: AtomicU32,
 }
 
-/// Cells that a ball may touch.
+impl Cell {
+    #[inline(always)]
+    fn block(&self) -> Block {
+        [0, 1, 2].map(|axis| self.block[axis].load(Ordering::Relaxed))
+    }
+
+    /// The numbers of those beside it.
+    #[inline(always)]
+    fn beside(&self) -> impl Iterator<Item = u32> {
+        let n = self.n.load(Ordering::Acquire) as usize;
+        self.beside[..n].iter().map(|n| n.load(Ordering::Relaxed))
+    }
+
+    fn add_beside(&self, number: u32) {
+        let n = self.n.load(Ordering::Relaxed);
+        self.beside[n as usize].store(number, Ordering::Relaxed);
+        self.n.store(n + 1, Ordering::Release);
+    }
+}
+
+/// Cells that a ball may touch, and what was in each when that was found.
 #[derive(Default)]
 struct Touched {
-    numbers: [u32; MOST_BESIDE],
+    cells: [(u32, List); MOST_BESIDE],
     n: usize,
     /// In all of them.
     centres: u32,
@@ -195,14 +249,14 @@ struct Touched {
 
 impl Touched {
     #[inline(always)]
-    fn push(&mut self, number: u32, centres: u32) {
-        self.numbers[self.n] = number;
+    fn push(&mut self, number: u32, list: List) {
+        self.cells[self.n] = (number, list);
         self.n += 1;
-        self.centres += centres;
+        self.centres += list.len;
     }
 
-    fn numbers(&self) -> &[u32] {
-        &self.numbers[..self.n]
+    fn cells(&self) -> impl Iterator<Item = (u32, List)> {
+        self.cells[..self.n].iter().copied()
     }
 }
 
@@ -216,46 +270,108 @@ impl CellLists {
         Self {
             size,
             inverse: 1.0 / size,
-            numbers: FxHashMap::default(),
-            cells: Vec::new(),
+            cells: Slab::default(),
+            numbers: [(); 2].map(|()| AtomicU32::new(NONE)).into(),
             chunks: Chunks::default(),
         }
     }
 
-    /// Makes room for what so many elements may take, when half of the places are free.
+    /// Takes memory for what so many elements may take, when half of the places are free.
     pub(super) fn expect(&mut self, elements: usize) {
-        make_room(&mut self.chunks.chunks, elements / 4);
-        make_room(&mut self.chunks.next, elements / 4);
+        self.chunks.chunks.expect(elements / 4);
+        self.chunks.next.expect(elements / 4);
+    }
+
+    /// Makes room for so many more elements.
+    pub(super) fn make_room(&mut self, elements: usize) {
+        self.chunks.chunks.make_room(elements);
+        self.chunks.next.make_room(elements);
+        self.cells.make_room(elements);
+        let places = 2 * (self.cells.len() + self.cells.room()).next_power_of_two();
+        if self.numbers.len() < places {
+            self.numbers = (0..places).map(|_| AtomicU32::new(NONE)).collect();
+            (0..self.cells.len() as u32).for_each(|number| self.note(number));
+        }
+    }
+
+    /// How many more elements there is room for.
+    pub(super) fn room(&self) -> usize {
+        self.chunks.chunks.room().min(self.cells.room())
     }
 
     pub(super) fn block(&self, p: DVec3) -> Block {
         (p * self.inverse).to_array().map(|x| x as u32)
     }
 
-    pub(super) fn insert(&mut self, p: DVec3, id: u32) {
+    pub(super) fn insert(&self, p: DVec3, id: u32) {
         let block = self.block(p);
-        let new = self.cells.len() as u32;
-        let number = *self.numbers.entry(block.into()).or_insert(new);
-        if number == new {
-            self.add_cell(block);
-        }
-        let cell = &mut self.cells[number as usize];
-        self.chunks.push(&mut cell.list, p - cell.corner, id);
+        let number = self.number(block).unwrap_or_else(|| self.add_cell(block));
+        let offset = p - self.corner(block);
+        self.chunks.push(&self.cells[number].list, offset, id);
     }
 
     #[cold]
-    fn add_cell(&mut self, block: Block) {
-        let new = self.cells.len() as u32;
-        let mut beside = Vec::new();
-        self.touching(block, |n| beside.push(n));
-        for &other in beside.iter().filter(|&&o| o != new) {
-            self.cells[other as usize].beside.push(new);
+    fn add_cell(&self, block: Block) -> u32 {
+        let (new, cell) = self.cells.take();
+        for (own, c) in cell.block.iter().zip(block) {
+            own.store(c, Ordering::Relaxed);
         }
-        self.cells.push(Cell {
-            corner: DVec3::from(block.map(f64::from)) * self.size,
-            list: List::default(),
-            beside,
-        });
+        self.touching(block, |other| cell.add_beside(other));
+        cell.add_beside(new);
+        self.note(new);
+        for other in cell.beside().filter(|&other| other != new) {
+            self.cells[other].add_beside(new);
+        }
+        new
+    }
+
+    /// Makes it known that there is a cell.
+    fn note(&self, number: u32) {
+        let mut place = self.first_place(self.cells[number].block());
+        while self.numbers[place].load(Ordering::Relaxed) != NONE {
+            place = self.place_after(place);
+        }
+        self.numbers[place].store(number, Ordering::Release);
+    }
+
+    /// The number of the cell of a block, where it holds something.
+    #[inline(always)]
+    fn number(&self, block: Block) -> Option<u32> {
+        let mut place = self.first_place(block);
+        loop {
+            let number = self.numbers[place].load(Ordering::Acquire);
+            if number == NONE {
+                return None;
+            }
+            if self.cells[number].block() == block {
+                return Some(number);
+            }
+            place = self.place_after(place);
+        }
+    }
+
+    /// Where the number of a block is, or after which.
+    #[inline(always)]
+    fn first_place(&self, block: Block) -> usize {
+        let mut hasher = FxHasher::default();
+        block.iter().for_each(|&c| hasher.write_u32(c));
+        hasher.finish() as usize & (self.numbers.len() - 1)
+    }
+
+    #[inline(always)]
+    fn place_after(&self, place: usize) -> usize {
+        (place + 1) & (self.numbers.len() - 1)
+    }
+
+    /// A place relative to the lowest corner of a cell.
+    #[inline(always)]
+    fn from_corner(&self, number: u32, p: DVec3) -> DVec3 {
+        p - self.corner(self.cells[number].block())
+    }
+
+    #[inline(always)]
+    fn corner(&self, block: Block) -> DVec3 {
+        DVec3::from(block.map(f64::from)) * self.size
     }
 
     /// The cells that a ball no larger than a cell may touch. The first centres of each are asked for.
@@ -264,34 +380,27 @@ impl CellLists {
         let mut touched = Touched::default();
         let block = self.block(p);
         let mut one = |number: u32| {
-            let cell = &self.cells[number as usize];
-            let offset = p - cell.corner;
+            let cell = &self.cells[number];
+            let offset = self.from_corner(number, p);
             let half = DVec3::splat(0.5 * self.size);
             let gaps = ((offset - half).abs() - half).max(DVec3::ZERO);
             if gaps.length_squared() < limit {
-                self.chunks.fetch(cell.list);
-                touched.push(number, cell.list.len);
+                let list = cell.list.get();
+                self.chunks.fetch(list);
+                touched.push(number, list);
             }
         };
-        match self.numbers.get(&block.into()) {
-            Some(&number) => self.cells[number as usize]
-                .beside
-                .iter()
-                .for_each(|&n| one(n)),
-            None => self.touching(block, one),
+        match self.number(block) {
+            Some(number) => self.cells[number].beside().for_each(one),
+            None => self.touching(block, &mut one),
         }
         touched
-    }
-
-    /// The cells with these numbers.
-    fn cells(&self, numbers: &[u32]) -> impl Iterator<Item = &Cell> {
-        numbers.iter().map(|number| &self.cells[*number as usize])
     }
 
     /// Visits the numbers of a cell and of those that touch it.
     fn touching(&self, block: Block, mut visit: impl FnMut(u32)) {
         between(about(block, 1), |beside| {
-            if let Some(&number) = self.numbers.get(&beside.into()) {
+            if let Some(number) = self.number(beside) {
                 visit(number);
             }
         });
@@ -310,11 +419,11 @@ impl CellLists {
         let limit = radius * radius;
         let touched = self.touched(p, limit);
         let mut most = touched.centres;
-        for Cell { corner, list, .. } in self.cells(touched.numbers()) {
+        for (number, list) in touched.cells() {
             if (most as usize) < enough {
                 break;
             }
-            most = most - list.len + self.chunks.count(*list, p - corner, limit as f32);
+            most = most - list.len + self.chunks.count(list, self.from_corner(number, p), limit as f32);
         }
         most as usize
     }
@@ -331,9 +440,9 @@ impl CellLists {
         let limit = radius * radius;
         let touched = self.touched(p, limit);
         let mut waiting = Waiting::default();
-        let mut cells = self.cells(touched.numbers());
-        let found = cells.any(|Cell { corner, list, .. }| {
-            self.chunks.any(*list, p - corner, limit as f32, |id| {
+        let found = touched.cells().any(|(number, list)| {
+            let offset = self.from_corner(number, p);
+            self.chunks.any(list, offset, limit as f32, |id| {
                 ahead(id);
                 waiting.push(id, test)
             })

@@ -7,24 +7,29 @@
 mod block;
 mod field;
 mod finest;
+mod lanes;
 mod lists;
+mod slab;
 mod touching;
 mod tree;
 
 use std::hint::{black_box, select_unpredictable};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
-use super::{Element, make_room};
+use super::{Element, Population, make_room};
 use crate::ahead::fetch;
 use block::{Block, coarsen, within};
 use field::{
-    Coarser, Distances, FAR, Roots, WINDOW, address, lower_by_cell, lower_by_centre, middle,
+    Blocks, Distances, FAR, Roots, SharedDistances, WINDOW, address, lower_by_cell,
+    lower_by_centre, middle,
 };
 use finest::{Ball, Centres, Finest, cell_of, middle_of};
 use lists::CellLists;
-use touching::Touch;
+use slab::Slab;
+use touching::{Touch, lines_of};
 use tree::{MOST_LEVELS, Path, Tree};
 
 /// Sparse grids over the space that walkers ask about.
@@ -32,14 +37,12 @@ pub struct SparseIndex {
     radius: f64,
     roots: Roots,
     scale: Scale,
-    /// How many centres there are.
-    count: usize,
     tree: Tree,
     finest: Finest,
     /// Cells of 4, 16, 64 … radii.
-    coarser: Coarser,
+    coarser: Blocks,
     /// The last centre that changed each level.
-    changed_by: [u32; MOST_LEVELS],
+    changed_by: [AtomicU32; MOST_LEVELS],
     /// Centres by cells of the widest ball, where wide balls are asked for.
     wide: Option<CellLists>,
 }
@@ -61,7 +64,7 @@ struct Scale {
 
 /// The centres in the grids' units.
 struct Scaled<'a> {
-    elements: &'a [Element],
+    elements: &'a Population<'a>,
     scale: Scale,
 }
 
@@ -126,6 +129,16 @@ const NEAR: f64 = 3.0;
 /// A bound of this many cells is worth more than a look at the next finer grid.
 const GOOD: f64 = 1.6;
 
+/// Room that is made ahead: blocks of the finest grid and of the others, lines of what can touch something in a
+/// block, and centres in wide cells.
+const BLOCKS: usize = 512;
+const COARSER_BLOCKS: usize = 256;
+const LINES: usize = 512;
+const CENTRES: usize = 256;
+
+/// A centre is no farther than contact from so many blocks at most: three along an axis, from the middle of one.
+const LINES_OF_A_BIRTH: usize = 27;
+
 /// The grids reach beyond the box by this share of its diagonal, as coarser copies of a surface do, and
 /// by as many cells more as the finest of them sees: what lies beyond that is far from all centres.
 const MARGIN: f64 = 0.25;
@@ -139,22 +152,24 @@ impl ElementIndex for SparseIndex {
         let wide = wide
             .map(|wide| wide / radius)
             .filter(|&wide| wide > CONTACT);
-        let mut coarser = Coarser::default();
+        let mut coarser = Blocks::default();
+        coarser.make_room(1);
         coarser.keep(&Distances::default());
-        Self {
+        let mut index = Self {
             radius,
             roots: Roots::default(),
             scale: Scale {
                 low: low - margin * radius,
                 inverse: 1.0 / radius,
             },
-            count: 0,
             tree: Tree::new(across + 2.0 * margin),
             finest: Finest::default(),
             coarser,
-            changed_by: [0; MOST_LEVELS],
+            changed_by: Default::default(),
             wide: wide.map(CellLists::new),
-        }
+        };
+        index.make_room();
+        index
     }
 
     fn expect(&mut self, elements: usize) {
@@ -166,10 +181,19 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn insert(&mut self, elements: &[Element]) {
-        let Some(last) = elements.last() else { return };
-        debug_assert_eq!(elements.len(), self.count + 1);
-        let id = self.count as u32;
+    fn make_room(&mut self) {
+        self.finest.make_room(BLOCKS, LINES);
+        self.tree.make_room(COARSER_BLOCKS);
+        self.coarser.make_room(COARSER_BLOCKS);
+        if let Some(wide) = &mut self.wide {
+            wide.make_room(CENTRES);
+        }
+    }
+
+    fn insert(&self, elements: &Population<'_>) -> bool {
+        let Some((id, last)) = elements.youngest() else {
+            return true;
+        };
         let p = self.scaled(last.position);
         let cell = cell_of(p);
         let mut path = self.tree.path_to(cell);
@@ -177,20 +201,25 @@ impl ElementIndex for SparseIndex {
             self.make(0, address(cell).0, &self.scale.of(elements));
             path = self.tree.path_to(cell);
         }
+        let has_room = { &self.wide }.as_ref().is_none_or(|wide| wide.room() > 0)
+            && self.finest.room()[1] >= LINES_OF_A_BIRTH;
+        if path.number(0).is_none() || !has_room {
+            return false;
+        }
         self.finest.insert(&self.tree, p, id);
         self.occupy(&path, cell, id);
-        self.count += 1;
-        if let Some(wide) = &mut self.wide {
+        if let Some(wide) = &self.wide {
             wide.insert(p, id);
         }
+        true
     }
 
-    fn adopt(&mut self, elements: &[Element], notes: &mut Notes) {
+    fn adopt(&self, elements: &Population<'_>, notes: &mut Notes) {
         let centres = self.scale.of(elements);
         for mut new in notes.new.drain(..) {
             self.make(new.level + 1, coarsen(new.block, 2), &centres);
             if self.tree.get(new.level, new.block).is_none() {
-                self.catch_up(&mut new, &elements[notes.known..]);
+                self.catch_up(&mut new, elements.since(notes.known));
                 self.keep(new.level, new.block, &new.distances, &centres);
             }
         }
@@ -204,24 +233,23 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn held(&self, elements: &[Element], notes: &Notes) -> Mark {
-        let young = &elements[notes.known..];
+    fn held(&self, elements: &Population<'_>, notes: &Notes) -> Mark {
+        let young = elements.since(notes.known);
         let unchanged_since = self.unchanged_since(notes.known);
         let same = |read: &Read| {
             if unchanged_since[usize::from(read.level)] {
                 return true;
             }
-            let grid = self.grid(read.level.into());
-            grid[read.block as usize].0[usize::from(read.within)] == read.distance_sq
+            let now = &self.grid(read.level.into())[read.block];
+            now.of(read.within.into()) == read.distance_sq
         };
         let unchanged = |new: &NewBlock| {
             let mut now = NewBlock { ..*new };
-            self.catch_up(&mut now, young);
+            self.catch_up(&mut now, young.clone());
             now.distances == new.distances
         };
         let contact = CONTACT * self.radius;
-        let births: Vec<DVec3> = young
-            .iter()
+        let births: Vec<DVec3> = { young.clone() }
             .map(|e| e.position)
             .filter(|q| notes.near.may_touch(*q, contact))
             .collect();
@@ -237,20 +265,20 @@ impl ElementIndex for SparseIndex {
         }
     }
 
-    fn rewind(&self, notes: &mut Notes, mark: Mark) {
+    fn rewind(&self, known: usize, notes: &mut Notes, mark: Mark) {
         let [reads, near, new] = mark.seen.map(|n| n as usize);
         notes.reads.truncate(reads);
         notes.near.places.truncate(near);
         notes.new.truncate(new);
         notes.level = mark.level as usize;
-        notes.known = self.count;
+        notes.known = known;
     }
 
-    fn begin(&self, notes: &mut Notes, others_walk: bool) {
+    fn begin(&self, known: usize, notes: &mut Notes, others_walk: bool) {
         notes.remembers = others_walk;
         notes.level = self.tree.top().min(FIRST_LEVEL);
         self.tree.begin(&mut notes.path);
-        notes.known = self.count;
+        notes.known = known;
         notes.reads.clear();
         notes.near.clear();
         notes.new.clear();
@@ -263,12 +291,12 @@ impl ElementIndex for SparseIndex {
     }
 
     #[inline]
-    fn look(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
+    fn look(&self, elements: &Population<'_>, position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         if notes.level == 0 {
             let cell = cell_of(p);
             if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
-                let distance_sq = self.finest.distances[number as usize].0[within(cell)];
+                let distance_sq = self.finest.blocks.distances[number].of(within(cell));
                 if distance_sq != FAR {
                     let bound = self.near_bound(p, distance_sq);
                     if notes.remembers {
@@ -291,7 +319,7 @@ impl ElementIndex for SparseIndex {
         self.search(elements, position, notes)
     }
 
-    fn at_most(&self, elements: &[Element], position: DVec3, radius: f64, enough: usize) -> usize {
+    fn at_most(&self, elements: &Population<'_>, position: DVec3, radius: f64, enough: usize) -> usize {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         if let Some(wide) = self.wide.as_ref().filter(|wide| wide.holds(reach)) {
             return wide.at_most(p, reach, enough);
@@ -301,17 +329,18 @@ impl ElementIndex for SparseIndex {
         n
     }
 
-    fn read_ahead(&self, elements: &[Element], position: DVec3) {
+    fn read_ahead(&self, elements: &Population<'_>, position: DVec3) {
         let p = self.scaled(position);
         if let Some(number) = self.tree.get(0, address(cell_of(p)).0) {
             let first = self.finest.touching(number, p).next();
-            black_box(first.map(|id| elements[id as usize].position.x));
+            let first = first.and_then(|id| elements.get(id));
+            black_box(first.map(|first| first.position.x));
         }
     }
 
     fn any_within(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         position: DVec3,
         radius: f64,
         test: &mut dyn FnMut(u32, &Element) -> bool,
@@ -319,15 +348,16 @@ impl ElementIndex for SparseIndex {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         let limit = radius * radius;
         let mut passes = |id: u32| {
-            let element = &elements[id as usize];
-            element.position.distance_squared(position) < limit && test(id, element)
+            let near = |e: &&Element| e.position.distance_squared(position) < limit;
+            let found = elements.get(id).filter(near);
+            found.is_some_and(|element| test(id, element))
         };
         let (block, _) = address(cell_of(p));
         let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
             (Some(number), _) => self.finest.touching(number, p).any(passes),
             (_, Some(wide)) if wide.holds(reach) => {
-                let ahead = |id: u32| fetch(elements.get(id as usize));
+                let ahead = |id: u32| fetch(elements.get(id));
                 wide.any(p, reach, ahead, &mut passes)
             }
             _ => {
@@ -349,7 +379,7 @@ impl SparseIndex {
     /// The search begins with the grid that answered last: a step seldom changes the scale. What a grid
     /// said is remembered only if less would have led elsewhere: as elements are added bounds only sink.
     #[inline(never)]
-    fn search(&self, elements: &[Element], position: DVec3, notes: &mut Notes) -> Look {
+    fn search(&self, elements: &Population<'_>, position: DVec3, notes: &mut Notes) -> Look {
         let p = self.scaled(position);
         let cell = cell_of(p).map(|c| c.min(self.tree.last_cell()));
         let mut coarser_says: Option<(f64, Option<Read>)> = None;
@@ -398,8 +428,8 @@ impl SparseIndex {
     /// For each grid, whether no element after the first so many changed what it says.
     fn unchanged_since(&self, known: usize) -> [bool; MOST_LEVELS] {
         let mut unchanged = [false; MOST_LEVELS];
-        for (unchanged, &changed_by) in unchanged.iter_mut().zip(&self.changed_by) {
-            *unchanged = (changed_by as usize) < known;
+        for (unchanged, changed_by) in unchanged.iter_mut().zip(&self.changed_by) {
+            *unchanged = (changed_by.load(Ordering::Relaxed) as usize) < known;
         }
         unchanged
     }
@@ -417,9 +447,9 @@ impl SparseIndex {
         }
     }
 
-    fn grid(&self, level: usize) -> &[Distances] {
+    fn grid(&self, level: usize) -> &Slab<SharedDistances> {
         match level {
-            0 => &self.finest.distances,
+            0 => &self.finest.blocks.distances,
             _ => &self.coarser.distances,
         }
     }
@@ -428,7 +458,7 @@ impl SparseIndex {
     #[inline]
     fn distance_sq(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         level: usize,
         cell: Block,
         notes: &mut Notes,
@@ -439,7 +469,7 @@ impl SparseIndex {
                 if level > 0 {
                     self.tree.fetch_finer(number, within);
                 }
-                let distance_sq = self.grid(level)[number as usize].0[within];
+                let distance_sq = self.grid(level)[number].of(within);
                 (
                     distance_sq,
                     Some(Read::new(level, number, within, distance_sq)),
@@ -456,7 +486,7 @@ impl SparseIndex {
     #[cold]
     fn new_block<'a>(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         level: usize,
         block: Block,
         notes: &'a mut Notes,
@@ -475,7 +505,7 @@ impl SparseIndex {
     }
 
     /// Lowers a noted block by the elements born since.
-    fn catch_up(&self, new: &mut NewBlock, young: &[Element]) {
+    fn catch_up<'a>(&self, new: &mut NewBlock, young: impl Iterator<Item = &'a Element>) {
         let block = new.block;
         for element in young {
             let p = self.scaled(element.position);
@@ -491,7 +521,7 @@ impl SparseIndex {
 
     /// The distances of a block, worked out from all centres.
     fn survey(&self, level: usize, block: Block, centres: &impl Centres) -> Distances {
-        let (finest, coarser) = (&self.finest.occupied, &self.coarser.occupied);
+        let (finest, coarser) = (&self.finest.blocks.occupied, &self.coarser.occupied);
         match level {
             0 => self.finest.survey(&self.tree, block, coarser, centres),
             1 => field::survey(&self.tree, 1, block, [finest, coarser]),
@@ -499,8 +529,8 @@ impl SparseIndex {
         }
     }
 
-    /// Makes a block and those of the coarser levels about it, where they are not there.
-    fn make(&mut self, level: usize, block: Block, centres: &impl Centres) {
+    /// Makes a block and those of the coarser levels about it, where they are not there and there is room.
+    fn make(&self, level: usize, block: Block, centres: &impl Centres) {
         if level > self.tree.top() || self.tree.get(level, block).is_some() {
             return;
         }
@@ -509,34 +539,43 @@ impl SparseIndex {
         self.keep(level, block, &distances, centres);
     }
 
-    /// Keeps a block whose block of the next coarser level is there.
-    fn keep(&mut self, level: usize, block: Block, distances: &Distances, centres: &impl Centres) {
-        let new = self.finest.distances.len() as u32;
-        match level {
-            0 => self.finest.keep(&self.tree, block, distances, centres),
-            _ => self.coarser.keep(distances),
+    /// Keeps a block, where that of the next coarser level is there and there is room.
+    fn keep(&self, level: usize, block: Block, distances: &Distances, centres: &impl Centres) {
+        if self.tree.get(level + 1, coarsen(block, 2)).is_none() {
+            return;
         }
-        self.tree.add(level, block, new);
+        if level > 0 {
+            if self.tree.room().min(self.coarser.room()) > 0 {
+                self.coarser.keep(distances);
+                self.tree.add(level, block, 0);
+            }
+            return;
+        }
+        let entries = { &self.finest }.entries(&self.tree, block, distances, centres);
+        let [blocks, lines] = self.finest.room();
+        if blocks > 0 && lines >= lines_of(entries.len()) {
+            let new = self.finest.keep(distances, entries);
+            self.tree.add(level, block, new);
+        }
     }
 
     /// Marks a cell of the finest level as occupied, and on coarser levels what holds it, until that was.
-    fn occupy(&mut self, path: &Path, mut cell: Block, id: u32) {
-        self.changed_by[0] = id;
+    fn occupy(&self, path: &Path, mut cell: Block, id: u32) {
+        self.changed_by[0].store(id, Ordering::Relaxed);
         for level in 0..self.tree.top() {
             let (block, within) = address(cell);
             let Some(number) = path.number(level) else {
                 return;
             };
-            let occupied = match level {
-                0 => &mut self.finest.occupied[number as usize],
-                _ => &mut self.coarser.occupied[number as usize],
+            let blocks = match level {
+                0 => &self.finest.blocks,
+                _ => &self.coarser,
             };
-            if *occupied & 1 << within != 0 {
+            if !blocks.occupy(number, within) {
                 return;
             }
-            *occupied |= 1 << within;
             self.coarser.lower(&self.tree, level + 1, cell);
-            self.changed_by[level + 1] = id;
+            self.changed_by[level + 1].store(id, Ordering::Relaxed);
             cell = block;
         }
     }
@@ -553,7 +592,7 @@ impl SparseIndex {
     }
 
     #[cold]
-    fn touches(&self, elements: &[Element], position: DVec3) -> bool {
+    fn touches(&self, elements: &Population<'_>, position: DVec3) -> bool {
         let contact = CONTACT * self.radius;
         self.any_within(elements, position, contact, &mut |_, _| true)
     }
@@ -566,17 +605,17 @@ impl Scale {
         (position - self.low) * self.inverse
     }
 
-    fn of(self, elements: &[Element]) -> Scaled<'_> {
-        Scaled {
-            elements,
-            scale: self,
-        }
+    fn of<'a>(self, elements: &'a Population<'a>) -> Scaled<'a> {
+        let scale = self;
+        Scaled { elements, scale }
     }
 }
 
 impl Centres for Scaled<'_> {
-    fn centre(&self, id: u32) -> DVec3 {
-        self.scale.scaled(self.elements[id as usize].position)
+    #[inline(always)]
+    fn centre(&self, id: u32) -> Option<DVec3> {
+        let element = self.elements.get(id)?;
+        Some(self.scale.scaled(element.position))
     }
 }
 

@@ -4,12 +4,15 @@
 //! as such, eight at once. That tells whether something touches except in a band of a ninth of a radius;
 //! what falls into the band is decided by the full positions.
 
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
 use glam::DVec3;
 use wide::{i16x8, u8x16};
 
 use super::CONTACT;
 use super::finest::{BLOCK, cell_of, rounded};
-use super::make_room;
+use super::lanes;
+use super::slab::Slab;
 
 /// A block and what can touch it span this much along an axis, in radii.
 const SPAN: f64 = BLOCK + 2.0 * CONTACT;
@@ -60,16 +63,18 @@ impl Entry {
     }
 }
 
-/// Eight of them.
-#[derive(Clone, Copy)]
+/// Eight of them. All zeros are free places.
+#[derive(Default)]
 #[repr(C, align(64))]
 struct Line {
-    xy: [u8; 2 * LANES],
-    /// The places along the third axis, a byte each, and the ids, four each.
-    z_and_ids: [u8; 5 * LANES],
-    next: List,
+    /// The places along the first two axes.
+    xy: [AtomicU8; 2 * LANES],
+    /// Those along the third.
+    z: [AtomicU8; LANES],
+    ids: [AtomicU32; LANES],
     /// Places that are taken.
-    taken: u32,
+    taken: AtomicU32,
+    next: SharedList,
 }
 
 /// A linked list of lines, by the number of its first: only that one may have free places. All end in
@@ -77,12 +82,21 @@ struct Line {
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct List(u32);
 
-const FREE: Line = Line {
-    xy: [0; 2 * LANES],
-    z_and_ids: [0; 5 * LANES],
-    next: List(0),
-    taken: 0,
-};
+/// The same where walkers may read it while a birth adds to it.
+#[derive(Default)]
+pub(super) struct SharedList(AtomicU32);
+
+impl SharedList {
+    /// As it is now. Whoever has it sees what was in its lines when it was set.
+    #[inline(always)]
+    pub(super) fn get(&self) -> List {
+        List(self.0.load(Ordering::Acquire))
+    }
+
+    fn set(&self, List(first): List) {
+        self.0.store(first, Ordering::Release);
+    }
+}
 
 /// Whether a point touches a centre of a list.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -94,38 +108,52 @@ pub(super) enum Touch {
 }
 
 /// The lines of many lists.
-pub(super) struct Lines(Vec<Line>);
+pub(super) struct Lines(Slab<Line>);
 
 impl Default for Lines {
     fn default() -> Self {
-        Self(vec![FREE])
+        Self(Slab::of(Line::default()))
     }
+}
+
+/// Lines that so many entries take at most.
+pub(super) fn lines_of(entries: usize) -> usize {
+    entries.div_ceil(LANES)
 }
 
 impl Lines {
     pub(super) fn expect(&mut self, lines: usize) {
-        make_room(&mut self.0, lines);
+        self.0.expect(lines);
     }
 
-    pub(super) fn push(&mut self, list: &mut List, Entry { place, id }: Entry) {
-        if *list == List(0) || self.line(*list).taken as usize == LANES {
-            self.0.push(Line {
-                next: *list,
-                ..FREE
-            });
-            *list = List(self.0.len() as u32 - 1);
+    pub(super) fn make_room(&mut self, lines: usize) {
+        self.0.make_room(lines);
+    }
+
+    pub(super) fn room(&self) -> usize {
+        self.0.room()
+    }
+
+    pub(super) fn push(&self, list: &SharedList, entry: Entry) {
+        let first = list.get();
+        let line = self.line(first);
+        if first != List(0) && line.taken() < LANES {
+            return line.push(entry);
         }
-        self.0[list.0 as usize].push(place, id);
+        let (number, line) = self.0.take();
+        line.next.set(first);
+        line.push(entry);
+        list.set(List(number));
     }
 
     #[inline(always)]
     fn line(&self, list: List) -> &Line {
-        &self.0[list.0 as usize]
+        &self.0[list.0]
     }
 
     fn lines(&self, list: List) -> impl Iterator<Item = &Line> {
         let filled = |list: List| (list != List(0)).then(|| self.line(list));
-        std::iter::successors(filled(list), move |line| filled(line.next))
+        std::iter::successors(filled(list), move |line| filled(line.next.get()))
     }
 
     /// Whether a place in the block touches something.
@@ -133,13 +161,13 @@ impl Lines {
     pub(super) fn touch(&self, list: List, at: Place) -> Touch {
         // Most lists have one line or two: how many is not to be foreseen.
         let first = self.line(list);
-        let second = self.line(first.next);
+        let second = self.line(first.next.get());
         let mut nearest = first.distances_sq(at).min(second.distances_sq(at));
-        let mut next = second.next;
+        let mut next = second.next.get();
         while next != List(0) {
             let line = self.line(next);
             nearest = nearest.min(line.distances_sq(at));
-            next = line.next;
+            next = line.next.get();
         }
         if !nearest.simd_lt(POSSIBLE).any() {
             return Touch::No;
@@ -179,7 +207,8 @@ impl Lines {
         choose: impl Fn(&Line) -> i16x8,
     ) -> impl Iterator<Item = (&Line, usize)> {
         self.lines(list).flat_map(move |line| {
-            let mut left = choose(line).to_bitmask() & (0xff >> (LANES as u32 - line.taken));
+            let taken = line.taken();
+            let mut left = choose(line).to_bitmask() & (0xff >> (LANES - taken));
             std::iter::from_fn(move || {
                 let i = left.trailing_zeros() as usize;
                 (left != 0).then(|| {
@@ -243,28 +272,40 @@ impl Place {
 }
 
 impl Line {
-    fn push(&mut self, [x, y, z]: [u8; 3], id: u32) {
-        let lane = self.taken as usize;
-        (self.xy[lane], self.xy[LANES + lane], self.z_and_ids[lane]) = (x, y, z);
-        let ids = self.z_and_ids[LANES..].as_chunks_mut::<4>().0;
-        ids[lane] = id.to_ne_bytes();
-        self.taken += 1;
+    fn push(&self, Entry { place, id }: Entry) {
+        let lane = self.taken();
+        self.ids[lane].store(id, Ordering::Relaxed);
+        for (axis, place) in self.axes(lane).into_iter().zip(place) {
+            axis.store(place, Ordering::Relaxed);
+        }
+        self.taken.store(lane as u32 + 1, Ordering::Release);
+    }
+
+    /// How many there are. Whoever knows sees them.
+    #[inline(always)]
+    fn taken(&self) -> usize {
+        self.taken.load(Ordering::Acquire) as usize
     }
 
     #[inline(always)]
     fn id(&self, lane: usize) -> u32 {
-        u32::from_ne_bytes(self.z_and_ids[LANES..].as_chunks::<4>().0[lane])
+        self.ids[lane].load(Ordering::Relaxed)
+    }
+
+    #[inline(always)]
+    fn axes(&self, lane: usize) -> [&AtomicU8; 3] {
+        [&self.xy[lane], &self.xy[LANES + lane], &self.z[lane]]
     }
 
     #[inline(always)]
     fn place(&self, lane: usize) -> [u8; 3] {
-        [self.xy[lane], self.xy[LANES + lane], self.z_and_ids[lane]]
+        self.axes(lane).map(|axis| axis.load(Ordering::Relaxed))
     }
 
     /// Places along the first and the second axis, and along the third in the lower half.
     #[inline(always)]
     fn places(&self) -> [u8x16; 2] {
-        [self.xy, self.z_and_ids.as_chunks().0[0]].map(u8x16::new)
+        [lanes::bytes(&self.xy), lanes::half(&self.z)]
     }
 
     /// Squared distances in steps from a point in the block, as far as is of interest. Free places are

@@ -5,8 +5,10 @@
 //! has one block that holds everything. This is the tree of Museth's VDB (2013), with one size of node
 //! and, as there, a path from which a search begins instead of the root.
 
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
 use super::block::{Block, between, bits_between, cell_at, coarsen, within};
-use super::make_room;
+use super::slab::Slab;
 use crate::ahead::fetch;
 
 /// Levels at most: 4^13 cells along an axis.
@@ -23,15 +25,28 @@ pub(super) struct Tree {
     /// The coarsest level.
     top: usize,
     /// The blocks of the next finer level in each.
-    finer: Vec<Finer>,
+    finer: Slab<Finer>,
     /// Which of those are there, a bit each.
-    taken: Vec<u64>,
+    taken: Slab<AtomicU64>,
 }
 
 /// Numbers of blocks by the cell that they are.
-#[derive(Clone)]
 #[repr(align(64))]
-struct Finer([u32; 64]);
+struct Finer([AtomicU32; 64]);
+
+impl Default for Finer {
+    fn default() -> Self {
+        Self([(); 64].map(|()| AtomicU32::new(NONE)))
+    }
+}
+
+impl Finer {
+    /// The number of a block. Whoever has it sees what the block was when it was added.
+    #[inline(always)]
+    fn number(&self, within: usize) -> u32 {
+        self.0[within].load(Ordering::Acquire)
+    }
+}
 
 /// The blocks that somebody went through last.
 #[derive(Default)]
@@ -57,8 +72,8 @@ impl Tree {
         let top = (1..MOST_LEVELS).find(|&level| cells <= f64::from(cells_across(level)));
         Self {
             top: top.expect("a radius above a 10-millionth of the box"),
-            finer: vec![Finer([NONE; 64])],
-            taken: vec![0],
+            finer: Slab::of(Finer::default()),
+            taken: Slab::of(AtomicU64::new(0)),
         }
     }
 
@@ -73,10 +88,21 @@ impl Tree {
         cells_across(self.top) - 1
     }
 
-    /// Makes room for so many blocks above the finest level.
+    /// Takes memory for so many blocks above the finest level.
     pub(super) fn expect(&mut self, blocks: usize) {
-        make_room(&mut self.finer, blocks);
-        make_room(&mut self.taken, blocks);
+        self.finer.expect(blocks);
+        self.taken.expect(blocks);
+    }
+
+    /// Makes room for so many more.
+    pub(super) fn make_room(&mut self, blocks: usize) {
+        self.finer.make_room(blocks);
+        self.taken.make_room(blocks);
+    }
+
+    /// How many more blocks above the finest level there is room for.
+    pub(super) fn room(&self) -> usize {
+        self.finer.room().min(self.taken.room())
     }
 
     /// The path to the finest level's block about a cell, or as far as there are blocks.
@@ -100,8 +126,8 @@ impl Tree {
         path.cell = cell;
         path.end = path.end.max(common);
         while path.end > level {
-            let number =
-                self.finer[path.numbers[path.end] as usize].0[within(coarsen(cell, 2 * path.end))];
+            let place = within(coarsen(cell, 2 * path.end));
+            let number = self.finer[path.numbers[path.end]].number(place);
             if number == NONE {
                 return None;
             }
@@ -119,7 +145,7 @@ impl Tree {
         if (x | y | z) >> 4 != 0 || path.end > 1 {
             return self.follow_far(path, cell);
         }
-        let number = self.finer[path.numbers[1] as usize].0[within(coarsen(cell, 2))];
+        let number = self.finer[path.numbers[1]].number(within(coarsen(cell, 2)));
         (number != NONE).then_some(number)
     }
 
@@ -132,11 +158,7 @@ impl Tree {
     /// Asks for the number of the block that a cell of a block above the finest level is.
     #[inline(always)]
     pub(super) fn fetch_finer(&self, number: u32, within: usize) {
-        fetch(
-            self.finer
-                .get(number as usize)
-                .map(|block| &block.0[within]),
-        );
+        fetch(self.finer.get(number).map(|block| &block.0[within]));
     }
 
     /// The number of a block, if it is there.
@@ -147,7 +169,7 @@ impl Tree {
         }
         let mut number = 0;
         for finer in (level..self.top).rev() {
-            number = self.finer[number as usize].0[within(coarsen(block, 2 * (finer - level)))];
+            number = self.finer[number].number(within(coarsen(block, 2 * (finer - level))));
             if number == NONE {
                 return None;
             }
@@ -157,18 +179,18 @@ impl Tree {
 
     /// The number of a block that is not there, but whose block of the next coarser level is: `new`, or
     /// the next where it is not of the finest level.
-    pub(super) fn add(&mut self, level: usize, block: Block, new: u32) -> Option<u32> {
-        let above = self.get(level + 1, coarsen(block, 2))? as usize;
+    pub(super) fn add(&self, level: usize, block: Block, new: u32) -> Option<u32> {
+        let above = self.get(level + 1, coarsen(block, 2))?;
         let number = match level {
             0 => new,
             _ => {
-                self.finer.push(Finer([NONE; 64]));
-                self.taken.push(0);
-                self.finer.len() as u32 - 1
+                self.taken.take();
+                self.finer.take().0
             }
         };
-        self.finer[above].0[within(block)] = number;
-        self.taken[above] |= 1 << within(block);
+        self.finer[above].0[within(block)].store(number, Ordering::Release);
+        let taken = self.taken[above].load(Ordering::Relaxed) | 1 << within(block);
+        self.taken[above].store(taken, Ordering::Release);
         Some(number)
     }
 
@@ -183,7 +205,7 @@ impl Tree {
     pub(super) fn visit_among(
         &self,
         level: usize,
-        among: &[u64],
+        among: &Slab<AtomicU64>,
         [low, high]: [Block; 2],
         mut visit: impl FnMut(Block, u32),
     ) {
@@ -193,7 +215,7 @@ impl Tree {
         let end = (1 << (2 * (self.top - level))) - 1;
         let range = [low, high.map(|c| c.min(end))];
         self.visit_above(level + 1, range.map(|c| coarsen(c, 2)), |above, number| {
-            let left = among[number as usize] & bits_between(above, range);
+            let left = among[number].load(Ordering::Acquire) & bits_between(above, range);
             self.each(number, above, left, &mut visit);
         });
     }
@@ -212,7 +234,7 @@ impl Tree {
             let Some(number) = self.follow(&mut path, level + 1, cell) else {
                 return;
             };
-            let left = self.taken[number as usize] & bits_between(above, range);
+            let left = self.taken[number].load(Ordering::Acquire) & bits_between(above, range);
             self.each(number, above, left, &mut visit);
         });
     }
@@ -220,10 +242,10 @@ impl Tree {
     /// Visits the blocks in another whose bits are set.
     #[inline(always)]
     fn each(&self, number: u32, block: Block, mut left: u64, mut visit: impl FnMut(Block, u32)) {
-        let numbers = &self.finer[number as usize].0;
+        let numbers = &self.finer[number];
         while left != 0 {
             let bit = left.trailing_zeros();
-            visit(cell_at(block, bit), numbers[bit as usize]);
+            visit(cell_at(block, bit), numbers.number(bit as usize));
             left &= left - 1;
         }
     }
@@ -250,6 +272,7 @@ mod tests {
     /// A tree with some blocks of the finest level, and their numbers.
     fn some_blocks(stream: &mut Stream) -> (Tree, HashMap<Block, u32>) {
         let (mut tree, mut numbers) = (Tree::new(600.0), HashMap::new());
+        tree.make_room(4 * 900);
         for new in 0..900 {
             let block = random_block(stream);
             for level in (0..tree.top()).rev() {

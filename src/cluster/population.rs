@@ -1,0 +1,109 @@
+//! The elements that there are, while others are born.
+
+use std::sync::OnceLock;
+
+use super::{Cluster, Element, is_set};
+
+/// Elements by their ages: those of a cluster, and such as were born since it was last added to.
+///
+/// While walkers walk on several threads others may be born: whoever asks knows of the first [`len`](Self::len), and
+/// may come upon younger ones, which [`get`](Self::get) finds if they are there already.
+#[derive(Clone, Copy, Debug)]
+pub struct Population<'a> {
+    old: &'a [Element],
+    /// A bit for each triangle that holds one of these, where that is known.
+    overgrown: Option<&'a [u64]>,
+    young: &'a [OnceLock<Element>],
+    len: usize,
+}
+
+impl<'a> Population<'a> {
+    /// The same with so many in all, of which the younger are in these places in order.
+    ///
+    /// # Panics
+    /// When there are fewer.
+    #[must_use]
+    pub fn with_young(self, young: &'a [OnceLock<Element>], len: usize) -> Self {
+        let all = Self { young, len, ..self };
+        assert!(len == 0 || all.at(len - 1).is_some(), "{len} elements");
+        all
+    }
+
+    /// How many are known.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether none is.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The one of an age, known or not; none where it has not been born.
+    #[inline(always)]
+    pub fn get(&self, age: u32) -> Option<&'a Element> {
+        self.at(age as usize)
+    }
+
+    #[inline(always)]
+    fn at(&self, age: usize) -> Option<&'a Element> {
+        match self.old.get(age) {
+            None => self.young.get(age - self.old.len())?.get(),
+            found => found,
+        }
+    }
+
+    /// Whether the centre of one that there was, or of a younger one, is on a triangle.
+    pub fn is_on(&self, triangle: u32) -> bool {
+        let is_there = |element: &Element| element.at.triangle == triangle;
+        match self.overgrown {
+            Some(bits) if is_set(bits, triangle) => true,
+            None if self.old.iter().any(is_there) => true,
+            _ => { self.young.iter() }
+                .map_while(OnceLock::get)
+                .any(is_there),
+        }
+    }
+
+    /// Those known from an age on.
+    pub fn since(&self, age: usize) -> impl Iterator<Item = &'a Element> + Clone + use<'a> {
+        let (old, young) = (self.old.len().min(self.len), self.young);
+        let born = self.len - old;
+        { self.old[age.min(old)..old].iter() }.chain(
+            { young[age.saturating_sub(old).min(born)..born].iter() }.map_while(OnceLock::get),
+        )
+    }
+
+    /// The youngest that is known, and its age.
+    pub fn youngest(&self) -> Option<(u32, &'a Element)> {
+        let age = self.len.checked_sub(1)?;
+        Some((age as u32, self.at(age)?))
+    }
+}
+
+impl<'a> From<&'a [Element]> for Population<'a> {
+    fn from(elements: &'a [Element]) -> Self {
+        Self {
+            old: elements,
+            overgrown: None,
+            young: &[],
+            len: elements.len(),
+        }
+    }
+}
+
+impl<'a> From<&'a Vec<Element>> for Population<'a> {
+    fn from(elements: &'a Vec<Element>) -> Self {
+        elements.as_slice().into()
+    }
+}
+
+impl<'a> From<&'a Cluster> for Population<'a> {
+    fn from(cluster: &'a Cluster) -> Self {
+        Self {
+            overgrown: Some(&cluster.overgrown),
+            ..cluster.elements().into()
+        }
+    }
+}
