@@ -17,7 +17,7 @@ use glam::DVec3;
 use wide::{f32x8, i16x8, u8x16};
 
 use super::block::{Block, cell_at, coarsen, within};
-use super::lanes;
+use super::lanes::{self, Bytes};
 use super::slab::Slab;
 use super::tree::Tree;
 
@@ -34,11 +34,11 @@ impl Default for Distances {
 
 /// The same where walkers may read it while a birth lowers it.
 #[repr(align(64))]
-pub(super) struct SharedDistances([[AtomicU8; 16]; 4]);
+pub(super) struct SharedDistances(Bytes);
 
 impl Default for SharedDistances {
     fn default() -> Self {
-        Self([(); 4].map(|()| [(); 16].map(|()| AtomicU8::new(FAR))))
+        Self([(); 64].map(|()| AtomicU8::new(FAR)))
     }
 }
 
@@ -46,7 +46,7 @@ impl SharedDistances {
     /// That of a cell, by its place.
     #[inline(always)]
     pub(super) fn of(&self, within: usize) -> u8 {
-        self.0.as_flattened()[within].load(Ordering::Relaxed)
+        self.0[within].load(Ordering::Relaxed)
     }
 
     #[cfg(test)]
@@ -55,18 +55,17 @@ impl SharedDistances {
     }
 
     fn set(&self, distances: &Distances) {
-        for (layer, bytes) in self.0.iter().zip(distances.0.as_chunks().0) {
-            lanes::set_bytes(layer, u8x16::new(*bytes));
+        for (own, distance) in self.0.iter().zip(distances.0) {
+            own.store(distance, Ordering::Relaxed);
         }
     }
 
     /// Lowers them by those across a layer, the same for all layers, and up along the third axis.
     #[inline(always)]
     fn lower(&self, across: u8x16, up: [u8x16; 4]) {
-        for (layer, up) in self.0.iter().zip(up) {
-            let gaps = across.saturating_add(up);
-            lanes::set_bytes(layer, lanes::bytes(layer).min(gaps));
-        }
+        let now = lanes::bytes(&self.0);
+        let lowered = |i: usize| now[i].min(across.saturating_add(up[i]));
+        lanes::set_bytes(&self.0, [0, 1, 2, 3].map(lowered));
     }
 }
 

@@ -3,83 +3,71 @@
 //! One thread writes to them while others read. What a reader gets of several may be of different times: all that is
 //! read here stays right then (see [`ElementIndex`](super::ElementIndex)).
 
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU32};
 
 use bytemuck::cast;
 use wide::{f32x8, u8x16};
 
+/// A line of cache of small numbers.
+pub(super) type Bytes = [AtomicU8; 64];
+
+/// Eight places in space, axis by axis.
+pub(super) type Floats = [AtomicU32; 24];
+
+/// Twenty-four bytes, and eight that are 0.
 #[inline(always)]
-pub(super) fn bytes(lanes: &[AtomicU8; 16]) -> u8x16 {
-    sixteen::load_bytes(lanes)
+pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
+    [at::<_, 0>(lanes), half_at::<_, 16>(lanes)]
 }
 
-/// Eight bytes, and eight that are 0.
 #[inline(always)]
-pub(super) fn half(lanes: &[AtomicU8; 8]) -> u8x16 {
-    sixteen::load_half(lanes)
+pub(super) fn bytes(lanes: &Bytes) -> [u8x16; 4] {
+    [at::<_, 0>(lanes), at::<_, 16>(lanes), at::<_, 32>(lanes), at::<_, 48>(lanes)]
 }
 
 #[inline(always)]
-pub(super) fn set_bytes(lanes: &[AtomicU8; 16], bytes: u8x16) {
-    sixteen::store_bytes(lanes, bytes);
+pub(super) fn set_bytes(lanes: &Bytes, [a, b, c, d]: [u8x16; 4]) {
+    set_at::<0>(lanes, a);
+    set_at::<16>(lanes, b);
+    set_at::<32>(lanes, c);
+    set_at::<48>(lanes, d);
 }
 
-/// Eight numbers, by their bits.
+/// The numbers along each axis, by their bits.
 #[inline(always)]
-pub(super) fn floats(lanes: &[[AtomicU32; 4]; 2]) -> f32x8 {
-    cast([0, 1].map(|half| sixteen::load_numbers(&lanes[half])))
+pub(super) fn floats(lanes: &Floats) -> [f32x8; 3] {
+    [
+        cast([at::<_, 0>(lanes), at::<_, 16>(lanes)]),
+        cast([at::<_, 32>(lanes), at::<_, 48>(lanes)]),
+        cast([at::<_, 64>(lanes), at::<_, 80>(lanes)]),
+    ]
 }
 
-/// Sets a lane to a number.
-#[inline(always)]
-pub(super) fn set_float(lanes: &[[AtomicU32; 4]; 2], lane: usize, number: f32) {
-    lanes.as_flattened()[lane].store(number.to_bits(), Ordering::Relaxed);
-}
+#[cfg(all(target_arch = "x86_64", not(miri)))]
+use instructions::{at, half_at, set_at};
+#[cfg(not(all(target_arch = "x86_64", not(miri))))]
+use one_by_one::{at, half_at, set_at};
 
-/// By instructions for all sixteen bytes, which no atomic of the language is read or written by.
+/// By instructions for all sixteen bytes: none of the language's atomics is read or written by these.
 #[cfg(all(target_arch = "x86_64", not(miri)))]
 #[allow(unsafe_code)]
-mod sixteen {
+mod instructions {
     use std::arch::asm;
     use std::arch::x86_64::__m128i;
 
-    use super::{AtomicU8, AtomicU32, cast, u8x16};
+    use super::{Bytes, cast, u8x16};
 
     #[inline(always)]
-    pub(super) fn load_bytes(lanes: &[AtomicU8; 16]) -> u8x16 {
-        load(lanes)
-    }
-
-    #[inline(always)]
-    pub(super) fn load_numbers(lanes: &[AtomicU32; 4]) -> u8x16 {
-        load(lanes)
-    }
-
-    #[inline(always)]
-    pub(super) fn load_half(lanes: &[AtomicU8; 8]) -> u8x16 {
+    pub(super) fn at<T, const FROM: usize>(lanes: &T) -> u8x16 {
+        const { assert!(FROM + 16 <= size_of::<T>()) };
         let bytes: __m128i;
-        // SAFETY: as `load`, with eight bytes.
-        unsafe {
-            asm!(
-                "movq {bytes}, qword ptr [{lanes}]",
-                lanes = in(reg) lanes,
-                bytes = lateout(xmm_reg) bytes,
-                options(pure, readonly, nostack, preserves_flags),
-            );
-        }
-        cast(bytes)
-    }
-
-    #[inline(always)]
-    fn load<T>(lanes: &T) -> u8x16 {
-        const { assert!(size_of::<T>() == 16) };
-        let bytes: __m128i;
-        // SAFETY: sixteen bytes that a reference is to are read, and nothing else is touched. They are atomics, each of
+        // SAFETY: sixteen bytes of what a reference is to are read, and nothing else is touched. They are atomics, each of
         // which the processor reads whole: so this does no more than to load them one by one, relaxed.
         unsafe {
             asm!(
-                "movdqu {bytes}, xmmword ptr [{lanes}]",
+                "movdqu {bytes}, xmmword ptr [{lanes} + {from}]",
                 lanes = in(reg) lanes,
+                from = const FROM,
                 bytes = lateout(xmm_reg) bytes,
                 options(pure, readonly, nostack, preserves_flags),
             );
@@ -88,14 +76,33 @@ mod sixteen {
     }
 
     #[inline(always)]
-    pub(super) fn store_bytes(lanes: &[AtomicU8; 16], bytes: u8x16) {
-        let bytes: __m128i = cast(bytes);
-        // SAFETY: sixteen atomics that a reference is to are written, and nothing else is touched: no more than to store
-        // them one by one, relaxed.
+    pub(super) fn half_at<T, const FROM: usize>(lanes: &T) -> u8x16 {
+        const { assert!(FROM + 8 <= size_of::<T>()) };
+        let bytes: __m128i;
+        // SAFETY: as above, with eight bytes.
         unsafe {
             asm!(
-                "movdqu xmmword ptr [{lanes}], {bytes}",
+                "movq {bytes}, qword ptr [{lanes} + {from}]",
                 lanes = in(reg) lanes,
+                from = const FROM,
+                bytes = lateout(xmm_reg) bytes,
+                options(pure, readonly, nostack, preserves_flags),
+            );
+        }
+        cast(bytes)
+    }
+
+    #[inline(always)]
+    pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
+        const { assert!(FROM + 16 <= size_of::<Bytes>()) };
+        let bytes: __m128i = cast(bytes);
+        // SAFETY: sixteen of the atomics that a reference is to are written, and nothing else is touched: no more than to
+        // store them one by one, relaxed.
+        unsafe {
+            asm!(
+                "movdqu xmmword ptr [{lanes} + {from}], {bytes}",
+                lanes = in(reg) lanes,
+                from = const FROM,
                 bytes = in(xmm_reg) bytes,
                 options(nostack, preserves_flags),
             );
@@ -104,27 +111,64 @@ mod sixteen {
 }
 
 /// One by one.
-#[cfg(not(all(target_arch = "x86_64", not(miri))))]
-mod sixteen {
-    use super::{AtomicU8, AtomicU32, Ordering, cast, u8x16};
+#[cfg(any(test, not(all(target_arch = "x86_64", not(miri)))))]
+mod one_by_one {
+    use std::sync::atomic::Ordering;
 
-    pub(super) fn load_bytes(lanes: &[AtomicU8; 16]) -> u8x16 {
-        u8x16::new(std::array::from_fn(|i| lanes[i].load(Ordering::Relaxed)))
+    use super::{AtomicU8, AtomicU32, Bytes, u8x16};
+
+    /// Some atomics, byte by byte.
+    pub(super) trait Lanes {
+        fn byte(&self, place: usize) -> u8;
     }
 
-    pub(super) fn load_half(lanes: &[AtomicU8; 8]) -> u8x16 {
-        let byte = |i: usize| lanes.get(i).map_or(0, |lane| lane.load(Ordering::Relaxed));
-        u8x16::new(std::array::from_fn(byte))
+    impl<const N: usize> Lanes for [AtomicU8; N] {
+        fn byte(&self, place: usize) -> u8 {
+            self[place].load(Ordering::Relaxed)
+        }
     }
 
-    pub(super) fn load_numbers(lanes: &[AtomicU32; 4]) -> u8x16 {
-        let numbers: [u32; 4] = std::array::from_fn(|i| lanes[i].load(Ordering::Relaxed));
-        cast(numbers)
+    impl<const N: usize> Lanes for [AtomicU32; N] {
+        fn byte(&self, place: usize) -> u8 {
+            self[place / 4].load(Ordering::Relaxed).to_ne_bytes()[place % 4]
+        }
     }
 
-    pub(super) fn store_bytes(lanes: &[AtomicU8; 16], bytes: u8x16) {
-        for (lane, byte) in lanes.iter().zip(bytes.to_array()) {
+    pub(super) fn at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
+        u8x16::new(std::array::from_fn(|i| lanes.byte(FROM + i)))
+    }
+
+    pub(super) fn half_at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
+        u8x16::new(std::array::from_fn(|i| if i < 8 { lanes.byte(FROM + i) } else { 0 }))
+    }
+
+    pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
+        for (lane, byte) in lanes[FROM..].iter().zip(bytes.to_array()) {
             lane.store(byte, Ordering::Relaxed);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_at_once_is_one_by_one() {
+        let lanes: Bytes = std::array::from_fn(|i| AtomicU8::new(3 * i as u8 + 1));
+        let numbers: Floats = std::array::from_fn(|i| AtomicU32::new((1.5 * i as f32).to_bits()));
+        let some: [AtomicU8; 24] = std::array::from_fn(|i| AtomicU8::new(7 * i as u8));
+        assert_eq!(bytes(&lanes)[2], one_by_one::at::<_, 32>(&lanes));
+        let expected = [one_by_one::at::<_, 0>(&some), one_by_one::half_at::<_, 16>(&some)];
+        assert_eq!(three_halves(&some), expected);
+        for (axis, found) in floats(&numbers).into_iter().enumerate() {
+            let expected = std::array::from_fn(|i| 1.5 * (8 * axis + i) as f32);
+            assert_eq!(found.to_array(), expected);
+        }
+        let turned = bytes(&lanes).map(|bytes| !bytes);
+        set_bytes(&lanes, turned);
+        assert_eq!(bytes(&lanes), turned);
+        one_by_one::set_at::<16>(&lanes, turned[0]);
+        assert_eq!(bytes(&lanes), [turned[0], turned[0], turned[2], turned[3]]);
     }
 }

@@ -12,7 +12,7 @@ use rustc_hash::FxHasher;
 use wide::f32x8;
 
 use super::block::{Block, about, between};
-use super::lanes;
+use super::lanes::{self, Floats};
 use super::slab::Slab;
 use crate::ahead::fetch;
 
@@ -20,7 +20,7 @@ use crate::ahead::fetch;
 #[repr(align(64))]
 struct Chunk {
     /// Along each axis.
-    places: [[[AtomicU32; 4]; 2]; 3],
+    places: Floats,
     id: [AtomicU32; LANES],
 }
 
@@ -28,9 +28,8 @@ const LANES: usize = 8;
 
 impl Default for Chunk {
     fn default() -> Self {
-        let four = |()| [(); 4].map(|()| AtomicU32::new(f32::INFINITY.to_bits()));
         Self {
-            places: [(); 3].map(|()| [(); 2].map(four)),
+            places: [(); 3 * LANES].map(|()| AtomicU32::new(f32::INFINITY.to_bits())),
             id: [(); LANES].map(|()| AtomicU32::new(u32::MAX)),
         }
     }
@@ -97,8 +96,8 @@ impl Chunks {
         }
         let chunk = &self.chunks[head];
         chunk.id[lane].store(id, Ordering::Relaxed);
-        for (places, place) in chunk.places.iter().zip(offset.as_vec3().to_array()) {
-            lanes::set_float(places, lane, place);
+        for (axis, place) in offset.as_vec3().to_array().into_iter().enumerate() {
+            chunk.places[axis * LANES + lane].store(place.to_bits(), Ordering::Relaxed);
         }
         shared.set(List { head, len: len + 1 });
     }
@@ -144,7 +143,7 @@ impl Chunks {
     fn fetch(&self, list: List) {
         let first = self.chunks.get(list.head);
         fetch(first.map(|chunk| &chunk.places[0]));
-        fetch(first.map(|chunk| &chunk.places[2]));
+        fetch(first.map(|chunk| &chunk.places[2 * LANES]));
     }
 }
 
@@ -189,9 +188,12 @@ impl Chunk {
     /// Which centres are nearer to a place than the root of a limit.
     #[inline(always)]
     fn nearer_than(&self, p: Vec3, limit: f32) -> f32x8 {
-        let p = p.to_array();
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| lanes::floats(&self.places[axis]) - f32x8::splat(p[axis]));
+        let [x, y, z] = lanes::floats(&self.places);
+        let (x, y, z) = (
+            x - f32x8::splat(p.x),
+            y - f32x8::splat(p.y),
+            z - f32x8::splat(p.z),
+        );
         (x * x + y * y + z * z).simd_lt(f32x8::splat(limit))
     }
 }
@@ -212,6 +214,8 @@ pub(super) struct CellLists {
 #[derive(Default)]
 struct Cell {
     block: [AtomicU32; 3],
+    /// The bits of its lowest corner.
+    corner: [AtomicU64; 3],
     list: SharedList,
     /// The cells that touch this one and hold something, itself included.
     beside: [AtomicU32; MOST_BESIDE],
@@ -306,15 +310,16 @@ impl CellLists {
     pub(super) fn insert(&self, p: DVec3, id: u32) {
         let block = self.block(p);
         let number = self.number(block).unwrap_or_else(|| self.add_cell(block));
-        let offset = p - self.corner(block);
+        let offset = self.from_corner(number, p);
         self.chunks.push(&self.cells[number].list, offset, id);
     }
 
     #[cold]
     fn add_cell(&self, block: Block) -> u32 {
         let (new, cell) = self.cells.take();
-        for (own, c) in cell.block.iter().zip(block) {
+        for ((own, c), corner) in cell.block.iter().zip(block).zip(&cell.corner) {
             own.store(c, Ordering::Relaxed);
+            corner.store((f64::from(c) * self.size).to_bits(), Ordering::Relaxed);
         }
         self.touching(block, |other| cell.add_beside(other));
         cell.add_beside(new);
@@ -366,12 +371,8 @@ impl CellLists {
     /// A place relative to the lowest corner of a cell.
     #[inline(always)]
     fn from_corner(&self, number: u32, p: DVec3) -> DVec3 {
-        p - self.corner(self.cells[number].block())
-    }
-
-    #[inline(always)]
-    fn corner(&self, block: Block) -> DVec3 {
-        DVec3::from(block.map(f64::from)) * self.size
+        let bits = |axis: usize| self.cells[number].corner[axis].load(Ordering::Relaxed);
+        p - DVec3::from([0, 1, 2].map(|axis| f64::from_bits(bits(axis))))
     }
 
     /// The cells that a ball no larger than a cell may touch. The first centres of each are asked for.

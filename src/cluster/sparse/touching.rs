@@ -67,10 +67,8 @@ impl Entry {
 #[derive(Default)]
 #[repr(C, align(64))]
 struct Line {
-    /// The places along the first two axes.
-    xy: [AtomicU8; 2 * LANES],
-    /// Those along the third.
-    z: [AtomicU8; LANES],
+    /// The places along each axis.
+    xyz: [AtomicU8; 3 * LANES],
     ids: [AtomicU32; LANES],
     /// Places that are taken.
     taken: AtomicU32,
@@ -294,7 +292,7 @@ impl Line {
 
     #[inline(always)]
     fn axes(&self, lane: usize) -> [&AtomicU8; 3] {
-        [&self.xy[lane], &self.xy[LANES + lane], &self.z[lane]]
+        [0, 1, 2].map(|axis| &self.xyz[axis * LANES + lane])
     }
 
     #[inline(always)]
@@ -305,7 +303,7 @@ impl Line {
     /// Places along the first and the second axis, and along the third in the lower half.
     #[inline(always)]
     fn places(&self) -> [u8x16; 2] {
-        [lanes::bytes(&self.xy), lanes::half(&self.z)]
+        lanes::three_halves(&self.xyz)
     }
 
     /// Squared distances in steps from a point in the block, as far as is of interest. Free places are
