@@ -3,7 +3,9 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use thallus::cluster::{Cluster, Element, ElementIndex, Look, Mark, Notes, SparseIndex};
+use thallus::cluster::{
+    Cluster, Element, ElementIndex, Look, Mark, Notes, Population, SparseIndex,
+};
 use thallus::growth::{GrowthModel, Parameters, WalkerModel};
 use thallus::substrate::Substrate;
 
@@ -39,11 +41,15 @@ impl ElementIndex for Counting {
         self.0.expect(elements);
     }
 
-    fn insert(&mut self, elements: &[Element]) {
-        self.0.insert(elements);
+    fn make_room(&mut self) {
+        self.0.make_room();
     }
 
-    fn adopt(&mut self, elements: &[Element], notes: &mut Notes) {
+    fn insert(&self, elements: &Population<'_>) -> bool {
+        self.0.insert(elements)
+    }
+
+    fn adopt(&self, elements: &Population<'_>, notes: &mut Notes) {
         self.0.adopt(elements, notes);
     }
 
@@ -51,38 +57,38 @@ impl ElementIndex for Counting {
         self.0.mark(notes)
     }
 
-    fn held(&self, elements: &[Element], notes: &Notes) -> Mark {
+    fn held(&self, elements: &Population<'_>, notes: &Notes) -> Mark {
         self.0.held(elements, notes)
     }
 
-    fn rewind(&self, notes: &mut Notes, mark: Mark) {
-        self.0.rewind(notes, mark);
+    fn rewind(&self, known: usize, notes: &mut Notes, mark: Mark) {
+        self.0.rewind(known, notes, mark);
     }
 
-    fn begin(&self, notes: &mut Notes, others_walk: bool) {
-        self.0.begin(notes, others_walk);
+    fn begin(&self, known: usize, notes: &mut Notes, others_walk: bool) {
+        self.0.begin(known, notes, others_walk);
     }
 
     fn forget(&self, notes: &mut Notes) {
         self.0.forget(notes);
     }
 
-    fn look(&self, elements: &[Element], p: DVec3, notes: &mut Notes) -> Look {
+    fn look(&self, elements: &Population<'_>, p: DVec3, notes: &mut Notes) -> Look {
         LOOKUPS.fetch_add(1, Ordering::Relaxed);
         self.0.look(elements, p, notes)
     }
 
-    fn at_most(&self, elements: &[Element], p: DVec3, radius: f64, enough: usize) -> usize {
+    fn at_most(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize) -> usize {
         self.0.at_most(elements, p, radius, enough)
     }
 
-    fn read_ahead(&self, elements: &[Element], p: DVec3) {
+    fn read_ahead(&self, elements: &Population<'_>, p: DVec3) {
         self.0.read_ahead(elements, p);
     }
 
     fn any_within(
         &self,
-        elements: &[Element],
+        elements: &Population<'_>,
         p: DVec3,
         radius: f64,
         test: &mut dyn FnMut(u32, &Element) -> bool,

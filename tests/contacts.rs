@@ -307,7 +307,7 @@ fn scattered(
     let mut index = SparseIndex::new(radius, Some(10.0 * radius), substrate.bounds());
     for &at in points {
         cluster.push(Element::seed(substrate, at));
-        index.insert(cluster.elements());
+        index.add(&(&cluster).into());
     }
     (cluster, index)
 }
@@ -328,7 +328,7 @@ fn contacts_and_counts_equal_brute_force() {
         let around = Surroundings {
             substrate: &substrate,
             parameters: &parameters,
-            cluster: &cluster,
+            elements: (&cluster).into(),
             index: &index,
         };
         for _ in 0..12 {
@@ -391,7 +391,7 @@ fn faces_of_a_slab_never_touch_but_its_rim_is_crossed() {
             let around = Surroundings {
                 substrate: &slab,
                 parameters: &parameters,
-                cluster: &cluster,
+                elements: (&cluster).into(),
                 index: &index,
             };
             let touches = around.in_contact(&mut scratch, (front.triangle, slab.position(&front)));

@@ -165,14 +165,14 @@ fn curvature(place: DVec3, occupied: impl Fn(DVec3) -> bool) -> f64 {
             if occupied(p) {
                 let at = plane.nearest(plane.units().to_local(p.to_array())).0;
                 cluster.push(Element::seed(&plane, at));
-                index.insert(cluster.elements());
+                index.add(&(&cluster).into());
             }
         }
     }
     let around = Surroundings {
         substrate: &plane,
         parameters: &parameters,
-        cluster: &cluster,
+        elements: (&cluster).into(),
         index: &index,
     };
     let at = plane.nearest(plane.units().to_local(place.to_array())).0;

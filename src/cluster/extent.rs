@@ -153,7 +153,7 @@ mod tests {
         let (mut elements, mut extent, mut lists) = (Vec::new(), Extent::default(), 0);
         for p in centres {
             elements.push(element(p));
-            extent.add(&elements);
+            extent.add(&(&elements).into());
             let mean = elements.iter().map(|e| e.position).sum::<DVec3>() / elements.len() as f64;
             let far = farthest(elements.iter().map(|e| e.position), mean);
             assert!(extent.centroid().distance(mean) < 1e-9);

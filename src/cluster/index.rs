@@ -45,6 +45,13 @@ pub trait ElementIndex: Sync {
     #[must_use]
     fn insert(&self, elements: &Population<'_>) -> bool;
 
+    /// The same with room made for it: for whoever is alone with the index.
+    fn add(&mut self, elements: &Population<'_>) {
+        while !self.insert(elements) {
+            self.make_room();
+        }
+    }
+
     /// Keeps what looking found out, as far as there is room.
     fn adopt(&self, elements: &Population<'_>, notes: &mut Self::Notes);
 

@@ -60,9 +60,7 @@ impl<'a> Population<'a> {
         match self.overgrown {
             Some(bits) if is_set(bits, triangle) => true,
             None if self.old.iter().any(is_there) => true,
-            _ => { self.young.iter() }
-                .map_while(OnceLock::get)
-                .any(is_there),
+            _ => { self.young.iter() }.map_while(OnceLock::get).any(is_there),
         }
     }
 

@@ -152,12 +152,7 @@ impl<I: ElementIndex> Flight<I> {
 
     /// Takes the walker back to before anything that it would see otherwise now. False where there
     /// was nothing of the kind.
-    pub(super) fn catch_up(
-        &mut self,
-        index: &I,
-        elements: &Population<'_>,
-        launcher: u64,
-    ) -> bool {
+    pub(super) fn catch_up(&mut self, index: &I, elements: &Population<'_>, launcher: u64) -> bool {
         let known = std::mem::replace(&mut self.elements, elements.len());
         if matches!(self.stage, Stage::Ready) {
             return false;

@@ -258,7 +258,7 @@ pub(super) mod tests {
         let there = |at: &SurfacePoint| is_there(substrate.position(at));
         for at in places.filter(there).take(elements) {
             cluster.push(Element::seed(substrate, at));
-            index.insert(cluster.elements());
+            index.add(&(&cluster).into());
         }
         (cluster, index)
     }
@@ -271,7 +271,7 @@ pub(super) mod tests {
         let around = Surroundings {
             substrate: &substrate,
             parameters: &parameters,
-            cluster: &cluster,
+            elements: (&cluster).into(),
             index: &index,
         };
         let law = Stickiness::new(&parameters);

@@ -290,11 +290,7 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
     }
 
     /// Lands a walker, and now and then looks at the clock.
-    fn land_by_the_clock(
-        &self,
-        (books, outcome): &mut (Books, Outcome),
-        flight: Box<Flight<I>>,
-    ) {
+    fn land_by_the_clock(&self, (books, outcome): &mut (Books, Outcome), flight: Box<Flight<I>>) {
         if !flight.number.is_multiple_of(CLOCK) {
             return self.land(books, outcome, flight);
         }

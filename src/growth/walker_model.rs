@@ -179,7 +179,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     /// Lets walkers walk, until one has come to its end at least.
-    fn fly(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Option<Element>, Halt> {
+    fn fly(
+        &mut self,
+        cluster: &Cluster,
+        cancelled: Cancelled<'_>,
+    ) -> Result<Option<Element>, Halt> {
         self.sharing.walked(&self.books.counts);
         self.scene.index.make_room();
         let walkers = self.fleet_size(cluster.len());
@@ -277,9 +281,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let scene = &mut self.scene;
         if index_is_full {
             let elements = Population::from(cluster).with_young(&self.young, all);
-            while !scene.index.insert(&elements) {
-                scene.index.make_room();
-            }
+            scene.index.add(&elements);
         }
         let surface = (scene.substrate, &scene.parameters);
         { &mut scene.launcher }.update(surface, self.books.extent(), youngest);
@@ -414,9 +416,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
         self.inserted = self.told.births;
         self.books.at_birth.clone_from(&self.books.counts);
         let scene = &mut self.scene;
-        while !scene.index.insert(&cluster.into()) {
-            scene.index.make_room();
-        }
+        scene.index.add(&cluster.into());
         let surface = (scene.substrate, &scene.parameters);
         { &mut scene.launcher }.update(surface, cluster.extent(), youngest);
     }

@@ -64,7 +64,10 @@ impl Finest {
 
     /// How many more blocks and lines there is room for.
     pub(super) fn room(&self) -> [usize; 2] {
-        [self.touching.room().min(self.blocks.room()), self.lines.room()]
+        [
+            self.touching.room().min(self.blocks.room()),
+            self.lines.room(),
+        ]
     }
 
     /// Adds a centre to the blocks that are there: a line to each at most.

@@ -22,7 +22,12 @@ pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
 
 #[inline(always)]
 pub(super) fn bytes(lanes: &Bytes) -> [u8x16; 4] {
-    [at::<_, 0>(lanes), at::<_, 16>(lanes), at::<_, 32>(lanes), at::<_, 48>(lanes)]
+    [
+        at::<_, 0>(lanes),
+        at::<_, 16>(lanes),
+        at::<_, 32>(lanes),
+        at::<_, 48>(lanes),
+    ]
 }
 
 #[inline(always)]
@@ -139,7 +144,9 @@ mod one_by_one {
     }
 
     pub(super) fn half_at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
-        u8x16::new(std::array::from_fn(|i| if i < 8 { lanes.byte(FROM + i) } else { 0 }))
+        u8x16::new(std::array::from_fn(|i| {
+            if i < 8 { lanes.byte(FROM + i) } else { 0 }
+        }))
     }
 
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
@@ -159,7 +166,10 @@ mod tests {
         let numbers: Floats = std::array::from_fn(|i| AtomicU32::new((1.5 * i as f32).to_bits()));
         let some: [AtomicU8; 24] = std::array::from_fn(|i| AtomicU8::new(7 * i as u8));
         assert_eq!(bytes(&lanes)[2], one_by_one::at::<_, 32>(&lanes));
-        let expected = [one_by_one::at::<_, 0>(&some), one_by_one::half_at::<_, 16>(&some)];
+        let expected = [
+            one_by_one::at::<_, 0>(&some),
+            one_by_one::half_at::<_, 16>(&some),
+        ];
         assert_eq!(three_halves(&some), expected);
         for (axis, found) in floats(&numbers).into_iter().enumerate() {
             let expected = std::array::from_fn(|i| 1.5 * (8 * axis + i) as f32);

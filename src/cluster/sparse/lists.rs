@@ -310,7 +310,7 @@ impl CellLists {
     pub(super) fn insert(&self, p: DVec3, id: u32) {
         let block = self.block(p);
         let number = self.number(block).unwrap_or_else(|| self.add_cell(block));
-        let offset = self.from_corner(number, p);
+        let offset = self.offset_in(number, p);
         self.chunks.push(&self.cells[number].list, offset, id);
     }
 
@@ -370,7 +370,7 @@ impl CellLists {
 
     /// A place relative to the lowest corner of a cell.
     #[inline(always)]
-    fn from_corner(&self, number: u32, p: DVec3) -> DVec3 {
+    fn offset_in(&self, number: u32, p: DVec3) -> DVec3 {
         let bits = |axis: usize| self.cells[number].corner[axis].load(Ordering::Relaxed);
         p - DVec3::from([0, 1, 2].map(|axis| f64::from_bits(bits(axis))))
     }
@@ -382,7 +382,7 @@ impl CellLists {
         let block = self.block(p);
         let mut one = |number: u32| {
             let cell = &self.cells[number];
-            let offset = self.from_corner(number, p);
+            let offset = self.offset_in(number, p);
             let half = DVec3::splat(0.5 * self.size);
             let gaps = ((offset - half).abs() - half).max(DVec3::ZERO);
             if gaps.length_squared() < limit {
@@ -424,7 +424,10 @@ impl CellLists {
             if (most as usize) < enough {
                 break;
             }
-            most = most - list.len + self.chunks.count(list, self.from_corner(number, p), limit as f32);
+            most = most - list.len
+                + self
+                    .chunks
+                    .count(list, self.offset_in(number, p), limit as f32);
         }
         most as usize
     }
@@ -442,7 +445,7 @@ impl CellLists {
         let touched = self.touched(p, limit);
         let mut waiting = Waiting::default();
         let found = touched.cells().any(|(number, list)| {
-            let offset = self.from_corner(number, p);
+            let offset = self.offset_in(number, p);
             self.chunks.any(list, offset, limit as f32, |id| {
                 ahead(id);
                 waiting.push(id, test)

@@ -319,7 +319,13 @@ impl ElementIndex for SparseIndex {
         self.search(elements, position, notes)
     }
 
-    fn at_most(&self, elements: &Population<'_>, position: DVec3, radius: f64, enough: usize) -> usize {
+    fn at_most(
+        &self,
+        elements: &Population<'_>,
+        position: DVec3,
+        radius: f64,
+        enough: usize,
+    ) -> usize {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         if let Some(wide) = self.wide.as_ref().filter(|wide| wide.holds(reach)) {
             return wide.at_most(p, reach, enough);

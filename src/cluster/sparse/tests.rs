@@ -39,13 +39,13 @@ fn empty() -> SparseIndex {
 /// distance where that is several radii.
 fn judge(index: &SparseIndex, elements: &[Element], notes: &mut Notes, stream: &mut Stream) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
-    index.begin(notes, false);
+    index.begin(elements.len(), notes, false);
     for i in 0..300 {
         let p = random_point(stream, [0.9, 0.3, 0.1][i % 3]);
         // As a walker does, look again nearby, so that all grids get asked.
         for step in [0.0, 0.05, 0.01, 0.002] {
             let p = p + (stream.in_unit_disc() * step).extend(0.0);
-            let (look, nearest) = (index.look(elements, p, notes), nearest(elements, p));
+            let (look, nearest) = (index.look(&elements.into(), p, notes), nearest(elements, p));
             assert!(look.clear <= nearest * (1.0 + 1e-12));
             assert_eq!(look.touching, nearest < 2.0 * RADIUS, "{nearest}");
             if nearest > 6.0 * RADIUS {
@@ -63,11 +63,11 @@ fn bounds_and_contacts_agree_with_brute_force() {
     for births in [1, 9, 90, 900, 2000] {
         for _ in 0..births {
             elements.push(element(random_point(&mut stream, 0.2)));
-            index.insert(&elements);
+            index.add(&(&elements).into());
         }
         let quality = judge(&index, &elements, &mut notes, &mut stream);
         assert!(quality > 0.7, "bounds of {quality} of the distance");
-        index.adopt(&elements, &mut notes);
+        index.adopt(&(&elements).into(), &mut notes);
     }
 }
 
@@ -87,17 +87,17 @@ fn crowds_hide_no_older_centre() {
                 _ => crowd + place(&mut stream, 0.5),
             };
             elements.push(element(position));
-            index.insert(&elements);
+            index.add(&(&elements).into());
         }
         // The second time all blocks are there.
         for _ in 0..2 {
-            index.begin(&mut notes, false);
+            index.begin(elements.len(), &mut notes, false);
             for _ in 0..200 {
                 let p = place(&mut stream, 6.0);
-                let touching = index.look(&elements, p, &mut notes).touching;
+                let touching = index.look(&(&elements).into(), p, &mut notes).touching;
                 assert_eq!(touching, nearest(&elements, p) < 2.0 * RADIUS);
             }
-            index.adopt(&elements, &mut notes);
+            index.adopt(&(&elements).into(), &mut notes);
         }
     }
 }
@@ -112,20 +112,20 @@ fn blocks_made_late_are_those_made_early() {
     let mut notes = Notes::default();
     for n in 0..births.len() {
         let before = &births[..n];
-        early.begin(&mut notes, false);
+        early.begin(n, &mut notes, false);
         places[..20].iter().for_each(|&q| {
-            early.look(before, q, &mut notes);
+            early.look(&before.into(), q, &mut notes);
         });
-        early.adopt(before, &mut notes);
-        early.insert(&births[..=n]);
-        late.insert(&births[..=n]);
+        early.adopt(&before.into(), &mut notes);
+        early.add(&births[..=n].into());
+        late.add(&births[..=n].into());
     }
     let (mut of_early, mut of_late) = (Notes::default(), Notes::default());
-    early.begin(&mut of_early, false);
-    late.begin(&mut of_late, false);
+    early.begin(births.len(), &mut of_early, false);
+    late.begin(births.len(), &mut of_late, false);
     for &q in &places {
         let [early, late] = [(&early, &mut of_early), (&late, &mut of_late)]
-            .map(|(index, notes)| index.look(&births, q, notes));
+            .map(|(index, notes)| index.look(&(&births).into(), q, notes));
         assert_eq!(early, late);
     }
 }
@@ -136,13 +136,13 @@ fn balls_hold_what_brute_force_finds() {
     let (mut index, mut elements) = (empty(), Vec::new());
     for _ in 0..3000 {
         elements.push(element(random_point(&mut stream, 0.1)));
-        index.insert(&elements);
+        index.add(&(&elements).into());
     }
     for i in 0..400 {
         let p = random_point(&mut stream, 0.11);
         let radius = RADIUS * [2.0, 4.0, 7.0, 10.0, 25.0][i % 5];
         let mut found = Vec::new();
-        index.within(&elements, p, radius, &mut |id, e| {
+        index.within(&(&elements).into(), p, radius, &mut |id, e| {
             found.push((id, e.position));
         });
         found.sort_unstable_by_key(|f| f.0);
@@ -155,7 +155,7 @@ fn balls_hold_what_brute_force_finds() {
             let nearly = |e: &&Element| e.position.distance(p) < radius * (1.0 + 1e-5);
             let nearly = elements.iter().filter(nearly).count();
             for enough in [0, 1, expected.len(), expected.len() + 1, 10_000] {
-                let most = index.at_most(&elements, p, radius, enough);
+                let most = index.at_most(&(&elements).into(), p, radius, enough);
                 assert!(most >= expected.len());
                 assert!(most <= nearly || most < enough);
             }
@@ -171,14 +171,17 @@ fn bounds_hold_beyond_the_box() {
     for _ in 0..300 {
         let p = random_point(&mut stream, 0.1);
         elements.push(element(p + DVec3::new(0.9, 0.9, 0.07)));
-        index.insert(&elements);
+        index.add(&(&elements).into());
     }
     let mut notes = Notes::default();
     for far in [0.0, 0.01, 0.1, 1.0, 10.0, 1e4] {
         for way in [DVec3::X, -DVec3::X, DVec3::Z, -DVec3::ONE, DVec3::ONE] {
-            index.begin(&mut notes, false);
+            index.begin(elements.len(), &mut notes, false);
             let p = DVec3::new(0.9, 0.9, 0.1) + far * way;
-            let (look, nearest) = (index.look(&elements, p, &mut notes), nearest(&elements, p));
+            let (look, nearest) = (
+                index.look(&(&elements).into(), p, &mut notes),
+                nearest(&elements, p),
+            );
             assert!(look.clear <= nearest * (1.0 + 1e-12), "{far} along {way}");
             assert_eq!(look.touching, nearest < 2.0 * RADIUS);
         }
@@ -192,22 +195,27 @@ fn births_lower_blocks_to_what_a_survey_finds() {
     let mut stream = Stream::new(5, Purpose::Walker, 0);
     let (mut index, mut notes, mut elements) = (empty(), Notes::default(), Vec::new());
     for _ in 0..4000 {
-        index.begin(&mut notes, false);
+        index.begin(elements.len(), &mut notes, false);
         for _ in 0..8 {
-            index.look(&elements, random_point(&mut stream, 0.3), &mut notes);
+            index.look(
+                &(&elements).into(),
+                random_point(&mut stream, 0.3),
+                &mut notes,
+            );
         }
-        index.adopt(&elements, &mut notes);
+        index.adopt(&(&elements).into(), &mut notes);
         elements.push(element(random_point(&mut stream, 0.25)));
-        index.insert(&elements);
+        index.add(&(&elements).into());
     }
-    let centres = index.scale.of(&elements);
+    let all = (&elements).into();
+    let centres = index.scale.of(&all);
     // The coarsest level has one block, which is there from the beginning.
     let blocks: Vec<usize> = (0..index.tree.top())
         .map(|level| {
             let mut blocks = 0;
             let all = [[0; 3], [u32::MAX; 3]];
             index.tree.visit(level, all, |block, number| {
-                let lowered = &index.grid(level)[number as usize];
+                let lowered = index.grid(level)[number].all();
                 let surveyed = index.survey(level, block, &centres);
                 assert_eq!(lowered.0, surveyed.0, "level {level}, block {block:?}");
                 blocks += 1;
