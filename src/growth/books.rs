@@ -19,7 +19,7 @@ pub(super) struct Books {
     pub(super) at_birth: Counts,
     /// Those born ahead, with the counts at their births.
     pub(super) ahead: VecDeque<(Element, Counts)>,
-    /// Walkers that landed while more than one thread walked.
+    /// Walkers that landed while there was more than one thread to walk on.
     pub(super) landed_together: u64,
     /// That of so many elements.
     extent: (Extent, usize),

@@ -123,7 +123,7 @@ impl Counts {
 /// How a run's work was shared among threads. It differs from run to run; the result does not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Parallel {
-    /// Walkers that came to their end while more than one thread walked.
+    /// Walkers that came to their end while more than one thread was there to walk on.
     pub walks: u64,
     /// How often one of them was taken back, because an element born meanwhile might have changed
     /// its way.

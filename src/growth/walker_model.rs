@@ -231,6 +231,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         if let Some(Fate::Joined(_) | Fate::Lost) = fate {
             { &self.scene.index }.adopt(&elements, &mut flight.track.notes);
             self.books.add(&flight);
+            self.books.landed_together += u64::from(self.sharing.threads() > 1);
         }
         self.landed.push(flight);
         match fate {
