@@ -242,10 +242,10 @@ impl Cell {
     }
 }
 
-/// Cells that a ball may touch, and what was in each when that was found.
+/// Cells that a ball may touch, and how many centres each had when that was found: others may be added since.
 #[derive(Default)]
 struct Touched {
-    cells: [(u32, List); MOST_BESIDE],
+    cells: [(u32, u32); MOST_BESIDE],
     n: usize,
     /// In all of them.
     centres: u32,
@@ -253,14 +253,14 @@ struct Touched {
 
 impl Touched {
     #[inline(always)]
-    fn push(&mut self, number: u32, list: List) {
-        self.cells[self.n] = (number, list);
+    fn push(&mut self, number: u32, centres: u32) {
+        self.cells[self.n] = (number, centres);
         self.n += 1;
-        self.centres += list.len;
+        self.centres += centres;
     }
 
-    fn cells(&self) -> impl Iterator<Item = (u32, List)> {
-        self.cells[..self.n].iter().copied()
+    fn cells(&self) -> &[(u32, u32)] {
+        &self.cells[..self.n]
     }
 }
 
@@ -375,10 +375,9 @@ impl CellLists {
         p - DVec3::from([0, 1, 2].map(|axis| f64::from_bits(bits(axis))))
     }
 
-    /// The cells that a ball no larger than a cell may touch. The first centres of each are asked for.
+    /// Finds the cells that a ball no larger than a cell may touch. The first centres of each are asked for.
     #[inline(always)]
-    fn touched(&self, p: DVec3, limit: f64) -> Touched {
-        let mut touched = Touched::default();
+    fn find(&self, touched: &mut Touched, p: DVec3, limit: f64) {
         let block = self.block(p);
         let mut one = |number: u32| {
             let cell = &self.cells[number];
@@ -388,14 +387,13 @@ impl CellLists {
             if gaps.length_squared() < limit {
                 let list = cell.list.get();
                 self.chunks.fetch(list);
-                touched.push(number, list);
+                touched.push(number, list.len);
             }
         };
         match self.number(block) {
             Some(number) => self.cells[number].beside().for_each(one),
             None => self.touching(block, &mut one),
         }
-        touched
     }
 
     /// Visits the numbers of a cell and of those that touch it.
@@ -418,16 +416,15 @@ impl CellLists {
     /// A list counts whole until it is looked at.
     pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
         let limit = radius * radius;
-        let touched = self.touched(p, limit);
+        let mut touched = Touched::default();
+        self.find(&mut touched, p, limit);
         let mut most = touched.centres;
-        for (number, list) in touched.cells() {
+        for &(number, centres) in touched.cells() {
             if (most as usize) < enough {
                 break;
             }
-            most = most - list.len
-                + self
-                    .chunks
-                    .count(list, self.offset_in(number, p), limit as f32);
+            let (list, offset) = (self.cells[number].list.get(), self.offset_in(number, p));
+            most = most - centres + self.chunks.count(list, offset, limit as f32);
         }
         most as usize
     }
@@ -442,10 +439,11 @@ impl CellLists {
         test: &mut dyn FnMut(u32) -> bool,
     ) -> bool {
         let limit = radius * radius;
-        let touched = self.touched(p, limit);
+        let mut touched = Touched::default();
+        self.find(&mut touched, p, limit);
         let mut waiting = Waiting::default();
-        let found = touched.cells().any(|(number, list)| {
-            let offset = self.offset_in(number, p);
+        let found = touched.cells().iter().any(|&(number, _)| {
+            let (list, offset) = (self.cells[number].list.get(), self.offset_in(number, p));
             self.chunks.any(list, offset, limit as f32, |id| {
                 ahead(id);
                 waiting.push(id, test)
