@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thallus::cluster::{Cluster, Element};
 use thallus::growth::{Boundary, Counts, GrowthModel, Halt, Join, Law, SeedPlace, WalkerModel};
-use thallus::run::{Execution, Recipe, Run, StopRule, Stopped, grow, watch};
+use thallus::run::{Execution, Progress, Recipe, Run, StopRule, Stopped, grow, watch};
 use thallus::substrate::Substrate;
 
 /// By as many threads of the operating system: where these are more than the machine has cores, it is as loaded
@@ -76,6 +76,33 @@ fn packed_lichen_is_the_same_on_any_number_of_threads() {
     let recipe = common::recipe(plane.auto_radius(), 4000);
     assert_eq!(recipe.join, Join::Pack);
     check("plane, with open edges", &plane, &recipe);
+}
+
+/// Births that are found ahead are told of one by one, as if they had just been found.
+#[test]
+fn observers_are_told_the_same_of_each_birth() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 3000);
+    let [one, many] = [1, 4].map(|threads| {
+        let execution = Execution {
+            threads,
+            uses_all_threads: true,
+            ..Execution::default()
+        };
+        let mut told = Vec::new();
+        let mut observer = watch(|element: &Element, progress: &Progress| {
+            told.push((*element, progress.clone()));
+            ControlFlow::Continue(())
+        });
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads")
+            .install(|| grow(&rock, &recipe, &execution, &mut observer))
+            .expect("grows");
+        told
+    });
+    assert_eq!(one.len(), 3000);
+    let differs = one.iter().zip(&many).position(|(a, b)| a != b);
+    assert_eq!((differs, many.len()), (None, 3000));
 }
 
 #[test]

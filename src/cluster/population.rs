@@ -105,3 +105,58 @@ impl<'a> From<&'a Cluster> for Population<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::NO_PARENT;
+    use crate::substrate::SurfacePoint;
+
+    fn element(triangle: u32) -> Element {
+        let at = SurfacePoint::centroid(triangle);
+        Element {
+            at,
+            position: glam::DVec3::ZERO,
+            parent: NO_PARENT,
+            colony: 0,
+            probability: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_young_follow_the_old_whether_known_or_not() {
+        let mut cluster = Cluster::new(1.0);
+        cluster.extend([5, 70].map(element));
+        let young: Vec<OnceLock<Element>> = (0..3).map(|_| OnceLock::new()).collect();
+        let ages = |all: &Population<'_>, age| -> Vec<u32> {
+            all.since(age).map(|e| e.at.triangle).collect()
+        };
+        for old in [Population::from(&cluster), cluster.elements().into()] {
+            assert_eq!((old.len(), old.is_empty()), (2, false));
+            assert!(old.is_on(70) && !old.is_on(7));
+        }
+        young[0].get_or_init(|| element(7));
+        let all = Population::from(&cluster).with_young(&young, 3);
+        young[1].get_or_init(|| element(9));
+        assert_eq!(ages(&all, 0), [5, 70, 7]);
+        assert_eq!(ages(&all, 1), [70, 7]);
+        assert_eq!(ages(&all, 2), [7]);
+        assert!(ages(&all, 3).is_empty());
+        let triangle = |age| all.get(age).map(|e| e.at.triangle);
+        assert_eq!(
+            [1, 2, 3, 4].map(triangle),
+            [Some(70), Some(7), Some(9), None]
+        );
+        assert!([5, 7, 9, 70].iter().all(|t| all.is_on(*t)) && !all.is_on(6));
+        let youngest = all.youngest().map(|(age, e)| (age, e.at.triangle));
+        assert_eq!(youngest, Some((2, 7)));
+        assert!(Population::from([].as_slice()).youngest().is_none());
+    }
+
+    #[test]
+    #[should_panic(expected = "4 elements")]
+    fn there_cannot_be_more_than_there_are() {
+        let elements = [1, 2, 3].map(element);
+        let _ = Population::from(elements.as_slice()).with_young(&[], 4);
+    }
+}

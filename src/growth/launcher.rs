@@ -265,3 +265,35 @@ fn launch_radius(parameters: &Parameters, effective_radius: f64) -> f64 {
     let scaled = parameters.launch * floored_extent(parameters, effective_radius);
     scaled.max(effective_radius + LEAST_GAP * parameters.radius)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::stick::tests::{parameters, scattered};
+    use super::*;
+
+    /// Walkers may walk on while elements are born only as long as nothing here changes.
+    #[test]
+    fn it_tells_beforehand_whether_an_element_changes_it() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().diagonal() / 250.0);
+        let (all, _) = scattered(&substrate, &parameters, 4000);
+        let mut cluster = crate::cluster::Cluster::new(parameters.radius);
+        let (mut launcher, mut changes) = (Launcher::default(), 0);
+        let surface = (&substrate, &parameters);
+        for (age, element) in all.elements().iter().enumerate() {
+            cluster.push(*element);
+            if age % 500 == 499 {
+                launcher.launch_inside();
+            }
+            let before = launcher.version;
+            let is_outdated = launcher.is_outdated(surface, cluster.extent(), element);
+            launcher.update(surface, cluster.extent(), element);
+            assert_eq!(is_outdated, launcher.version != before, "element {age}");
+            assert!(!launcher.is_outdated(surface, cluster.extent(), element));
+            changes += usize::from(is_outdated);
+        }
+        assert!((10..2000).contains(&changes), "{changes} changes");
+    }
+}

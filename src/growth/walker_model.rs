@@ -498,6 +498,38 @@ mod tests {
         }
     }
 
+    /// The others would wait for the walker of a thread that is gone, and for ever.
+    #[test]
+    fn a_panic_of_one_thread_is_one_of_all() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().diagonal() / 400.0);
+        let seed = Element::seed(&substrate, substrate.nearest(substrate.bounds()[0]).0);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
+        let pool = pool.expect("threads");
+        let (mut model, mut cluster) = begun(&substrate, &parameters, &[seed], 1);
+        grow(&mut model, &mut cluster, 700, &mut |_| {});
+        let (mut model, mut cluster) = begun(&substrate, &parameters, cluster.elements(), 3);
+        pool.install(|| grow(&mut model, &mut cluster, 300, &mut |_| {}));
+        let asked = AtomicU64::new(0);
+        let fails = || {
+            assert!(
+                asked.fetch_add(1, Ordering::Relaxed) != 9000,
+                "as it should"
+            );
+            false
+        };
+        let next = std::panic::AssertUnwindSafe(|| {
+            pool.install(|| {
+                for _ in 0..3000 {
+                    cluster.push(model.next(&cluster, &fails).expect("a birth"));
+                    model.born(&cluster);
+                }
+            });
+        });
+        assert!(std::panic::catch_unwind(next).is_err());
+        assert!(asked.into_inner() > 9000);
+    }
+
     #[test]
     fn walkers_in_small_steps_wait_where_their_tracks_are_full() {
         let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");

@@ -1,5 +1,8 @@
 //! The index against brute force.
 
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::*;
 use crate::cluster::NO_PARENT;
 use crate::rng::{Purpose, Stream};
@@ -240,4 +243,108 @@ fn the_widest_balls_are_looked_for_in_wide_cells_whatever_the_radius() {
         let lists = index.wide.expect("wider than contact");
         assert!(lists.holds(reach), "{widest} at {radius}");
     }
+}
+
+/// A walker that others are born beside: where it looked, and what it saw.
+struct Seen {
+    places: Vec<DVec3>,
+    looks: Vec<Look>,
+    notes: Notes,
+}
+
+/// Eight looks of a walker that knows of some elements. None of those may be missed, whoever is born meanwhile.
+fn look_around(index: &SparseIndex, elements: &Population<'_>, stream: &mut Stream) -> Seen {
+    let known: Vec<DVec3> = elements.since(0).map(|e| e.position).collect();
+    let within = |p: DVec3, radius: f64| known.iter().filter(|q| q.distance(p) < radius).count();
+    let mut notes = Notes::default();
+    index.begin(elements.len(), &mut notes, true);
+    let mut p = random_point(stream, 0.2);
+    let (mut places, mut looks) = (Vec::new(), Vec::new());
+    for _ in 0..8 {
+        let look = index.look(elements, p, &mut notes);
+        let nearest = { known.iter() }.fold(f64::INFINITY, |least, q| least.min(q.distance(p)));
+        assert!(look.clear <= nearest * (1.0 + 1e-12));
+        assert!(look.touching || nearest >= 2.0 * RADIUS);
+        let wide = 10.0 * RADIUS;
+        assert!(index.at_most(elements, p, wide, 0) >= within(p, wide));
+        let (mut found, mut ages) = (0, Vec::new());
+        index.within(elements, p, wide, &mut |age, _| {
+            found += usize::from((age as usize) < known.len());
+            ages.push(age);
+        });
+        assert_eq!(found, within(p, wide));
+        ages.sort_unstable();
+        assert!(
+            ages.windows(2).all(|two| two[0] < two[1]),
+            "one found twice"
+        );
+        places.push(p);
+        looks.push(look);
+        p += (stream.in_unit_disc() * 0.01).extend(0.0);
+    }
+    Seen {
+        places,
+        looks,
+        notes,
+    }
+}
+
+#[test]
+fn who_looks_while_others_are_born_misses_none_that_he_knows_and_can_tell_what_changed() {
+    const BIRTHS: usize = 200;
+    let mut stream = Stream::new(13, Purpose::Walker, 0);
+    let (mut index, mut elements) = (empty(), Vec::new());
+    let (mut held, mut disturbed) = (0, 0);
+    for round in 0..12 {
+        let young: Vec<OnceLock<Element>> = (0..BIRTHS).map(|_| OnceLock::new()).collect();
+        let births: Vec<Element> = { 0..BIRTHS }
+            .map(|_| element(random_point(&mut stream, 0.15)))
+            .collect();
+        let old = elements.len();
+        let born = AtomicUsize::new(old);
+        let population = |len: usize| Population::from(&elements).with_young(&young, len);
+        index.make_room();
+        let (index_now, births_now) = (&index, &births);
+        let seen: Vec<Seen> = std::thread::scope(|scope| {
+            let looks = |reader: u64| {
+                let (born, population) = (&born, &population);
+                move || {
+                    let mut stream = Stream::new(14 + reader, Purpose::Walker, round);
+                    let mut seen = Vec::new();
+                    while born.load(Ordering::Acquire) < old + BIRTHS {
+                        let known = population(born.load(Ordering::Acquire));
+                        seen.push(look_around(index_now, &known, &mut stream));
+                    }
+                    seen
+                }
+            };
+            let readers = [0, 1].map(|reader| scope.spawn(looks(reader)));
+            for (i, birth) in births_now.iter().enumerate() {
+                young[i].get_or_init(|| *birth);
+                assert!(index_now.insert(&population(old + i + 1)), "no room");
+                born.store(old + i + 1, Ordering::Release);
+            }
+            let seen = readers.map(|reader| reader.join().expect("no panic"));
+            seen.into_iter().flatten().collect()
+        });
+        for Seen {
+            places,
+            looks,
+            notes,
+        } in seen
+        {
+            let all = population(old + BIRTHS);
+            if !index.mark(&notes).is_within(&index.held(&all, &notes)) {
+                disturbed += 1;
+                continue;
+            }
+            held += 1;
+            let mut notes = Notes::default();
+            index.begin(all.len(), &mut notes, false);
+            let again = places.iter().map(|p| index.look(&all, *p, &mut notes));
+            assert!(again.eq(looks), "what was held is seen otherwise now");
+        }
+        elements.extend(births);
+    }
+    assert!(held > 20 && disturbed > 20, "{held} held, {disturbed} not");
 }
