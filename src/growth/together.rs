@@ -28,10 +28,13 @@ pub(super) const MOST_AHEAD: usize = 256;
 /// How long walkers walk before it is, at most.
 const LONGEST: Duration = Duration::from_millis(10);
 
-/// Looks at what a thread waits for before it may sleep: some hundred microseconds.
+/// Looks at what a thread waits for, until walkers walk together again, before it may sleep: some hundred microseconds.
 const MOST_WAITS: u32 = 10_000;
 
-/// How long it sleeps.
+/// The same while they do, and there are none left for it.
+const FEW_WAITS: u32 = 2_000;
+
+/// How long it sleeps then.
 const NAP: Duration = Duration::from_micros(100);
 
 /// Walkers from one look at the clock to the next.
@@ -268,7 +271,7 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
     /// Waits, but not for ever, until the roster has changed.
     fn wait_for_more_than(&self, changes: usize) {
         let is_same = || self.changes.load(Ordering::Relaxed) == changes && !self.is_over();
-        if wait_while(is_same) {
+        if is_in_vain(FEW_WAITS, is_same) {
             std::thread::sleep(NAP);
         }
     }
@@ -361,9 +364,14 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
 }
 
 /// Waits, but not for ever, without letting the thread fall asleep: to wake it takes longer than the
-/// others mostly do. Whether it was in vain.
-pub(super) fn wait_while(not_yet: impl Fn() -> bool) -> bool {
-    (0..MOST_WAITS).all(|_| {
+/// others mostly do.
+pub(super) fn wait_while(not_yet: impl Fn() -> bool) {
+    is_in_vain(MOST_WAITS, not_yet);
+}
+
+/// Waits for so many looks at most. Whether it was in vain.
+fn is_in_vain(looks: u32, not_yet: impl Fn() -> bool) -> bool {
+    (0..looks).all(|_| {
         std::hint::spin_loop();
         not_yet()
     })

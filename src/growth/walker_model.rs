@@ -294,9 +294,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let flown = self.flown.load(Ordering::Relaxed);
         for _ in 1..threads {
             let latest = Arc::clone(&self.flown);
-            rayon::spawn(move || {
-                wait_while(|| latest.load(Ordering::Relaxed) == flown);
-            });
+            rayon::spawn(move || wait_while(|| latest.load(Ordering::Relaxed) == flown));
         }
     }
 
