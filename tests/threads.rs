@@ -3,6 +3,8 @@
 mod common;
 #[path = "common/finer.rs"]
 mod finer;
+#[path = "common/scarce.rs"]
+mod scarce;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -103,6 +105,32 @@ fn observers_are_told_the_same_of_each_birth() {
     assert_eq!(one.len(), 3000);
     let differs = one.iter().zip(&many).position(|(a, b)| a != b);
     assert_eq!((differs, many.len()), (None, 3000));
+}
+
+/// Walking stops wherever the index has no room, with walkers on their way that have not seen the last element.
+#[test]
+fn lichen_is_the_same_where_the_index_has_no_room_time_and_again() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 2500);
+    let (one, _, _) = grown(&rock, &recipe, ONE);
+    for threads in [2, 3, 8] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let many = pool.expect("threads").install(|| {
+            let parameters = recipe.parameters(&rock);
+            let model = WalkerModel::<scarce::Scarce>::with_index(&rock, parameters);
+            let (mut model, mut cluster) = (model.on_threads(threads), Cluster::new(one.radius()));
+            cluster.push(one.elements()[0]);
+            model.born(&cluster);
+            while cluster.len() < one.len() {
+                cluster.push(model.next(&cluster, &|| false).expect("a birth"));
+                model.born(&cluster);
+            }
+            cluster
+        });
+        let both = one.elements().iter().zip(many.elements());
+        let differs = both.into_iter().position(|(a, b)| a != b);
+        assert_eq!(differs, None, "{threads} threads, first difference");
+    }
 }
 
 #[test]

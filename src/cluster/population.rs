@@ -54,14 +54,14 @@ impl<'a> Population<'a> {
         }
     }
 
-    /// Whether the centre of one that there was, or of a younger one, is on a triangle.
-    pub fn is_on(&self, triangle: u32) -> bool {
-        let is_there = |element: &Element| element.at.triangle == triangle;
-        match self.overgrown {
-            Some(bits) if is_set(bits, triangle) => true,
-            None if self.old.iter().any(is_there) => true,
-            _ => { self.young.iter() }.map_while(OnceLock::get).any(is_there),
-        }
+    /// Whether the centre of one, known or not, is on some triangles: those of a list, which `is_one` tells too.
+    pub fn are_on(&self, triangles: &[u32], is_one: impl Fn(u32) -> bool) -> bool {
+        let is_there = |element: &Element| is_one(element.at.triangle);
+        let old = match self.overgrown {
+            Some(bits) => triangles.iter().any(|&t| is_set(bits, t)),
+            None => self.old.iter().any(is_there),
+        };
+        old || { self.young.iter() }.map_while(OnceLock::get).any(is_there)
     }
 
     /// Those known from an age on.
@@ -133,7 +133,8 @@ mod tests {
         };
         for old in [Population::from(&cluster), cluster.elements().into()] {
             assert_eq!((old.len(), old.is_empty()), (2, false));
-            assert!(old.is_on(70) && !old.is_on(7));
+            assert!(old.are_on(&[8, 70], |t| [8, 70].contains(&t)));
+            assert!(!old.are_on(&[8, 7], |t| [8, 7].contains(&t)));
         }
         young[0].get_or_init(|| element(7));
         let all = Population::from(&cluster).with_young(&young, 3);
@@ -147,7 +148,8 @@ mod tests {
             [1, 2, 3, 4].map(triangle),
             [Some(70), Some(7), Some(9), None]
         );
-        assert!([5, 7, 9, 70].iter().all(|t| all.is_on(*t)) && !all.is_on(6));
+        let is_on = |triangle: u32| all.are_on(&[triangle], |t| t == triangle);
+        assert!([5, 7, 9, 70].into_iter().all(is_on) && !is_on(6));
         let youngest = all.youngest().map(|(age, e)| (age, e.at.triangle));
         assert_eq!(youngest, Some((2, 7)));
         assert!(Population::from([].as_slice()).youngest().is_none());

@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
+use crossbeam_utils::CachePadded;
 use rayon::prelude::*;
 
 use super::Halt;
@@ -58,13 +59,13 @@ pub(super) struct Together<'b, 'a, I: ElementIndex> {
     /// Those born ahead of it.
     young: &'b [OnceLock<Element>],
     /// How many elements there are, as far as the index has them.
-    born: AtomicUsize,
+    born: CachePadded<AtomicUsize>,
     limits: Limits,
     cancelled: &'b (dyn Fn() -> bool + Sync),
     roster: Mutex<Roster<I>>,
     /// Whoever has them lands walkers.
     books: Mutex<(Books, Outcome)>,
-    is_over: AtomicBool,
+    is_over: CachePadded<AtomicBool>,
     /// How often the roster has changed.
     changes: AtomicUsize,
     conflicts: AtomicU64,
@@ -116,8 +117,12 @@ impl<I: ElementIndex> Place<I> {
 impl<I: ElementIndex> Roster<I> {
     /// The first that is to walk, and whether others are before it.
     fn next(&mut self, limits: &Limits) -> Option<(Box<Flight<I>>, bool)> {
-        let waits = |place: &Place<I>| matches!(place, Place::Waits(_));
-        if let Some(i) = self.places.iter().position(waits) {
+        // One whose track is full has to wait until it is the first.
+        let waits = |(i, place): (usize, &Place<I>)| match place {
+            Place::Waits(flight) => i == 0 || !flight.track.is_full(),
+            _ => false,
+        };
+        if let Some(i) = self.places.iter().enumerate().position(waits) {
             let place = std::mem::replace(&mut self.places[i], Place::Walks);
             return place.flight().map(|flight| (flight, i > 0));
         }
@@ -190,12 +195,12 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
             scene,
             cluster,
             young,
-            born: AtomicUsize::new(cluster.len()),
+            born: AtomicUsize::new(cluster.len()).into(),
             limits,
             cancelled,
             roster: Mutex::new(roster),
             books: Mutex::new((books, Outcome::default())),
-            is_over: AtomicBool::new(false),
+            is_over: CachePadded::default(),
             changes: AtomicUsize::new(0),
             conflicts: AtomicU64::new(0),
             since: Instant::now(),
@@ -244,18 +249,33 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
         };
         while !self.is_over() {
             let changes = self.changes.load(Ordering::Relaxed);
-            let next = lock(&self.roster).next(&self.limits);
-            match next {
+            match self.next() {
                 Some((mut flight, others_walk)) => {
                     let job = (job, others_walk);
                     let again =
                         { self.scene }.advance(&mut flight, self.elements(), job, interrupts);
-                    self.conflicts.fetch_add(again.into(), Ordering::Relaxed);
+                    self.count_conflict(again);
                     self.put_back(flight);
                 }
                 None => self.wait_for_more_than(changes),
             }
             self.land_all();
+        }
+    }
+
+    /// The next to walk, and whether others are before it. Nobody becomes the first once it is over: what he saw would be
+    /// forgotten, though an element before him may have found no room in the index.
+    fn next(&self) -> Option<(Box<Flight<I>>, bool)> {
+        let mut roster = lock(&self.roster);
+        match self.is_over() {
+            true => None,
+            false => roster.next(&self.limits),
+        }
+    }
+
+    fn count_conflict(&self, is_one: bool) {
+        if is_one {
+            self.conflicts.fetch_add(1, Ordering::Relaxed);
         }
     }
 
@@ -309,7 +329,7 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
     fn land(&self, books: &mut Books, outcome: &mut Outcome, mut flight: Box<Flight<I>>) {
         let elements = self.elements();
         let again = self.scene.catch_up(&mut flight, &elements);
-        self.conflicts.fetch_add(again.into(), Ordering::Relaxed);
+        self.count_conflict(again);
         let Some(fate) = flight.fate() else {
             return self.put_back(flight);
         };

@@ -510,8 +510,8 @@ impl<I: ElementIndex> Walk<'_, I> {
             radius: ball + around.parameters.radius,
         };
         self.scratch.reach(around.substrate, here.triangle, &larger);
-        let overgrown = |t: &u32| around.elements.is_on(*t);
-        if !self.scratch.reached().iter().any(overgrown) {
+        let is_reached = |triangle| self.scratch.has_reached(triangle);
+        if !{ around.elements }.are_on(self.scratch.reached(), is_reached) {
             return ball;
         }
         let mut nearest = ball;

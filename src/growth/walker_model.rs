@@ -375,6 +375,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                 return Ok(element);
             }
             if self.books.lost() > 0 {
+                self.told.counts.clone_from(&self.books.counts);
                 self.weigh_lost(cluster.len(), cancelled)?;
             }
             self.weigh_far();
@@ -386,12 +387,14 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             } = &mut self.scene;
             launcher.make_ready(habitat, far.as_ref());
             let flown = self.fly(cluster, cancelled);
-            // What stops growth does so again, when these have been asked for.
             if self.books.ahead.is_empty() {
                 self.told.counts.clone_from(&self.books.counts);
                 if let Some(element) = flown? {
                     return Ok(element);
                 }
+            } else if flown.is_err() {
+                // If it still holds it stops growth again, when these have been asked for.
+                self.landed.extend(self.fleet.drain(..));
             }
         }
     }

@@ -120,33 +120,37 @@ mod instructions {
 mod one_by_one {
     use std::sync::atomic::Ordering;
 
-    use super::{AtomicU8, AtomicU32, Bytes, u8x16};
+    use super::{AtomicU8, AtomicU32, Bytes, cast, u8x16};
 
-    /// Some atomics, byte by byte.
+    /// Some atomics, sixteen bytes or less from a place on.
     pub(super) trait Lanes {
-        fn byte(&self, place: usize) -> u8;
+        fn from(&self, place: usize) -> [u8; 16];
     }
 
     impl<const N: usize> Lanes for [AtomicU8; N] {
-        fn byte(&self, place: usize) -> u8 {
-            self[place].load(Ordering::Relaxed)
+        fn from(&self, place: usize) -> [u8; 16] {
+            let byte = |i: usize| {
+                self.get(place + i)
+                    .map_or(0, |lane| lane.load(Ordering::Relaxed))
+            };
+            std::array::from_fn(byte)
         }
     }
 
     impl<const N: usize> Lanes for [AtomicU32; N] {
-        fn byte(&self, place: usize) -> u8 {
-            self[place / 4].load(Ordering::Relaxed).to_ne_bytes()[place % 4]
+        fn from(&self, place: usize) -> [u8; 16] {
+            let number = |i: usize| self[place / 4 + i].load(Ordering::Relaxed);
+            cast::<[u32; 4], _>(std::array::from_fn(number))
         }
     }
 
     pub(super) fn at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
-        u8x16::new(std::array::from_fn(|i| lanes.byte(FROM + i)))
+        u8x16::new(lanes.from(FROM))
     }
 
     pub(super) fn half_at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
-        u8x16::new(std::array::from_fn(|i| {
-            if i < 8 { lanes.byte(FROM + i) } else { 0 }
-        }))
+        let [a, b, c, d, e, f, g, h, ..] = lanes.from(FROM);
+        u8x16::new([a, b, c, d, e, f, g, h, 0, 0, 0, 0, 0, 0, 0, 0])
     }
 
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {

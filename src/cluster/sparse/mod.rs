@@ -14,7 +14,7 @@ mod touching;
 mod tree;
 
 use std::hint::{black_box, select_unpredictable};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 use glam::DVec3;
 
@@ -43,6 +43,8 @@ pub struct SparseIndex {
     coarser: Blocks,
     /// The last centre that changed each level.
     changed_by: [AtomicU32; MOST_LEVELS],
+    /// Lines that a block would have taken for which there was no room.
+    wanted: AtomicUsize,
     /// Centres by cells of the widest ball, where wide balls are asked for.
     wide: Option<CellLists>,
 }
@@ -166,6 +168,7 @@ impl ElementIndex for SparseIndex {
             finest: Finest::default(),
             coarser,
             changed_by: Default::default(),
+            wanted: AtomicUsize::new(0),
             wide: wide.map(CellLists::new),
         };
         index.make_room();
@@ -182,7 +185,8 @@ impl ElementIndex for SparseIndex {
     }
 
     fn make_room(&mut self) {
-        self.finest.make_room(BLOCKS, LINES);
+        let lines = LINES.max(*self.wanted.get_mut() + LINES_OF_A_BIRTH);
+        self.finest.make_room(BLOCKS, lines);
         self.tree.make_room(COARSER_BLOCKS);
         self.coarser.make_room(COARSER_BLOCKS);
         if let Some(wide) = &mut self.wide {
@@ -558,10 +562,12 @@ impl SparseIndex {
             return;
         }
         let entries = { &self.finest }.entries(&self.tree, block, distances, centres);
-        let [blocks, lines] = self.finest.room();
-        if blocks > 0 && lines >= lines_of(entries.len()) {
+        let ([blocks, lines], wanted) = (self.finest.room(), lines_of(entries.len()));
+        if blocks > 0 && lines >= wanted {
             let new = self.finest.keep(distances, entries);
             self.tree.add(level, block, new);
+        } else {
+            self.wanted.fetch_max(wanted, Ordering::Relaxed);
         }
     }
 
