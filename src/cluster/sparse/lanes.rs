@@ -62,39 +62,34 @@ mod instructions {
 
     use super::{Bytes, cast, u8x16};
 
+    /// What an instruction reads of so many bytes of some atomics.
+    macro_rules! read {
+        ($instruction:literal, $bytes:literal of $lanes:ident from $from:ident) => {{
+            const { assert!($from + $bytes <= size_of::<T>()) };
+            let read: __m128i;
+            // SAFETY: bytes of what a reference is to are read, and nothing else is touched. They are atomics, each of
+            // which the processor reads whole: so this does no more than to load them one by one, relaxed.
+            unsafe {
+                asm!(
+                    concat!($instruction, " {read}, [{lanes} + {from}]"),
+                    lanes = in(reg) $lanes,
+                    from = const $from,
+                    read = lateout(xmm_reg) read,
+                    options(pure, readonly, nostack, preserves_flags),
+                );
+            }
+            cast(read)
+        }};
+    }
+
     #[inline(always)]
     pub(super) fn at<T, const FROM: usize>(lanes: &T) -> u8x16 {
-        const { assert!(FROM + 16 <= size_of::<T>()) };
-        let bytes: __m128i;
-        // SAFETY: sixteen bytes of what a reference is to are read, and nothing else is touched. They are atomics, each of
-        // which the processor reads whole: so this does no more than to load them one by one, relaxed.
-        unsafe {
-            asm!(
-                "movdqu {bytes}, xmmword ptr [{lanes} + {from}]",
-                lanes = in(reg) lanes,
-                from = const FROM,
-                bytes = lateout(xmm_reg) bytes,
-                options(pure, readonly, nostack, preserves_flags),
-            );
-        }
-        cast(bytes)
+        read!("movdqu", 16 of lanes from FROM)
     }
 
     #[inline(always)]
     pub(super) fn half_at<T, const FROM: usize>(lanes: &T) -> u8x16 {
-        const { assert!(FROM + 8 <= size_of::<T>()) };
-        let bytes: __m128i;
-        // SAFETY: as above, with eight bytes.
-        unsafe {
-            asm!(
-                "movq {bytes}, qword ptr [{lanes} + {from}]",
-                lanes = in(reg) lanes,
-                from = const FROM,
-                bytes = lateout(xmm_reg) bytes,
-                options(pure, readonly, nostack, preserves_flags),
-            );
-        }
-        cast(bytes)
+        read!("movq", 8 of lanes from FROM)
     }
 
     #[inline(always)]

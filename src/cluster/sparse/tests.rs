@@ -305,15 +305,17 @@ fn who_looks_while_others_are_born_misses_none_that_he_knows_and_can_tell_what_c
         let population = |len: usize| Population::from(&elements).with_young(&young, len);
         index.make_room();
         let (index_now, births_now) = (&index, &births);
+        let (looked, mut has_room) = (AtomicUsize::new(0), true);
         let seen: Vec<Seen> = std::thread::scope(|scope| {
             let looks = |reader: u64| {
-                let (born, population) = (&born, &population);
+                let (born, population, looked) = (&born, &population, &looked);
                 move || {
                     let mut stream = Stream::new(14 + reader, Purpose::Walker, round);
                     let mut seen = Vec::new();
                     while born.load(Ordering::Acquire) < old + BIRTHS {
                         let known = population(born.load(Ordering::Acquire));
                         seen.push(look_around(index_now, &known, &mut stream));
+                        looked.fetch_add(1, Ordering::Relaxed);
                     }
                     seen
                 }
@@ -321,12 +323,21 @@ fn who_looks_while_others_are_born_misses_none_that_he_knows_and_can_tell_what_c
             let readers = [0, 1].map(|reader| scope.spawn(looks(reader)));
             for (i, birth) in births_now.iter().enumerate() {
                 young[i].get_or_init(|| *birth);
-                assert!(index_now.insert(&population(old + i + 1)), "no room");
+                has_room &= index_now.insert(&population(old + i + 1));
                 born.store(old + i + 1, Ordering::Release);
+                // However busy the machine is, some look among so many births.
+                while looked.load(Ordering::Relaxed) < i / 4
+                    && !readers
+                        .iter()
+                        .any(std::thread::ScopedJoinHandle::is_finished)
+                {
+                    std::thread::yield_now();
+                }
             }
             let seen = readers.map(|reader| reader.join().expect("no panic"));
             seen.into_iter().flatten().collect()
         });
+        assert!(has_room, "no room for {BIRTHS} births");
         for Seen {
             places,
             looks,
