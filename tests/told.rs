@@ -189,7 +189,9 @@ fn on_one_thread_nothing_is_shared() {
     desk.done(&format!("{RUN} --quiet -o out"));
     let report = report(&desk, "out");
     assert_eq!(report["threads"], 1);
-    let nothing = serde_json::json!({"walks": 0, "conflicts": 0, "seconds": 0.0, "threads": 1});
+    let nothing = serde_json::json!({
+        "walks": 0, "conflicts": 0, "seconds": 0.0, "landing": 0.0, "threads": 1
+    });
     assert_eq!(report["parallel"], nothing);
     assert_eq!(report["serial_share"], 1.0);
 }
