@@ -55,9 +55,7 @@ impl SharedDistances {
     }
 
     fn set(&self, distances: &Distances) {
-        for (own, distance) in self.0.iter().zip(distances.0) {
-            own.store(distance, Ordering::Relaxed);
-        }
+        lanes::set_bytes(&self.0, bytemuck::cast(distances.0));
     }
 
     /// Lowers them by those across a layer, the same for all layers, and up along the third axis.
