@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use thallus::bake::{self, Base, Look, Map, bake};
+use thallus::bake::{self, Baker, Base, Look, Map, MapFormat};
 use thallus::export::TriMesh;
 use thallus::growth::SeedPlace;
 use thallus::picture::{self, Camera, Image, Painted, Scene, Stone, World, render};
@@ -50,15 +50,13 @@ fn textures(
         size: 256,
         ..bake::Settings::default()
     };
-    let baked = bake(substrate, texturing, &[look], &Base::Mesh, &size)?;
+    let baker = Baker::new(substrate, texturing, &[look], &Base::Mesh, &size)?;
+    let baked = baker.whole()?;
     let mut textures = Vec::new();
     for name in ["base_color", "normal", "orm"] {
         let map = Map::named(name).ok_or("no such map")?;
-        let value = |x, y| baked.value(map, x, y);
         let mut png = Vec::new();
-        baked
-            .texture(map, &value)
-            .write_png(map.png_bits, &mut png)?;
+        baked.write_map(map, &MapFormat::default(), &mut png)?;
         textures.push(Encoded { name, png });
     }
     Ok(textures)

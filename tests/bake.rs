@@ -11,9 +11,9 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use thallus::appearance::Appearance;
-use thallus::bake::{BakeError, Baked, Base, Look, MAPS, Map, Settings, bake};
+use thallus::bake::{BakeError, Baked, Baker, Base, Look, MAPS, Map, MapFile, MapFormat, Settings};
 use thallus::cluster::{Cluster, Element};
-use thallus::export::{MapImages, Texture};
+use thallus::export::{MapImages, TexturedMaterial, TexturedScene};
 use thallus::picture::{Finish, Ground};
 use thallus::run::{Execution, Recipe, grow};
 use thallus::skin::{PALETTE, Paint, Shape, SkinError, skin};
@@ -91,14 +91,14 @@ fn made() -> Made {
     }
 }
 
-fn baked<'a>(made: &'a Made, settings: &Settings) -> Baked<'a> {
+fn baker<'a>(made: &'a Made, settings: &Settings) -> Baker<'a> {
     let look = Look {
         cluster: &made.cluster,
         shape: &Shape::default(),
         paint: &Paint::default(),
     };
     let base = Base::Mesh;
-    bake(&made.substrate, &made.texturing, &[look], &base, settings).unwrap()
+    Baker::new(&made.substrate, &made.texturing, &[look], &base, settings).unwrap()
 }
 
 fn settings(size: u32, samples: u32) -> Settings {
@@ -164,7 +164,8 @@ fn spread(differences: &[f32]) -> [f32; 2] {
 #[test]
 fn both_sides_of_a_seam_show_the_same() {
     let made = made();
-    let baked = baked(&made, &settings(1024, 4));
+    let baker = baker(&made, &settings(1024, 4));
+    let baked = baker.whole().unwrap();
     let under = |place: &(u32, f64, [f64; 2])| bilinear(&baked, map("mask"), place.2).x > 0.0;
     let places: Vec<_> = seam_places(&made, &baked)
         .into_iter()
@@ -232,7 +233,8 @@ fn heights_are_those_of_the_skin() {
         notes: Vec::new(),
     };
     let skin = Substrate::from_soup(soup).unwrap();
-    let baked = baked(&made, &settings(512, 1));
+    let baker = baker(&made, &settings(512, 1));
+    let baked = baker.whole().unwrap();
     let (units, radius) = (made.substrate.units(), made.cluster.radius());
     let mut looked_at = [0, 0];
     for (x, y) in (0..512 * 512).step_by(37).map(|i| (i % 512, i / 512)) {
@@ -261,7 +263,8 @@ fn heights_are_those_of_the_skin() {
 #[test]
 fn the_frame_points_to_the_right_and_the_top_of_the_image() {
     let made = made();
-    let baked = baked(&made, &settings(64, 1));
+    let baker = baker(&made, &settings(64, 1));
+    let baked = baker.whole().unwrap();
     for t in 0..made.substrate.triangles().len() as u32 {
         let source = made.substrate.source_triangle(t) as usize;
         let [a, b, c] = made.texturing.uvs[source].unwrap().map(DVec2::from);
@@ -314,7 +317,8 @@ fn the_frame_stands_on_the_normals_of_the_file() {
         };
         made.cluster
             .push(Element::seed(&made.substrate, SurfacePoint::centroid(0)));
-        let baked = baked(&made, &settings(64, 1));
+        let baker = baker(&made, &settings(64, 1));
+        let baked = baker.whole().unwrap();
         for t in 0..made.substrate.triangles().len() as u32 {
             let corners = made.substrate.corners(t).into_iter();
             for (place, weights) in corners.zip([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -333,12 +337,12 @@ fn the_frame_stands_on_the_normals_of_the_file() {
 /// Every map as PNG and EXR.
 fn files(baked: &Baked) -> Vec<Vec<u8>> {
     let file = |map: &Map| {
-        let value = |x: usize, y: usize| baked.value(map, x, y);
-        let texture: Texture = baked.texture(map, &value);
-        let (mut png, mut exr) = (Vec::new(), Vec::new());
-        texture.write_png(map.png_bits, &mut png).unwrap();
-        texture.write_exr(map.is_exact, &mut exr).unwrap();
-        [png, exr]
+        [MapFile::Png, MapFile::Exr].map(|file| {
+            let (mut bytes, format) = (Vec::new(), MapFormat::default());
+            let format = MapFormat { file, ..format };
+            baked.write_map(map, &format, &mut bytes).unwrap();
+            bytes
+        })
     };
     MAPS.iter().flat_map(file).collect()
 }
@@ -350,7 +354,7 @@ fn the_same_bytes_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build()
             .unwrap()
-            .install(|| files(&baked(&made, &settings(256, 2))))
+            .install(|| files(&baker(&made, &settings(256, 2)).whole().unwrap()))
     };
     let one = on(1);
     assert_eq!(one.len(), 2 * MAPS.len());
@@ -362,24 +366,21 @@ fn the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
     let made = made();
-    let baked = baked(&made, &settings(128, 1));
-    let png = |name: &str| {
-        let value = |x: usize, y: usize| baked.value(map(name), x, y);
-        let mut file = Vec::new();
-        let texture = baked.texture(map(name), &value);
-        texture.write_png(8, &mut file).unwrap();
-        file
-    };
-    let (base_color, normal, orm) = (png("base_color"), png("normal"), png("orm"));
-    let images = MapImages {
-        base_color: &base_color,
-        normal: &normal,
-        orm: &orm,
-    };
+    let baker = baker(&made, &settings(128, 1));
+    let baked = baker.whole().unwrap();
+    let images = baked.images().unwrap();
+    let MapImages {
+        base_color,
+        normal,
+        orm,
+    } = images.clone();
+    let mut scene = TexturedScene::new("lichened");
+    let name = "stone".to_owned();
+    scene.add(TexturedMaterial { name, images }, baked.meshes());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lichened.glb");
     let mut file = fs::File::create(&path).unwrap();
-    baked.mesh().write_glb(&images, &mut file).unwrap();
+    scene.write_glb(&mut file).unwrap();
     let (again, texturing) = load(&path);
     assert_eq!(again.triangles().len(), made.substrate.triangles().len());
     assert_eq!(texturing.notes, [""; 0]);
@@ -413,7 +414,8 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
         ..look
     };
     let base = Base::Mesh;
-    let twice = bake(&again, &texturing, &[look], &base, &settings(128, 1)).unwrap();
+    let twice = Baker::new(&again, &texturing, &[look], &base, &settings(128, 1)).unwrap();
+    let twice = twice.whole().unwrap();
     let bare = (0..128 * 128)
         .map(|i| (i % 128, i / 128))
         .filter(|&(x, y)| twice.value(map("mask"), x, y)[0] == 0.0);
@@ -453,9 +455,10 @@ fn of_two_lichens_the_later_lies_over_the_first() {
     };
     let of = |looks: &[Look]| {
         let settings = settings(192, 1);
-        bake(&made.substrate, &made.texturing, looks, &base, &settings).unwrap()
+        Baker::new(&made.substrate, &made.texturing, looks, &base, &settings).unwrap()
     };
-    let [one, other, both] = [&[look(0)][..], &[look(1)], &[look(0), look(1)]].map(of);
+    let bakers = [&[look(0)][..], &[look(1)], &[look(0), look(1)]].map(of);
+    let [one, other, both] = bakers.each_ref().map(|baker| baker.whole().unwrap());
     let mask = map("mask");
     let own = ["color", "birth", "base_color", "normal", "height"].map(map);
     let value = |b: &Baked, map: &Map, x, y| {
@@ -478,7 +481,7 @@ fn of_two_lichens_the_later_lies_over_the_first() {
         }
     }
     assert!(seen.iter().all(|n| *n > 50), "{seen:?}");
-    let none = bake(
+    let none = Baker::new(
         &made.substrate,
         &made.texturing,
         &[],

@@ -125,13 +125,30 @@ fn check_lists_objects_and_materials() {
     assert_eq!(answer["objects"][0]["triangles"], 2);
 }
 
-/// The positions in a GLB of one mesh along x, least and greatest.
-fn along_x(glb: &[u8]) -> [f64; 2] {
+/// What a GLB says.
+fn said_in(glb: &[u8]) -> Value {
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    let json: Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
-    let place = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64();
-    let accessor = &json["accessors"][place.unwrap() as usize];
-    ["min", "max"].map(|end| accessor[end][0].as_f64().unwrap())
+    serde_json::from_slice(&glb[20..20 + length]).unwrap()
+}
+
+/// The positions in the meshes of a GLB along x, least and greatest.
+fn along_x(glb: &[u8]) -> [f64; 2] {
+    let json = said_in(glb);
+    let meshes = json["meshes"].as_array().unwrap().iter();
+    let primitives = meshes.flat_map(|mesh| mesh["primitives"].as_array().unwrap());
+    let ends = primitives.map(|primitive| {
+        let place = primitive["attributes"]["POSITION"].as_u64().unwrap();
+        ["min", "max"].map(|end| json["accessors"][place as usize][end][0].as_f64().unwrap())
+    });
+    ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        .unwrap()
+}
+
+/// The names of a GLB's things of one kind.
+fn names(glb: &Value, kind: &str) -> Vec<String> {
+    let all = glb[kind].as_array().unwrap().iter();
+    all.map(|thing| thing["name"].as_str().unwrap().to_owned())
+        .collect()
 }
 
 #[test]
@@ -161,6 +178,139 @@ fn maps_are_made_of_one_part() {
         .unwrap();
     assert_eq!(none.status.code(), Some(1));
     assert!(said(&none).contains("Brick, Granite"), "{}", said(&none));
+}
+
+#[test]
+fn each_part_has_maps_of_its_own_in_one_file() {
+    let desk = desk();
+    desk.done("parts.obj --radius 0.01 --elements 900 --at random --colonies 9 -o all");
+    let bake = |words: &str| {
+        let output = desk.call("bake", words).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        said(&output) + &String::from_utf8(output.stdout).unwrap()
+    };
+    let told = bake("all -o by-object --size 64 --each object");
+    assert!(
+        !told.contains("overlap") && told.contains("each of 3 parts"),
+        "{told}"
+    );
+    let glb = said_in(&desk.read("by-object/lichened.glb"));
+    assert_eq!(
+        names(&glb, "nodes"),
+        ["parts", "Big Wall", "Rock.001", "Rock.002"]
+    );
+    assert_eq!(
+        names(&glb, "materials"),
+        ["Big Wall", "Rock.001", "Rock.002"]
+    );
+    assert_eq!(glb["nodes"][0]["children"], serde_json::json!([1, 2, 3]));
+    assert_eq!(along_x(&desk.read("by-object/lichened.glb")), [0.0, 3.0]);
+    bake("all -o one --size 64 --only object:Rock.001");
+    let same =
+        |of_part: &str, alone: &str| assert!(desk.read(of_part) == desk.read(alone), "{of_part}");
+    same("by-object/Rock.001_mask.png", "one/mask.png");
+    same("by-object/Rock.001_normal.png", "one/normal.png");
+    assert!(desk.read("by-object/Big_Wall_mask.png") != desk.read("one/mask.png"));
+
+    // Two squares share the bricks' layout.
+    let told = bake("all -o by-material --size 64 --each material");
+    assert!(told.contains("'Brick': 4 triangles overlap"), "{told}");
+    assert!(!told.contains("'Granite': "), "{told}");
+    let glb = said_in(&desk.read("by-material/lichened.glb"));
+    assert_eq!(
+        names(&glb, "nodes"),
+        ["parts", "Big Wall", "Rock.002", "Rock.001"]
+    );
+    assert_eq!(names(&glb, "materials"), ["Brick", "Granite"]);
+    let maps: Value = serde_json::from_slice(&desk.read("by-material/maps.json")).unwrap();
+    assert_eq!(maps["parts"][1]["part"], "Granite");
+    assert_eq!(maps["parts"][1]["maps"][0]["file"], "Granite_mask.png");
+    same("by-material/Granite_mask.png", "one/mask.png");
+
+    // Another division leaves nothing of this one.
+    bake("all -o by-material --size 64 --each object --only material:Brick --force");
+    let mut left = fs::read_dir(desk.path("by-material")).unwrap();
+    assert!(left.all(|file| {
+        !file
+            .unwrap()
+            .file_name()
+            .to_string_lossy()
+            .starts_with("Granite")
+    }));
+    let mut answer = desk.call(
+        "bake",
+        "all -o again --size 64 --each object --only material:Brick --json",
+    );
+    let answer: Value = serde_json::from_slice(&answer.output().unwrap().stdout).unwrap();
+    assert_eq!(answer["parts"].as_array().unwrap().len(), 2);
+    assert_eq!(answer["parts"][0]["part"], "Big Wall");
+    assert_eq!(answer["files"].as_array().unwrap().len(), 18);
+}
+
+/// Two squares, the second in the tile above and to the right of the first.
+#[test]
+fn each_tile_has_maps_of_its_own() {
+    let desk = Desk::new();
+    let square = |x: u32, [u, v]: [u32; 2]| {
+        let corners = [[0, 0], [0, 1], [1, 1], [1, 0]];
+        let line = |[s, t]: [u32; 2]| {
+            let inside = |tile: u32, k: u32| f64::from(tile) + 0.1 + 0.8 * f64::from(k);
+            format!("v {} 0 {t}\nvt {} {}\n", x + s, inside(u, s), inside(v, t))
+        };
+        let corners: String = corners.map(line).concat();
+        format!("{corners}f -4/-4 -3/-3 -2/-2\nf -4/-4 -2/-2 -1/-1\n")
+    };
+    fs::write(
+        desk.path("tiles.obj"),
+        square(0, [0, 0]) + &square(1, [1, 1]),
+    )
+    .unwrap();
+    desk.done("tiles.obj --radius 0.01 --elements 400 --at random --colonies 4 -o out");
+    let whole = desk
+        .call("bake", "out -o whole --size 64")
+        .output()
+        .unwrap();
+    assert!(said(&whole).contains("--each tile"), "{}", said(&whole));
+    let tiles = desk
+        .call("bake", "out -o tiles --size 64 --each tile")
+        .output()
+        .unwrap();
+    assert!(
+        tiles.status.success() && !said(&tiles).contains("overlap"),
+        "{}",
+        said(&tiles)
+    );
+    let glb = said_in(&desk.read("tiles/lichened.glb"));
+    assert_eq!(names(&glb, "materials"), ["1001", "1012"]);
+    assert!(desk.read("tiles/mask.1001.png") != desk.read("tiles/mask.1012.png"));
+}
+
+#[test]
+fn a_part_that_cannot_be_baked_is_named_with_the_cure() {
+    let desk = desk();
+    let text = String::from_utf8(desk.read("parts.obj")).unwrap();
+    let floor =
+        "usemtl Floor\nv 0 -1 0\nv 0 -1 1\nv 1 -1 1\nvt 0 0\nvt 0 7\nvt 7 7\nf -3/-3 -2/-2 -1/-1\n";
+    fs::write(desk.path("floor.obj"), text + floor).unwrap();
+    desk.done("floor.obj --radius 0.01 --elements 300 --at random -o floor");
+    let refused = desk
+        .call("bake", "floor -o maps --size 64 --each material")
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    let told = said(&refused);
+    assert!(
+        told.contains("material 'Floor'") && told.contains("7.00 images wide"),
+        "{told}"
+    );
+    assert!(
+        told.contains("--only 'material:!Floor'") && !desk.path("maps").exists(),
+        "{told}"
+    );
+    assert!(!told.contains("triangles overlap"), "asked first: {told}");
+    let words = "floor -o maps --size 64 --each material --only material:!Floor";
+    let done = desk.call("bake", words).output().unwrap();
+    assert!(done.status.success(), "{}", said(&done));
 }
 
 /// A square as Blender exports one with a colour attribute that its material does not show: white in the first set of

@@ -4,8 +4,9 @@
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::{Mat3, Vec3, Vec4};
 
+use super::shown::Shown;
 use crate::morphometry::smooth_normals;
-use crate::substrate::{Substrate, SurfacePoint, Texturing};
+use crate::substrate::SurfacePoint;
 
 /// Frames of one triangle's corners, in the order of the substrate.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,12 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// Of a triangle that is not shown.
+    const NONE: Self = Self {
+        normals: [Vec3::Y; 3],
+        tangents: [Vec4::X; 3],
+    };
+
     /// A direction in the axes of the normal map, as MikkTSpace prescribes: frames are interpolated
     /// by weight and not normalized.
     pub(super) fn to_tangent_space(self, weights: [f64; 3], direction: Vec3) -> Vec3 {
@@ -48,12 +55,12 @@ pub(super) fn order(turned: bool) -> [usize; 3] {
     }
 }
 
-/// Those of every triangle.
-pub(super) fn frames(substrate: &Substrate, texturing: &Texturing) -> Vec<Frame> {
+/// Those of every triangle that is shown, and some of the others.
+pub(super) fn frames(shown: &Shown) -> Vec<Frame> {
     let mut faces = Faces {
-        substrate,
-        texturing,
-        frames: unturned(substrate, texturing),
+        shown,
+        numbers: shown.triangles().collect(),
+        frames: unturned(shown),
     };
     // It fails only for faces of other than three or four corners.
     let _ = generate_tangents(&mut faces);
@@ -62,36 +69,38 @@ pub(super) fn frames(substrate: &Substrate, texturing: &Texturing) -> Vec<Frame>
 
 /// With some tangent for each normal. Normals are the file's, for its mesh is what the maps will be put on; those that
 /// it lacks are of the smooth surface.
-fn unturned(substrate: &Substrate, texturing: &Texturing) -> Vec<Frame> {
+fn unturned(shown: &Shown) -> Vec<Frame> {
     const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let all = 0..substrate.triangles().len() as u32;
     let corners = |t: u32| CORNERS.map(|w| SurfacePoint::from_weights(t, w));
-    let places: Vec<SurfacePoint> = all.clone().flat_map(corners).collect();
-    let normals = smooth_normals(substrate, &places);
-    let frame = |(t, smooth): (u32, &[glam::DVec3; 3])| {
-        let normals = texturing.normals_of(substrate, t).unwrap_or(*smooth);
+    let places: Vec<SurfacePoint> = shown.triangles().flat_map(corners).collect();
+    let normals = smooth_normals(shown.substrate, &places);
+    let mut frames = vec![Frame::NONE; shown.substrate.triangles().len()];
+    for (t, smooth) in shown.triangles().zip(normals.as_chunks().0) {
+        let normals = shown.texturing.normals_of(shown.substrate, t);
+        let normals = normals.unwrap_or(*smooth);
         let normals = normals.map(|n| n.as_vec3().normalize_or(Vec3::Y));
-        Frame {
+        frames[t as usize] = Frame {
             normals,
             tangents: normals.map(|n| n.any_orthonormal_vector().extend(1.0)),
-        }
-    };
-    all.zip(normals.as_chunks().0).map(frame).collect()
+        };
+    }
+    frames
 }
 
 struct Faces<'a> {
-    substrate: &'a Substrate,
-    texturing: &'a Texturing,
+    shown: &'a Shown<'a>,
+    /// Of the triangles.
+    numbers: Vec<u32>,
+    /// Of all triangles.
     frames: Vec<Frame>,
 }
 
 impl Faces<'_> {
-    fn corner(&self, face: usize, vertex: usize) -> usize {
-        order(self.substrate.winding().side(face as u32) < 0.0)[vertex]
-    }
-
-    fn uvs(&self, face: usize) -> Option<[[f64; 2]; 3]> {
-        self.texturing.uvs_of(self.substrate, face as u32)
+    /// A triangle and its corner.
+    fn corner(&self, face: usize, vertex: usize) -> (u32, usize) {
+        let triangle = self.numbers[face];
+        let turned = self.shown.substrate.winding().side(triangle) < 0.0;
+        (triangle, order(turned)[vertex])
     }
 }
 
@@ -110,7 +119,7 @@ impl Ops for Portable {
 
 impl Geometry<Portable> for Faces<'_> {
     fn num_faces(&self) -> usize {
-        self.frames.len()
+        self.numbers.len()
     }
 
     fn num_vertices_of_face(&self, _face: usize) -> usize {
@@ -118,31 +127,33 @@ impl Geometry<Portable> for Faces<'_> {
     }
 
     fn position(&self, face: usize, vertex: usize) -> [f32; 3] {
-        let corner = self.corner(face, vertex);
-        let place = self.substrate.corners(face as u32)[corner];
+        let (triangle, corner) = self.corner(face, vertex);
+        let place = self.shown.substrate.corners(triangle)[corner];
         place.as_vec3().to_array()
     }
 
     fn normal(&self, face: usize, vertex: usize) -> [f32; 3] {
-        self.frames[face].normals[self.corner(face, vertex)].to_array()
+        let (triangle, corner) = self.corner(face, vertex);
+        self.frames[triangle as usize].normals[corner].to_array()
     }
 
     /// With rows counted from below, so that the second axis points to the image's top, as glTF and
     /// OpenGL have it.
     fn tex_coord(&self, face: usize, vertex: usize) -> [f32; 2] {
-        let corner = self.corner(face, vertex);
-        let [u, v] = self.uvs(face).map_or([0.0; 2], |uvs| uvs[corner]);
+        let (triangle, corner) = self.corner(face, vertex);
+        let uvs = self.shown.uvs_of(triangle);
+        let [u, v] = uvs.map_or([0.0; 2], |uvs| uvs[corner]);
         [u as f32, (1.0 - v) as f32]
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, vertex: usize) {
-        let corner = self.corner(face, vertex);
-        let Some(space) = space.filter(|_| self.uvs(face).is_some()) else {
+        let (triangle, corner) = self.corner(face, vertex);
+        let Some(space) = space.filter(|_| self.shown.uvs_of(triangle).is_some()) else {
             return;
         };
         let [x, y, z, sign] = space.tangent_encoded();
         if let Some(tangent) = Vec3::new(x, y, z).try_normalize() {
-            self.frames[face].tangents[corner] = tangent.extend(sign);
+            self.frames[triangle as usize].tangents[corner] = tangent.extend(sign);
         }
     }
 }

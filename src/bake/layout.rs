@@ -6,7 +6,8 @@
 use glam::DVec2;
 
 use super::BakeError;
-use crate::substrate::{Substrate, Texturing};
+use super::shown::Shown;
+use crate::substrate::Substrate;
 
 /// No triangle.
 pub(super) const NONE: u32 = u32::MAX;
@@ -50,21 +51,16 @@ pub(super) const FOOTPRINT: f64 = 1.5;
 
 impl Layout {
     /// With a gutter so many texels wide around what is covered.
-    pub(super) fn new(
-        substrate: &Substrate,
-        texturing: &Texturing,
-        size: usize,
-        gutter: usize,
-    ) -> Result<Self, BakeError> {
+    pub(super) fn new(shown: &Shown, size: usize, gutter: usize) -> Result<Self, BakeError> {
         let mut layout = Self {
             size,
-            corners: corners(substrate, texturing, size)?,
+            corners: corners(shown, size)?,
             owners: vec![NONE; size * size],
             covered: 0,
             overlaps: Overlaps::default(),
         };
         layout.cover();
-        layout.reach_out(substrate);
+        layout.reach_out(shown.substrate);
         layout.dilate(gutter);
         Ok(layout)
     }
@@ -238,18 +234,19 @@ const MOST_IMAGES: f64 = 32.0;
 /// which is told as any overlap. What is wider repeats its texture on purpose.
 pub(super) const WIDEST: f64 = 1.05;
 
+/// Whether there is a layout of an image of this size.
+pub(super) fn check(shown: &Shown, size: usize) -> Result<(), BakeError> {
+    corners(shown, size).map(drop)
+}
+
 /// The triangles' corners in texels, and that none is much larger than the image.
-fn corners(
-    substrate: &Substrate,
-    texturing: &Texturing,
-    size: usize,
-) -> Result<Vec<Option<Corners>>, BakeError> {
+fn corners(shown: &Shown, size: usize) -> Result<Vec<Option<Corners>>, BakeError> {
     let scale = size as f64;
-    let mut found = Vec::with_capacity(substrate.triangles().len());
+    let all = shown.substrate.triangles().len() as u32;
+    let mut found = Vec::with_capacity(all as usize);
     let (mut missing, mut images) = (0, 0.0);
-    for t in 0..substrate.triangles().len() as u32 {
-        let source = substrate.source_triangle(t);
-        let uvs = texturing.uvs_of(substrate, t);
+    for t in 0..all {
+        let uvs = shown.uvs_of(t);
         missing += usize::from(uvs.is_none());
         let corners = uvs.map(|uvs| uvs.map(|uv| DVec2::from(uv) * scale - 0.5));
         if let Some(corners) = corners {
@@ -257,7 +254,7 @@ fn corners(
             let tiles = (high - low).max_element() / scale;
             if tiles > WIDEST {
                 return Err(BakeError::Repeats {
-                    triangle: source,
+                    triangle: shown.substrate.source_triangle(t),
                     tiles,
                 });
             }

@@ -3,22 +3,33 @@
 use glam::Vec3;
 
 use super::Baked;
-use crate::export::Texture;
 
-/// What a map's numbers mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    /// What 0 in the file means.
-    pub zero: f64,
-    /// What the highest number in the file (1 for EXR) means.
-    pub one: f64,
-    /// In words.
-    pub unit: &'static str,
+/// What a map holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// The share of a texel that lichen covers.
+    Mask,
+    /// The lichen's height over the mesh.
+    Height,
+    /// Normals in tangent space.
+    Normal,
+    /// When the lichen came.
+    Birth,
+    /// The lichen's own colour.
+    Color,
+    /// The share of the sky's light that the lichen around leaves.
+    Occlusion,
+    /// The lichen's colour over the mesh's own.
+    BaseColor,
+    /// Occlusion, roughness and metal in one.
+    Orm,
 }
 
 /// A map.
 #[derive(Clone, Copy, Debug)]
 pub struct Map {
+    /// What it holds.
+    pub kind: MapKind,
     /// Its name in files.
     pub name: &'static str,
     /// What it holds, in words for the user.
@@ -31,18 +42,20 @@ pub struct Map {
     pub is_color: bool,
     /// Whether it is written to EXR in 32 bits, and not in 16.
     pub is_exact: bool,
-    value: fn(&Baked, usize) -> [f32; 3],
+    pub(super) value: fn(&Baked, usize) -> [f32; 3],
 }
 
 /// Every map.
 pub const MAPS: &[Map] = &[
     Map {
+        kind: MapKind::Mask,
         name: "mask",
         what: "share of the texel that lichen covers",
         value: |baked, i| grey(baked.texels.get(i).map_or(0.0, |t| t.mask)),
         ..GREY
     },
     Map {
+        kind: MapKind::Height,
         name: "height",
         what: "height of the lichen over the mesh, along its normal",
         png_bits: 16,
@@ -54,6 +67,7 @@ pub const MAPS: &[Map] = &[
         ..GREY
     },
     Map {
+        kind: MapKind::Normal,
         name: "normal",
         what: "normal in tangent space (MikkTSpace), lichen over the mesh's own normal map",
         channels: 3,
@@ -62,6 +76,7 @@ pub const MAPS: &[Map] = &[
         ..GREY
     },
     Map {
+        kind: MapKind::Birth,
         name: "birth",
         what: "when the lichen came: 0 the first element, 1 the last; 1 where there is none near",
         png_bits: 16,
@@ -70,24 +85,28 @@ pub const MAPS: &[Map] = &[
         ..GREY
     },
     Map {
+        kind: MapKind::Color,
         name: "color",
         what: "the lichen's own colour, black where there is none near",
         value: |baked, i| baked.texels.get(i).map_or([0.0; 3], |t| t.color.to_array()),
         ..COLOR
     },
     Map {
+        kind: MapKind::Occlusion,
         name: "occlusion",
         what: "share of an even sky's light that the lichen around leaves",
         value: |baked, i| grey(baked.occlusion(i)),
         ..GREY
     },
     Map {
+        kind: MapKind::BaseColor,
         name: "base_color",
         what: "the lichen's colour over the mesh's own",
         value: |baked, i| baked.base_color(i).to_array(),
         ..COLOR
     },
     Map {
+        kind: MapKind::Orm,
         name: "orm",
         what: "red: occlusion, green: roughness, blue: metallic",
         channels: 3,
@@ -97,6 +116,7 @@ pub const MAPS: &[Map] = &[
 ];
 
 const GREY: Map = Map {
+    kind: MapKind::Mask,
     name: "",
     what: "",
     channels: 1,
@@ -125,32 +145,17 @@ impl Map {
         MAPS.iter().find(|map| map.name == name)
     }
 
-    /// What the numbers mean; heights in metres, where a unit of the mesh file becomes so many of them.
-    pub fn range(&self, baked: &Baked, meters_per_unit: f64) -> Range {
-        match self.name {
-            "height" => Range {
-                zero: 0.0,
-                one: baked.highest() * meters_per_unit,
-                unit: "m",
-            },
-            "normal" => Range {
-                zero: -1.0,
-                one: 1.0,
-                unit: "component of a unit vector",
-            },
-            _ => Range {
-                zero: 0.0,
-                one: 1.0,
-                unit: "share",
-            },
-        }
+    /// The map of this kind.
+    pub(super) fn of(kind: MapKind) -> &'static Self {
+        let place = MAPS.iter().position(|map| map.kind == kind);
+        &MAPS[place.unwrap_or(0)]
     }
 }
 
 impl Baked<'_> {
     /// Height of the highest texel, in the mesh file's units.
     pub fn highest(&self) -> f64 {
-        let units = self.substrate.units();
+        let units = self.shown.substrate.units();
         units.length_to_file(f64::from(self.highest))
     }
 
@@ -162,20 +167,6 @@ impl Baked<'_> {
     pub fn value(&self, map: &Map, x: usize, y: usize) -> [f32; 3] {
         assert!(x < self.size(), "column {x} of {}", self.size());
         (map.value)(self, y * self.size() + x)
-    }
-
-    /// A map as an image to write.
-    pub fn texture<'b>(
-        &self,
-        map: &'b Map,
-        value: &'b (dyn Fn(usize, usize) -> [f32; 3] + Sync),
-    ) -> Texture<'b> {
-        Texture {
-            size: self.size(),
-            channels: map.channels,
-            is_color: map.is_color,
-            value,
-        }
     }
 
     fn occlusion(&self, texel: usize) -> f32 {

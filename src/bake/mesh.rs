@@ -1,53 +1,76 @@
-//! The substrate as a mesh that carries the maps.
+//! What is shown of the substrate, as meshes that carry the maps.
 
 use std::collections::HashMap;
 
 use super::{Baked, order};
-use crate::export::{TexturedMesh, TriMesh};
+use crate::export::{TexturedMesh, TexturedObject, TriMesh};
+use crate::substrate::Part;
 
 /// Bits of all that vertices may differ in: the substrate's vertex, UV, normal and tangent.
 type Key = (u32, [u32; 2], [u32; 3], [u32; 4]);
 
+/// A mesh that is being made, and its vertices by what they are.
+#[derive(Default)]
+struct Making {
+    mesh: TexturedMesh,
+    seen: HashMap<Key, u32>,
+}
+
 impl Baked<'_> {
-    /// The substrate, wound outwards, with vertices split where UVs, normals or tangents differ, in
-    /// the units and axes of its file. Triangles without UVs are at (0, 0).
-    pub fn mesh(&self) -> TexturedMesh {
-        self.mesh_of(|_| true)
-    }
-
-    /// As [`mesh`](Self::mesh), of those triangles of the substrate alone that are asked for.
-    pub fn mesh_of(&self, is_asked_for: impl Fn(u32) -> bool) -> TexturedMesh {
-        let mut mesh = TexturedMesh {
-            shape: TriMesh {
-                name: Some("lichened".to_owned()),
-                up: self.substrate.up_axis(),
-                ..TriMesh::default()
-            },
-            ..TexturedMesh::default()
-        };
-        let mut seen: HashMap<Key, u32> = HashMap::new();
-        let all = 0..self.substrate.triangles().len() as u32;
-        for t in all.filter(|&t| is_asked_for(t)) {
-            let corners = order(self.turned[t as usize]);
-            let triangle = corners.map(|k| self.vertex(t, k, &mut seen, &mut mesh));
-            mesh.shape.triangles.push(triangle);
+    /// What is shown of the substrate, object by object: wound outwards, with vertices split where UVs, normals or
+    /// tangents differ, in the units and axes of its file. Triangles without UVs are at (0, 0).
+    pub fn meshes(&self) -> Vec<(TexturedObject, TexturedMesh)> {
+        let (objects, of_parts) = self.objects();
+        let mut making: Vec<Making> = Vec::new();
+        making.resize_with(objects.len(), Making::default);
+        for triangle in self.shown.triangles() {
+            let part = self.shown.part_of(triangle).map(|part| part as usize);
+            let object = part.map_or(objects.len() - 1, |part| of_parts[part]);
+            self.add(triangle, &mut making[object]);
         }
-        mesh
+        let made = making.into_iter().map(|making| making.mesh);
+        let is_there = |(_, mesh): &(_, TexturedMesh)| !mesh.shape.triangles.is_empty();
+        objects.into_iter().zip(made).filter(is_there).collect()
     }
 
-    fn vertex(
-        &self,
-        triangle: u32,
-        k: usize,
-        seen: &mut HashMap<Key, u32>,
-        mesh: &mut TexturedMesh,
-    ) -> u32 {
-        let uvs = self.texturing.uvs_of(self.substrate, triangle);
+    /// The objects that parts of the file belong to, and of each part its object's place; last is one for what belongs
+    /// to no part.
+    fn objects(&self) -> (Vec<TexturedObject>, Vec<usize>) {
+        let mut objects: Vec<TexturedObject> = Vec::new();
+        let mut places = HashMap::new();
+        let mut place = |part: &Part| {
+            let name = part.objects.first().cloned();
+            let key = (name.clone(), part.origin.map(|at| at.map(f64::to_bits)));
+            *places.entry(key).or_insert_with(|| {
+                objects.push(TexturedObject {
+                    name,
+                    origin: part.origin,
+                    meshes: Vec::new(),
+                });
+                objects.len() - 1
+            })
+        };
+        let parts = self.shown.texturing.parts.iter();
+        let of_parts = parts.map(&mut place).collect();
+        objects.push(TexturedObject::default());
+        (objects, of_parts)
+    }
+
+    fn add(&self, triangle: u32, making: &mut Making) {
+        making.mesh.shape.up = self.shown.substrate.up_axis();
+        let turned = self.shown.substrate.winding().side(triangle) < 0.0;
+        let corners = order(turned).map(|k| self.vertex(triangle, k, making));
+        making.mesh.shape.triangles.push(corners);
+    }
+
+    fn vertex(&self, triangle: u32, k: usize, Making { mesh, seen }: &mut Making) -> u32 {
+        let substrate = self.shown.substrate;
+        let uvs = self.shown.uvs_of(triangle);
         let uv = uvs.map_or([0.0; 2], |uvs| uvs[k].map(|x| x as f32));
         let frame = &self.frames[triangle as usize];
         let normal = frame.normals[k].to_array();
         let tangent = frame.tangents[k].to_array();
-        let vertex = self.substrate.triangles()[triangle as usize][k];
+        let vertex = substrate.triangles()[triangle as usize][k];
         let key = (
             vertex,
             uv.map(f32::to_bits),
@@ -55,13 +78,16 @@ impl Baked<'_> {
             tangent.map(f32::to_bits),
         );
         *seen.entry(key).or_insert_with(|| {
-            let place = self.substrate.vertices()[vertex as usize];
-            let place = self.substrate.units().to_file(place);
-            mesh.shape.positions.push(place.to_array());
-            mesh.shape.normals.push(normal);
+            let place = substrate.vertices()[vertex as usize];
+            let place = substrate.units().to_file(place);
+            let TriMesh {
+                positions, normals, ..
+            } = &mut mesh.shape;
+            positions.push(place.to_array());
+            normals.push(normal);
             mesh.uvs.push(uv);
             mesh.tangents.push(tangent);
-            mesh.shape.positions.len() as u32 - 1
+            positions.len() as u32 - 1
         })
     }
 }

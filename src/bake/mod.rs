@@ -15,19 +15,23 @@ mod map;
 mod mesh;
 mod occlusion;
 mod place;
+mod shown;
 mod texel;
+mod write;
 
 use glam::{DVec2, Vec3};
 
 pub use ground::Base;
 pub use layout::Overlaps;
-pub use map::{MAPS, Map, Range};
+pub use map::{MAPS, Map, MapKind};
+pub use write::{Green, MapFile, MapFormat, Meaning};
 
 use frame::{Frame, frames, order};
 use ground::{Ground, Surface};
 use layout::{Layout, NONE, WIDEST};
 use occlusion::Horizons;
 use place::Placer;
+use shown::Shown;
 use texel::{Layer, Sampler, Texels};
 
 use crate::cluster::Cluster;
@@ -159,14 +163,11 @@ pub struct Look<'a> {
 
 /// Lichens in the texels of their substrate: every [`Map`] is read from it.
 pub struct Baked<'a> {
-    substrate: &'a Substrate,
-    texturing: &'a Texturing,
+    shown: Shown<'a>,
     layout: Layout,
     frames: Vec<Frame>,
-    /// For each triangle, whether its file winds it inwards.
-    turned: Vec<bool>,
     texels: Texels,
-    ground: Ground<'a>,
+    ground: &'a Ground<'a>,
     texel: f64,
     /// Height of the highest texel, local units.
     highest: f32,
@@ -187,72 +188,139 @@ pub struct LayoutReport {
     pub covered: usize,
     /// Those under several.
     pub overlaps: Overlaps,
-    /// Triangles that have no area in the layout, or no UVs: lichen on them is in no map.
+    /// Triangles that were to be shown.
+    pub triangles: usize,
+    /// Those of them that have no area in the layout, or no UVs: lichen on them is in no map.
     pub not_shown: usize,
     /// Usual side of a texel on the surface, in the mesh file's units.
     pub texel: f64,
 }
 
-/// Bakes lichens into the layout of their substrate, over what it looks like without them; the same on any
-/// number of threads.
+/// Lichens on their substrate, to be baked into the layout of the whole or of parts of it; the same on any number of
+/// threads.
 ///
 /// Lichens know nothing of each other: where several cover a place, the last of them is seen.
-///
-/// # Errors
-/// When the mesh has no UVs, repeats a texture or shares it many times over, when a number of the
-/// settings or of a shape is out of its range, when there is no lichen or one without elements, or when the
-/// image of the base cannot be read.
-pub fn bake<'a>(
+pub struct Baker<'a> {
     substrate: &'a Substrate,
     texturing: &'a Texturing,
-    lichens: &[Look],
-    base: &Base,
-    settings: &Settings,
-) -> Result<Baked<'a>, BakeError> {
-    settings.check()?;
-    let (size, gutter) = (settings.size as usize, settings.gutter as usize);
-    let layout = Layout::new(substrate, texturing, size, gutter)?;
-    let ground = Ground::new(substrate, texturing, base).map_err(BakeError::Base)?;
-    let layers: Result<Vec<Layer>, _> = lichens.iter().map(|l| layer(substrate, l)).collect();
-    let layers = layers?;
-    if layers.is_empty() {
-        return Err(SkinError::Empty.into());
-    }
-    let frames = frames(substrate, texturing);
-    let placer = Placer::new(substrate, &layout);
-    let sampler = Sampler {
-        placer: &placer,
-        layers: &layers,
-        frames: &frames,
-        along: settings.samples,
-    };
-    let mut texels = sampler.sample(gutter);
-    let radii = lichens.iter().map(|l| l.cluster.radius());
-    let horizons = Horizons {
-        placer: &placer,
-        frames: &frames,
-        radius: radii.fold(f64::INFINITY, f64::min),
-        known: gutter as f64 - 1.0,
-    };
-    texels.occlude(|texels, number, texel| horizons.light(texels, number, texel));
-    let all = 0..substrate.triangles().len() as u32;
-    Ok(Baked {
-        substrate,
-        texturing,
-        turned: all.map(|t| substrate.winding().side(t) < 0.0).collect(),
-        highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
-        texel: placer.texel,
-        layout,
-        frames,
-        texels,
-        ground,
-    })
+    layers: Vec<Layer<'a>>,
+    ground: Ground<'a>,
+    settings: Settings,
+    /// That of elements, of several lichens the least; local units.
+    radius: f64,
 }
 
-fn layer<'a>(substrate: &'a Substrate, lichen: &Look<'a>) -> Result<Layer<'a>, SkinError> {
+impl std::fmt::Debug for Baker<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Baker").finish_non_exhaustive()
+    }
+}
+
+impl<'a> Baker<'a> {
+    /// Lichens over what their substrate looks like without them.
+    ///
+    /// # Errors
+    /// When a number of the settings or of a shape is out of its range, when there is no lichen or one without
+    /// elements, or when the image of the base cannot be read.
+    pub fn new(
+        substrate: &'a Substrate,
+        texturing: &'a Texturing,
+        lichens: &[Look],
+        base: &Base,
+        settings: &Settings,
+    ) -> Result<Self, BakeError> {
+        settings.check()?;
+        let layers: Result<Vec<Layer>, _> = lichens.iter().map(|l| layer(substrate, l)).collect();
+        let layers = layers?;
+        if layers.is_empty() {
+            return Err(SkinError::Empty.into());
+        }
+        let radii = lichens.iter().map(|l| l.cluster.radius());
+        Ok(Self {
+            substrate,
+            texturing,
+            layers,
+            ground: Ground::new(substrate, texturing, base).map_err(BakeError::Base)?,
+            settings: *settings,
+            radius: radii.fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    /// Bakes them into the layout of the whole mesh.
+    ///
+    /// # Errors
+    /// When the mesh has no UVs, repeats a texture or shares it many times over.
+    pub fn whole(&self) -> Result<Baked<'_>, BakeError> {
+        self.bake(None)
+    }
+
+    /// Bakes them into the layout of some triangles, chosen by their numbers in the file; what comes after the last
+    /// number is not.
+    ///
+    /// # Errors
+    /// As for the [whole](Self::whole), of these triangles.
+    pub fn part<'b>(&'b self, chosen: &'b [bool]) -> Result<Baked<'b>, BakeError> {
+        self.bake(Some(chosen))
+    }
+
+    /// What of the mesh's material could not be used, in words for the user.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        self.ground.notes()
+    }
+
+    /// Whether the [whole](Self::whole), or a [part](Self::part) where some are chosen, can be baked: found out much
+    /// sooner than by baking it.
+    ///
+    /// # Errors
+    /// Those of baking it.
+    pub fn check(&self, chosen: Option<&[bool]>) -> Result<(), BakeError> {
+        layout::check(&self.shown(chosen), self.settings.size as usize)
+    }
+
+    fn shown<'b>(&'b self, chosen: Option<&'b [bool]>) -> Shown<'b> {
+        Shown {
+            substrate: self.substrate,
+            texturing: self.texturing,
+            chosen,
+        }
+    }
+
+    fn bake<'b>(&'b self, chosen: Option<&'b [bool]>) -> Result<Baked<'b>, BakeError> {
+        let (size, gutter) = (self.settings.size as usize, self.settings.gutter as usize);
+        let shown = self.shown(chosen);
+        let layout = Layout::new(&shown, size, gutter)?;
+        let frames = frames(&shown);
+        let placer = Placer::new(self.substrate, &layout);
+        let sampler = Sampler {
+            placer: &placer,
+            layers: &self.layers,
+            frames: &frames,
+            along: self.settings.samples,
+        };
+        let mut texels = sampler.sample(gutter);
+        let horizons = Horizons {
+            placer: &placer,
+            frames: &frames,
+            radius: self.radius,
+            known: gutter as f64 - 1.0,
+        };
+        texels.occlude(|texels, number, texel| horizons.light(texels, number, texel));
+        Ok(Baked {
+            shown,
+            highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
+            texel: placer.texel,
+            layout,
+            frames,
+            texels,
+            ground: &self.ground,
+        })
+    }
+}
+
+fn layer<'a>(substrate: &'a Substrate, lichen: &Look) -> Result<Layer<'a>, SkinError> {
     Ok(Layer {
         relief: Relief::new(substrate, lichen.cluster, lichen.shape, lichen.paint)?,
-        paint: lichen.paint,
+        paint: lichen.paint.clone(),
         last: lichen.cluster.len().saturating_sub(1) as f32,
     })
 }
@@ -265,19 +333,15 @@ impl Baked<'_> {
 
     /// What the layout was found to be.
     pub fn report(&self) -> LayoutReport {
-        let hidden = self.layout.corners.iter().filter(|c| c.is_none());
+        let is_hidden = |t: &u32| self.layout.corners[*t as usize].is_none();
         LayoutReport {
             texels: self.layout.owners.len(),
             covered: self.layout.covered,
             overlaps: self.layout.overlaps,
-            not_shown: hidden.count(),
-            texel: self.substrate.units().length_to_file(self.texel),
+            triangles: self.shown.triangles().count(),
+            not_shown: self.shown.triangles().filter(is_hidden).count(),
+            texel: self.shown.substrate.units().length_to_file(self.texel),
         }
-    }
-
-    /// What of the mesh's material could not be used, in words for the user.
-    pub fn notes(&self) -> impl Iterator<Item = &str> {
-        self.ground.notes()
     }
 
     /// Half-edges where the layout is cut, each with its ends as UVs: those of the substrate's
@@ -286,7 +350,7 @@ impl Baked<'_> {
         let size = self.size() as f64;
         let uv = |p: DVec2| ((p + 0.5) / size).to_array();
         let ends = |h: u32| Some((h, self.layout.edge(h)?.map(uv)));
-        let seams = self.layout.seams(self.substrate);
+        let seams = self.layout.seams(self.shown.substrate);
         seams.into_iter().filter_map(ends).collect()
     }
 
@@ -319,7 +383,7 @@ impl Baked<'_> {
         let (owner, uv) = self.owner(texel);
         self.ground.base_color(owner, uv, || {
             let placer = Placer {
-                substrate: self.substrate,
+                substrate: self.shown.substrate,
                 layout: &self.layout,
                 texel: self.texel,
             };

@@ -61,7 +61,7 @@ impl Texels {
 /// One of the lichens that texels are sampled from.
 pub(super) struct Layer<'a> {
     pub(super) relief: Relief<'a>,
-    pub(super) paint: &'a Paint,
+    pub(super) paint: Paint,
     /// Birth index of the last element.
     pub(super) last: f32,
 }

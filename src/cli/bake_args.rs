@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use thallus::bake::{MAPS, Map};
+use thallus::bake::{Green, MAPS, Map, MapFile};
 use thallus::substrate::Selection;
 
 use super::axes::UnitArgs;
@@ -26,10 +26,19 @@ pub(crate) struct BakeArgs {
     /// over those given before it. May be repeated
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
-    /// The part of the mesh to make maps of and to put into lichened.glb, where several have layouts of their own:
-    /// object:NAME or material:NAME, as in grow --mask; run once for each, with an OUT of its own
+    /// The part of the mesh to make maps of and to put into lichened.glb: object:NAME or material:NAME, as in grow
+    /// --mask
     #[arg(long, value_name = "object:NAME|material:NAME")]
     pub(crate) only: Option<Selection>,
+    /// Maps for each material, each object or each UDIM tile of the mesh, and all in one lichened.glb. With --only, for
+    /// those of it that are asked for
+    #[arg(
+        long,
+        value_enum,
+        value_name = "material|object|tile",
+        hide_possible_values = true
+    )]
+    pub(crate) each: Option<Each>,
     #[command(flatten)]
     pub(crate) maps: MapArgs,
     #[command(flatten)]
@@ -102,6 +111,24 @@ pub(crate) struct MapArgs {
     pub(crate) base: Option<Dress>,
 }
 
+/// What has maps of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Each {
+    Material,
+    Object,
+    Tile,
+}
+
+impl Each {
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Material => "material",
+            Self::Object => "object",
+            Self::Tile => "tile",
+        }
+    }
+}
+
 /// A file format of maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum FileFormat {
@@ -109,12 +136,11 @@ pub(crate) enum FileFormat {
     Exr,
 }
 
-impl FileFormat {
-    /// How names of its files end.
-    pub(crate) fn extension(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Exr => "exr",
+impl From<FileFormat> for MapFile {
+    fn from(format: FileFormat) -> Self {
+        match format {
+            FileFormat::Png => Self::Png,
+            FileFormat::Exr => Self::Exr,
         }
     }
 }
@@ -124,6 +150,15 @@ impl FileFormat {
 pub(crate) enum NormalFormat {
     Opengl,
     Directx,
+}
+
+impl From<NormalFormat> for Green {
+    fn from(format: NormalFormat) -> Self {
+        match format {
+            NormalFormat::Opengl => Self::Up,
+            NormalFormat::Directx => Self::Down,
+        }
+    }
 }
 
 fn output_help() -> String {

@@ -10,6 +10,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 use thallus::export::discard_unfinished_files;
 
+use super::failure::Failure;
 use super::{INTERRUPTED, terminal};
 
 /// Makes Ctrl-C (and a polite kill) set `cancel`, and a second one quit.
@@ -123,6 +124,14 @@ impl Stop {
         }
     }
 
+    /// Why something failed: an error, or that it was told to stop.
+    pub(crate) fn reason(&self, error: impl Into<Failure>) -> Failure {
+        match self.is_told() {
+            true => Failure::Interrupted,
+            false => error.into(),
+        }
+    }
+
     pub(crate) fn is_told(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -153,6 +162,16 @@ impl<T: Send + 'static> Held<T> {
             }
         });
         Self { what, stop }
+    }
+
+    /// Gives it out for work that looks whether it is told to stop, and takes it back; nothing where Ctrl-C came first or
+    /// meanwhile.
+    pub(crate) fn lend<R>(&self, work: impl FnOnce(&mut T, &Stop) -> R) -> Option<R> {
+        let mut what = taken(&self.what)?;
+        let done = work(&mut what, &self.stop);
+        let mut place = self.what.lock().unwrap_or_else(PoisonError::into_inner);
+        *place = Some(what);
+        (!self.stop.is_told()).then_some(done)
     }
 
     /// Nothing where Ctrl-C came first: the program is about to end.

@@ -20,7 +20,7 @@ pub(crate) struct Relief<'a> {
     grid: Grid,
     nearness: Nearness,
     cortex: Option<Cortex>,
-    paint: &'a Paint,
+    paint: Paint,
 }
 
 impl<'a> Relief<'a> {
@@ -30,7 +30,7 @@ impl<'a> Relief<'a> {
         substrate: &'a Substrate,
         cluster: &Cluster,
         shape: &Shape,
-        paint: &'a Paint,
+        paint: &Paint,
     ) -> Result<Self, SkinError> {
         shape.check()?;
         paint.check()?;
@@ -48,7 +48,7 @@ impl<'a> Relief<'a> {
             lichen,
             grid,
             cortex,
-            paint,
+            paint: paint.clone(),
         })
     }
 
@@ -70,7 +70,7 @@ impl<'a> Relief<'a> {
         let last = last(self.lichen.granules.len());
         let dress = |cortex| Dress {
             cortex,
-            paint: self.paint,
+            paint: &self.paint,
             last,
             blur,
         };

@@ -13,6 +13,7 @@ mod adjacency;
 mod bvh;
 mod caps;
 mod coarse;
+mod division;
 mod geometry;
 mod junctions;
 mod load;
@@ -45,6 +46,7 @@ use rayon::prelude::*;
 pub use crate::image::Wrap;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
+pub use division::Division;
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{

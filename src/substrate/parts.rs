@@ -7,17 +7,19 @@ use std::str::FromStr;
 use super::Texturing;
 
 /// What some triangles of a file are part of.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
     /// What their object is called: by a node and a mesh of glTF, by `o` and `g` of OBJ.
     pub objects: Vec<String>,
     /// What their material is called.
     pub material: Option<String>,
+    /// Where the origin of their object is, in the units and axes of the file: that of a node of glTF.
+    pub origin: Option<[f64; 3]>,
 }
 
 /// Which of its names a triangle is chosen by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum By {
+pub(super) enum By {
     Object,
     Material,
 }
@@ -81,10 +83,20 @@ impl By {
         }
     }
 
-    fn names(self, part: &Part) -> &[String] {
+    pub(super) fn names(self, part: &Part) -> &[String] {
         match self {
             Self::Object => &part.objects,
             Self::Material => part.material.as_slice(),
+        }
+    }
+}
+
+impl SelectionError {
+    /// Of a file that names nothing of this kind.
+    pub(super) fn no_names(texturing: &Texturing, by: By) -> Self {
+        Self::NoNames {
+            kind: by.word(),
+            others: listed(&texturing.names_by(by.other())),
         }
     }
 }
@@ -103,10 +115,7 @@ impl Selection {
     pub fn triangles(&self, texturing: &Texturing) -> Result<Vec<bool>, SelectionError> {
         let counts = texturing.names_by(self.by);
         if counts.is_empty() {
-            return Err(SelectionError::NoNames {
-                kind: self.by.word(),
-                others: listed(&texturing.names_by(self.by.other())),
-            });
+            return Err(SelectionError::no_names(texturing, self.by));
         }
         if let Some(name) = self.patterns.iter().find(|p| !self.is_met(p, texturing)) {
             return Err(SelectionError::NoSuch {
@@ -178,7 +187,7 @@ impl Texturing {
         self.names_by(By::Material)
     }
 
-    fn names_by(&self, by: By) -> Vec<(&str, usize)> {
+    pub(super) fn names_by(&self, by: By) -> Vec<(&str, usize)> {
         let mut of_parts = vec![0; self.parts.len()];
         for part in self.part_of.iter().flatten() {
             of_parts[*part as usize] += 1;
@@ -195,15 +204,6 @@ impl Texturing {
             }
         }
         found
-    }
-
-    /// Takes what the triangles that are not chosen show: they have no UVs then, as if they had none in the file.
-    pub fn keep_uvs_of(&mut self, chosen: &[bool]) {
-        for (triangle, uvs) in self.uvs.iter_mut().enumerate() {
-            if !chosen.get(triangle).is_some_and(|chosen| *chosen) {
-                *uvs = None;
-            }
-        }
     }
 }
 
@@ -261,6 +261,7 @@ mod tests {
         let part = |objects: &[&str], material: Option<&str>| Part {
             objects: objects.iter().map(|&name| name.to_owned()).collect(),
             material: material.map(str::to_owned),
+            ..Part::default()
         };
         Texturing {
             parts: vec![

@@ -30,7 +30,9 @@ fn beyond_the_gutter_is_the_mean_of_the_stone() {
         paint: &Paint::default(),
     };
     for base in [Base::Mesh, Base::Ground(Ground::Bark)] {
-        let baked = bake(&substrate, &texturing, &[look], &base, &settings(256, 1)).unwrap();
+        let baker = Baker::new(&substrate, &texturing, &[look], &base, &settings(256, 1));
+        let baker = baker.unwrap();
+        let baked = baker.whole().unwrap();
         let color = |x, y| Vec3::from_array(baked.value(map("base_color"), x, y));
         let on_it = (0..128 * 128).map(|i| (64 + i % 128, 64 + i / 128));
         let bare = on_it.filter(|&(x, y)| baked.value(map("mask"), x, y)[0] == 0.0);
@@ -46,7 +48,8 @@ fn beyond_the_gutter_is_the_mean_of_the_stone() {
 #[should_panic(expected = "column 64 of 64")]
 fn there_is_no_texel_beyond_the_last_column() {
     let made = made();
-    baked(&made, &settings(64, 1)).value(map("mask"), 64, 3);
+    let baker = baker(&made, &settings(64, 1));
+    baker.whole().unwrap().value(map("mask"), 64, 3);
 }
 
 /// Colours of vertices show between them, times the material's, and their mean beyond all triangles.
@@ -92,7 +95,7 @@ fn colours_of_vertices_are_baked() {
             texturing.material_of = vec![Some(0); 2];
         }
         let [red, green, blue] = factor.unwrap_or([1.0; 3]);
-        let baked = bake(
+        let baker = Baker::new(
             &substrate,
             &texturing,
             &[look],
@@ -100,6 +103,7 @@ fn colours_of_vertices_are_baked() {
             &settings(256, 1),
         )
         .unwrap();
+        let baked = baker.whole().unwrap();
         let color = |x, y| Vec3::from_array(baked.value(map("base_color"), x, y));
         let is_bare = |x, y| baked.value(map("mask"), x, y)[0] == 0.0;
         let mut seen = 0;
@@ -191,7 +195,8 @@ fn bake_squares(text: &str) -> Result<(usize, [usize; 3]), BakeError> {
         paint: &Paint::default(),
     };
     let base = Base::Ground(Ground::Color([9, 9, 9]));
-    let baked = bake(&substrate, &texturing, &[look], &base, &settings(64, 1))?;
+    let baker = Baker::new(&substrate, &texturing, &[look], &base, &settings(64, 1))?;
+    let baked = baker.whole()?;
     let report = baked.report();
     let shared = report.overlaps;
     Ok((

@@ -9,7 +9,7 @@ mod usda;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-pub use textured::{MapImages, TexturedMesh};
+pub use textured::{MapImages, TexturedMaterial, TexturedMesh, TexturedObject, TexturedScene};
 
 use super::ply::HALF_ULP;
 use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension, check_unit};
@@ -277,17 +277,18 @@ impl TriMesh {
         self.positions.iter().fold([first; 2], grow)
     }
 
-    /// Whether float32 would move vertices by more than a millionth of the mesh's size, as it does
-    /// where a small mesh lies far from its origin.
     fn needs_doubles(&self) -> bool {
-        let [low, high] = self.bounds();
-        let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        let farthest = low
-            .iter()
-            .chain(&high)
-            .fold(0.0, |m: f64, x| m.max(x.abs()));
-        farthest * HALF_ULP > size * 1e-6 || farthest > f64::from(f32::MAX)
+        needs_doubles(self.bounds())
     }
+}
+
+/// Whether float32 would move vertices between these corners by more than a millionth of the mesh's size, as it does
+/// where a small mesh lies far from its origin.
+fn needs_doubles([low, high]: [[f64; 3]; 2]) -> bool {
+    let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    let ends = low.iter().chain(&high);
+    let farthest = ends.fold(0.0, |m: f64, x| m.max(x.abs()));
+    farthest * HALF_ULP > size * 1e-6 || farthest > f64::from(f32::MAX)
 }
 
 #[cfg(test)]
@@ -332,11 +333,12 @@ mod tests {
         assert_eq!(mesh.check(), at("normal", 1));
     }
 
-    const IMAGES: MapImages = MapImages {
-        base_color: &[],
-        normal: &[],
-        orm: &[],
-    };
+    fn write_glb(mesh: &TexturedMesh, out: &mut Vec<u8>) -> io::Result<()> {
+        let mut scene = TexturedScene::default();
+        let object = TexturedObject::default();
+        scene.add(TexturedMaterial::default(), vec![(object, mesh.clone())]);
+        scene.write_glb(out)
+    }
 
     fn said(written: io::Result<()>, out: &[u8]) -> Option<String> {
         let error = written.err()?;
@@ -361,7 +363,7 @@ mod tests {
                 found.push(said(written, &out));
             }
             let mut out = Vec::new();
-            let written = textured(size).write_glb(&IMAGES, &mut out);
+            let written = write_glb(&textured(size), &mut out);
             found.push(said(written, &out));
             let is_right = |said: &Option<String>| match said {
                 None => fits,
@@ -376,7 +378,7 @@ mod tests {
         let mut mesh = textured(1.0);
         mesh.uvs.pop();
         let mut out = Vec::new();
-        let written = mesh.write_glb(&IMAGES, &mut out);
+        let written = write_glb(&mesh, &mut out);
         assert!(said(written, &out).is_some_and(|said| said.contains("'uv' has 2 rows")));
         let [mut normal, mut uv, mut tangent] = [1.0; 3].map(textured);
         normal.shape.normals[1][2] = f32::NAN;

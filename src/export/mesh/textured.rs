@@ -1,10 +1,10 @@
-//! A mesh with a material of textures, as binary glTF 2.0.
+//! Objects with materials of textures, as binary glTF 2.0.
 
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::{MeshError, TriMesh, finite};
+use super::{MeshError, TriMesh, finite, needs_doubles};
 use crate::export::Placement;
 use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, node, write_head};
 
@@ -20,20 +20,171 @@ pub struct TexturedMesh {
     pub tangents: Vec<[f32; 4]>,
 }
 
+/// An object of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TexturedObject {
+    /// What it is called: as its scene, where it has no name.
+    pub name: Option<String>,
+    /// Where its origin is, in the units and axes of its meshes: that of the scene, where it has none of its own.
+    pub origin: Option<[f64; 3]>,
+    /// What it consists of, each with the place of its material.
+    pub meshes: Vec<(usize, TexturedMesh)>,
+}
+
 /// The images of a material, as PNG files.
-#[derive(Clone, Copy, Debug)]
-pub struct MapImages<'a> {
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MapImages {
     /// sRGB.
-    pub base_color: &'a [u8],
+    pub base_color: Vec<u8>,
     /// Tangent space, +Y.
-    pub normal: &'a [u8],
+    pub normal: Vec<u8>,
     /// Red occlusion, green roughness, blue metallic.
-    pub orm: &'a [u8],
+    pub orm: Vec<u8>,
+}
+
+/// Images as a surface wears them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TexturedMaterial {
+    /// What it is called.
+    pub name: String,
+    /// What it shows.
+    pub images: MapImages,
+}
+
+/// Objects and what they wear, for one file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TexturedScene {
+    /// What all of it is called.
+    pub name: String,
+    /// Each with the places of its materials.
+    pub objects: Vec<TexturedObject>,
+    /// What these wear.
+    pub materials: Vec<TexturedMaterial>,
 }
 
 const REPEAT: u32 = 10497;
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
+
+impl TexturedScene {
+    /// A scene without objects.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a material and the meshes that wear it, each to the object of its name and origin, if that is there.
+    pub fn add(&mut self, material: TexturedMaterial, meshes: Vec<(TexturedObject, TexturedMesh)>) {
+        let worn = self.materials.len();
+        self.materials.push(material);
+        for (of, mesh) in meshes {
+            let is_same = |o: &&mut TexturedObject| (&o.name, o.origin) == (&of.name, of.origin);
+            match self.objects.iter_mut().find(is_same) {
+                Some(object) => object.meshes.push((worn, mesh)),
+                None => self.objects.push(TexturedObject {
+                    meshes: vec![(worn, mesh)],
+                    ..of
+                }),
+            }
+        }
+    }
+
+    /// Turns and scales it into the axes and units of a file.
+    pub fn place(&mut self, placement: &Placement) {
+        for object in &mut self.objects {
+            object.origin = object.origin.map(|origin| placement.point(origin));
+            let meshes = object.meshes.iter_mut();
+            meshes.for_each(|(_, mesh)| mesh.place(placement));
+        }
+    }
+
+    /// Writes it as it is placed, with its images inside. Several objects are children of a node that is called as the
+    /// scene.
+    ///
+    /// # Errors
+    /// Those of `out`; `InvalidData` around a [`MeshError`] when a mesh is not sound; `InvalidInput`
+    /// beyond 4 GiB.
+    pub fn write_glb(&self, out: &mut dyn Write) -> io::Result<()> {
+        let meshes = self.objects.iter().flat_map(|object| &object.meshes);
+        {
+            meshes
+                .map(|(_, mesh)| mesh)
+                .try_for_each(TexturedMesh::check)
+        }
+        .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        let mut body = Body::default();
+        let (nodes, shapes): (Vec<Value>, Vec<Value>) = { self.objects.iter().enumerate() }
+            .map(|(number, object)| self.object(number, object, &mut body))
+            .unzip();
+        for images in self.materials.iter().map(|material| &material.images) {
+            body.image("base_color", &images.base_color);
+            body.image("normal", &images.normal);
+            body.image("orm", &images.orm);
+        }
+        let mut document = document(Value::Null, Value::Null);
+        document["nodes"] = self.rooted(nodes).into();
+        document["meshes"] = shapes.into();
+        let materials = self.materials.iter().enumerate();
+        document["materials"] = materials.map(|(i, m)| material(i, &m.name)).collect();
+        let textures = 0..body.images.len();
+        document["textures"] = textures
+            .map(|i| json!({"source": i, "sampler": 0}))
+            .collect();
+        document["samplers"] = json!([{
+            "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": REPEAT, "wrapT": REPEAT,
+        }]);
+        document["images"] = body.images.into();
+        document["accessors"] = body.accessors.into();
+        document["bufferViews"] = body.views.into();
+        document["buffers"] = json!([{ "byteLength": body.bytes.len() }]);
+        write_head(&document, body.bytes.len(), out)?;
+        out.write_all(&body.bytes)
+    }
+
+    /// All nodes, the scene's first.
+    fn rooted(&self, mut nodes: Vec<Value>) -> Vec<Value> {
+        if nodes.len() != 1 {
+            let children: Vec<usize> = (1..=nodes.len()).collect();
+            nodes.insert(0, json!({"name": self.name, "children": children}));
+        }
+        nodes
+    }
+
+    /// The node and the mesh of an object of this number.
+    fn object(&self, number: usize, object: &TexturedObject, body: &mut Body) -> (Value, Value) {
+        let is_alone = self.objects.len() == 1;
+        let name = { object.name.as_ref().filter(|_| !is_alone) }.unwrap_or(&self.name);
+        let name = name.replace(char::is_control, " ");
+        let origin = object.stored_from();
+        let primitives = { object.meshes.iter() }
+            .map(|(material, mesh)| mesh.primitive(*material, origin, body))
+            .collect::<Vec<Value>>();
+        let mut node = node(&name, origin);
+        node["mesh"] = number.into();
+        (node, json!({"name": name, "primitives": primitives}))
+    }
+}
+
+impl TexturedObject {
+    /// What its positions are stored relative to: its origin, unless float32 would then move vertices.
+    fn stored_from(&self) -> [f64; 3] {
+        let mut bounds = self.meshes.iter().map(|(_, mesh)| mesh.shape.bounds());
+        let join = |a: [[f64; 3]; 2], b: [[f64; 3]; 2]| {
+            let ends = |k: usize| [a[0][k].min(b[0][k]), a[1][k].max(b[1][k])];
+            let [x, y, z] = [0, 1, 2].map(ends);
+            [0, 1].map(|end| [x[end], y[end], z[end]])
+        };
+        let first = bounds.next().unwrap_or_default();
+        let bounds = bounds.fold(first, join);
+        let origin = self.origin.unwrap_or_default();
+        match needs_doubles(bounds.map(|corner| [0, 1, 2].map(|k| corner[k] - origin[k]))) {
+            true => [0, 1, 2].map(|k| 0.5 * bounds[0][k] + 0.5 * bounds[1][k]),
+            false => origin,
+        }
+    }
+}
 
 impl TexturedMesh {
     /// Turns and scales the mesh into the axes and units of a file.
@@ -46,45 +197,13 @@ impl TexturedMesh {
         }
     }
 
-    /// Writes it as it is placed, with its images inside.
-    ///
-    /// # Errors
-    /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound; `InvalidInput`
-    /// beyond 4 GiB.
-    pub fn write_glb(&self, images: &MapImages, out: &mut dyn Write) -> io::Result<()> {
-        self.check()
-            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
-        let mut body = Body::default();
-        let origin = self.shape.origin();
-        let attributes = self.vertices(origin, &mut body);
+    fn primitive(&self, material: usize, origin: [f64; 3], body: &mut Body) -> Value {
+        let attributes = self.vertices(origin, body);
         let corners = self.shape.triangles.as_flattened();
         let indices = body.column(UNSIGNED_INT, "SCALAR", corners.len(), INDICES, |bytes| {
             corners.iter().for_each(|i| bytes.extend(i.to_le_bytes()));
         });
-        for (name, png) in [
-            ("base_color", images.base_color),
-            ("normal", images.normal),
-            ("orm", images.orm),
-        ] {
-            let view = body.view(None, |bytes| bytes.extend_from_slice(png));
-            body.images
-                .push(json!({"bufferView": view, "mimeType": "image/png", "name": name}));
-        }
-        let primitive = json!({"attributes": attributes, "indices": indices, "material": 0});
-        let name = self.shape.object();
-        let shape = json!({"name": name, "primitives": [primitive]});
-        let mut document = document(node(&name, origin), shape);
-        document["materials"] = json!([material()]);
-        document["textures"] = (0..3).map(|i| json!({"source": i, "sampler": 0})).collect();
-        document["samplers"] = json!([{
-            "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": REPEAT, "wrapT": REPEAT,
-        }]);
-        document["images"] = body.images.into();
-        document["accessors"] = body.accessors.into();
-        document["bufferViews"] = body.views.into();
-        document["buffers"] = json!([{ "byteLength": body.bytes.len() }]);
-        write_head(&document, body.bytes.len(), out)?;
-        out.write_all(&body.bytes)
+        json!({"attributes": attributes, "indices": indices, "material": material})
     }
 
     /// As [`TriMesh::check`], of the columns that are written.
@@ -122,15 +241,17 @@ impl TexturedMesh {
     }
 }
 
-fn material() -> Value {
+/// The material of this number, whose images come after those before it.
+fn material(number: usize, name: &str) -> Value {
+    let texture = |image: usize| json!({"index": 3 * number + image});
     json!({
-        "name": "lichened",
+        "name": name.replace(char::is_control, " "),
         "pbrMetallicRoughness": {
-            "baseColorTexture": {"index": 0},
-            "metallicRoughnessTexture": {"index": 2},
+            "baseColorTexture": texture(0),
+            "metallicRoughnessTexture": texture(2),
         },
-        "normalTexture": {"index": 1},
-        "occlusionTexture": {"index": 2},
+        "normalTexture": texture(1),
+        "occlusionTexture": texture(2),
     })
 }
 
@@ -144,6 +265,12 @@ struct Body {
 }
 
 impl Body {
+    fn image(&mut self, name: &str, png: &[u8]) {
+        let view = self.view(None, |bytes| bytes.extend_from_slice(png));
+        let image = json!({"bufferView": view, "mimeType": "image/png", "name": name});
+        self.images.push(image);
+    }
+
     /// A view of what `fill` adds, its end padded to a multiple of four.
     fn view(&mut self, target: Option<u32>, fill: impl FnOnce(&mut Vec<u8>)) -> usize {
         let start = self.bytes.len();

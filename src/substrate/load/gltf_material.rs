@@ -7,6 +7,7 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -183,7 +184,12 @@ impl Looks {
     }
 
     /// What the triangles of a node's primitive are part of; nothing, where nothing has a name.
-    pub(super) fn part_of(&self, node: usize, mesh: usize, material: Option<u32>) -> Option<Part> {
+    pub(super) fn part_of(
+        &self,
+        (node, origin): (usize, DVec3),
+        mesh: usize,
+        material: Option<u32>,
+    ) -> Option<Part> {
         // What is no text is no name, and no fault of the materials.
         let text = |name: &Value| name.as_str().map(str::to_owned);
         let node = self.nodes.get(node).and_then(|node| text(&node.name));
@@ -192,8 +198,9 @@ impl Looks {
         let part = Part {
             objects: { node.into_iter().chain(mesh) }.collect(),
             material: material.and_then(|material| text(&material.name)),
+            origin: Some(origin.to_array()),
         };
-        (part != Part::default()).then_some(part)
+        (!part.objects.is_empty() || part.material.is_some()).then_some(part)
     }
 
     /// Adds the materials and the images that they name.

@@ -382,7 +382,7 @@ struct Attributes {
     /// What the next faces are part of, by the keyword: of an object, groups and a material.
     names: [Vec<String>; NAMING_PARTS.len()],
     has_names: bool,
-    parts: HashMap<Part, u32>,
+    parts: HashMap<(Vec<String>, Option<String>), u32>,
     texturing: Texturing,
 }
 
@@ -438,14 +438,17 @@ impl Attributes {
     fn of(&mut self) -> Of {
         let [object, groups, material] = &self.names;
         if self.of.part.is_none() {
-            let part = Part {
-                objects: object.iter().chain(groups).cloned().collect(),
-                material: material.first().cloned(),
-            };
+            let objects: Vec<String> = object.iter().chain(groups).cloned().collect();
+            let material = material.first().cloned();
             let next = self.parts.len() as u32;
-            let place = *self.parts.entry(part.clone()).or_insert(next);
+            let named = (objects.clone(), material.clone());
+            let place = *self.parts.entry(named).or_insert(next);
             if place == next {
-                self.texturing.parts.push(part);
+                self.texturing.parts.push(Part {
+                    objects,
+                    material,
+                    ..Part::default()
+                });
             }
             self.of.part = Some(place);
         }

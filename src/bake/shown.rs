@@ -1,0 +1,37 @@
+//! The part of a mesh that maps are made of.
+
+use crate::substrate::{Substrate, Texturing};
+
+/// Triangles that are shown, and what their file says of them.
+#[derive(Clone, Copy)]
+pub(super) struct Shown<'a> {
+    pub(super) substrate: &'a Substrate,
+    pub(super) texturing: &'a Texturing,
+    /// By the number that a triangle has in its file, as far as any come; all of them where this is not said.
+    pub(super) chosen: Option<&'a [bool]>,
+}
+
+impl Shown<'_> {
+    pub(super) fn has(&self, triangle: u32) -> bool {
+        let source = self.substrate.source_triangle(triangle) as usize;
+        { self.chosen }.is_none_or(|chosen| chosen.get(source) == Some(&true))
+    }
+
+    /// In the substrate's order.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = u32> {
+        let all = 0..self.substrate.triangles().len() as u32;
+        all.filter(|&triangle| self.has(triangle))
+    }
+
+    /// The place of a triangle's part in those of the file, if it is of one.
+    pub(super) fn part_of(&self, triangle: u32) -> Option<u32> {
+        let source = self.substrate.source_triangle(triangle) as usize;
+        self.texturing.part_of.get(source).copied().flatten()
+    }
+
+    /// UVs of a triangle that is shown, if it has any.
+    pub(super) fn uvs_of(&self, triangle: u32) -> Option<[[f64; 2]; 3]> {
+        let shown = self.has(triangle).then_some(triangle)?;
+        self.texturing.uvs_of(self.substrate, shown)
+    }
+}

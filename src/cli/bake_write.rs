@@ -1,0 +1,166 @@
+//! What `thallus bake` puts into its folder.
+
+use std::collections::HashSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use thallus::bake::{Baked, Green, MAPS, Map, MapFormat};
+use thallus::export::{OutputDir, OutputError, Placement, TexturedMaterial, TexturedScene};
+
+use super::bake_args::BakeArgs;
+use super::bake_parts::MapPart;
+use super::interrupt::Stop;
+
+pub(crate) const GLB: &str = "lichened.glb";
+const SIDECAR: &str = "maps.json";
+
+/// Writes maps, part by part, and at the end the mesh that wears them.
+pub(crate) struct Writer<'a> {
+    placement: &'a Placement,
+    format: MapFormat,
+    size: u32,
+    scene: TexturedScene,
+    /// What the maps of each part are.
+    parts: Vec<Value>,
+    files: Vec<String>,
+}
+
+impl<'a> Writer<'a> {
+    /// For a mesh of this name.
+    pub(crate) fn new(args: &BakeArgs, name: &str, placement: &'a Placement) -> Self {
+        Self {
+            placement,
+            format: MapFormat {
+                file: args.maps.format.into(),
+                green: args.maps.normal.into(),
+                meters_per_unit: placement.scale,
+            },
+            size: args.maps.size,
+            scene: TexturedScene::new(name),
+            parts: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    /// The files that have been written so far.
+    pub(crate) fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Writes the maps of a part, and says what they are called.
+    pub(crate) fn write(
+        &mut self,
+        folder: &mut OutputDir,
+        stop: &Stop,
+        (part, baked): (&MapPart, &Baked),
+    ) -> Result<Vec<String>, OutputError> {
+        let file_name = |map: &Map| part.file_name(map.name, self.format.file.extension());
+        let encoded = |map: &Map| {
+            let mut file = Vec::new();
+            stop.check()?;
+            baked.write_map(map, &self.format, &mut file)?;
+            Ok(file)
+        };
+        let files: Vec<io::Result<Vec<u8>>> = MAPS.par_iter().map(encoded).collect();
+        let names: Vec<String> = MAPS.iter().map(file_name).collect();
+        for (name, file) in names.iter().zip(files) {
+            folder.write(name, |out| {
+                stop.check()?;
+                out.write_all(&file?)
+            })?;
+        }
+        let images = baked.images().map_err(|problem| OutputError::Io {
+            path: folder.path().join(GLB),
+            doing: "writing",
+            problem,
+        })?;
+        let material = TexturedMaterial {
+            name: part.material.clone(),
+            images,
+        };
+        self.scene.add(material, baked.meshes());
+        self.parts.push(self.described(part, baked));
+        self.files.extend_from_slice(&names);
+        Ok(names)
+    }
+
+    /// Writes what comes once for all parts, and takes away what an earlier bake made and this one did not.
+    pub(crate) fn finish(
+        &mut self,
+        folder: &mut OutputDir,
+        stop: &Stop,
+    ) -> Result<(), OutputError> {
+        self.scene.place(self.placement);
+        folder.write(GLB, |out| {
+            stop.check()?;
+            self.scene.write_glb(out)
+        })?;
+        let sidecar = self.sidecar();
+        folder.write(SIDECAR, |out| {
+            serde_json::to_writer_pretty(&mut *out, &sidecar)?;
+            out.write_all(b"\n")
+        })?;
+        self.files.extend([GLB, SIDECAR].map(str::to_owned));
+        let made: HashSet<&String> = self.files.iter().collect();
+        let earlier = maps_of(&folder.path().join(SIDECAR));
+        let others = earlier.iter().filter(|name| !made.contains(name));
+        others.for_each(|name| folder.outdate(name));
+        Ok(())
+    }
+
+    fn described(&self, part: &MapPart, baked: &Baked) -> Value {
+        let map = |map: &Map| {
+            let meaning = baked.meaning(map, &self.format);
+            json!({
+                "file": part.file_name(map.name, self.format.file.extension()),
+                "what": map.what,
+                "color_space": meaning.color_space,
+                "zero": meaning.zero,
+                "one": meaning.one,
+                "unit": meaning.unit,
+            })
+        };
+        let mut described = json!({
+            "texel_meters": baked.report().texel * self.placement.scale,
+            "highest_meters": baked.highest() * self.placement.scale,
+            "maps": MAPS.iter().map(map).collect::<Vec<_>>(),
+        });
+        if let Some(name) = &part.name {
+            described["part"] = name.as_str().into();
+        }
+        described
+    }
+
+    /// The parts in a list, or where all is in the same maps what that is.
+    fn sidecar(&self) -> Value {
+        let mut sidecar = match &self.parts[..] {
+            [whole] if whole.get("part").is_none() => whole.clone(),
+            parts => json!({ "parts": parts }),
+        };
+        sidecar["thallus"] = env!("CARGO_PKG_VERSION").into();
+        sidecar["mesh"] = GLB.into();
+        sidecar["size"] = self.size.into();
+        sidecar["normal_green"] = match self.format.green {
+            Green::Up => "up (OpenGL)",
+            Green::Down => "down (DirectX)",
+        }
+        .into();
+        sidecar
+    }
+}
+
+/// The maps that a description names, as far as there is one.
+fn maps_of(sidecar: &Path) -> Vec<String> {
+    let told = fs::read(sidecar).ok();
+    let told: Value =
+        { told.and_then(|told| serde_json::from_slice(&told).ok()) }.unwrap_or_default();
+    let parts = told["parts"].as_array().into_iter().flatten();
+    let maps = { parts.chain([&told]) }.flat_map(|part| part["maps"].as_array());
+    let names = maps.flatten().filter_map(|map| map["file"].as_str());
+    let is_plain = |name: &&str| Path::new(name).file_name() == Some(OsStr::new(name));
+    names.filter(is_plain).map(str::to_owned).collect()
+}
