@@ -28,6 +28,8 @@ pub(crate) struct Image {
     width: usize,
     height: usize,
     rgb: Vec<[u8; 3]>,
+    /// For each texel how little is seen through it, if anything is anywhere.
+    alpha: Option<Vec<u8>>,
 }
 
 impl std::fmt::Debug for Image {
@@ -96,7 +98,20 @@ impl Image {
         [(u, self.width, across), (v, self.height, down)].map(along)
     }
 
-    fn bilinear(&self, [u, v]: [f64; 2], of: impl Fn([u8; 3]) -> Vec3) -> Vec3 {
+    /// How little is seen through it at a place, as [`color`](Self::color) takes it: 1 for nothing.
+    pub(crate) fn opacity(&self, uv: [f64; 2]) -> f32 {
+        { self.alpha.as_ref() }.map_or(1.0, |alpha| {
+            let opacity = |texel: usize| Vec3::splat(f32::from(alpha[texel]) / 255.0);
+            self.between(uv, opacity).x
+        })
+    }
+
+    fn bilinear(&self, uv: [f64; 2], of: impl Fn([u8; 3]) -> Vec3) -> Vec3 {
+        self.between(uv, |texel| of(self.rgb[texel]))
+    }
+
+    /// What is between texels.
+    fn between(&self, [u, v]: [f64; 2], of: impl Fn(usize) -> Vec3) -> Vec3 {
         // What is too large to be told from one image to the next is anywhere.
         let within = |x: f64| {
             if x.is_finite() {
@@ -117,7 +132,7 @@ impl Image {
             let row = (top as i64)
                 .saturating_add(dy)
                 .rem_euclid(self.height as i64);
-            of(self.rgb[row as usize * self.width + column as usize])
+            of(row as usize * self.width + column as usize)
         };
         let (across, down) = ((x - left) as f32, (y - top) as f32);
         let upper = at(0, 0).lerp(at(1, 0), across);
@@ -162,13 +177,14 @@ fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
         [grey, ..] => [grey; 3],
         [] => [0; 3],
     };
+    let texels = || raw[..info.buffer_size()].chunks_exact(channels);
+    let alpha = |texel: &[u8]| texel.get(channels - 1).copied().unwrap_or(255);
+    let is_seen_through = channels.is_multiple_of(2) && texels().any(|texel| alpha(texel) < 255);
     Ok(Image {
         width: info.width as usize,
         height: info.height as usize,
-        rgb: raw[..info.buffer_size()]
-            .chunks_exact(channels)
-            .map(texel)
-            .collect(),
+        rgb: texels().map(texel).collect(),
+        alpha: is_seen_through.then(|| texels().map(alpha).collect()),
     })
 }
 
@@ -188,6 +204,7 @@ fn jpeg(bytes: &[u8], is_strict: bool) -> Result<Image, String> {
         width,
         height,
         rgb: raw.as_chunks().0.to_vec(),
+        alpha: None,
     })
 }
 
@@ -201,6 +218,7 @@ mod tests {
             width: 4,
             height: 1,
             rgb: [0, 85, 170, 255].map(|grey| [grey; 3]).to_vec(),
+            alpha: None,
         };
         let place = image.wrapped([u, 0.5], [wrap, Wrap::Repeat]);
         (3.0 * image.values(place).x * 16.0).round() / 16.0

@@ -3,6 +3,8 @@
 mod common;
 #[path = "bake/layouts.rs"]
 mod layouts;
+#[path = "bake/materials.rs"]
+mod materials;
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -13,7 +15,7 @@ use glam::{DVec2, DVec3, Mat3, Vec3};
 use thallus::appearance::Appearance;
 use thallus::bake::{BakeError, Baked, Baker, Base, Look, MAPS, Map, MapFile, MapFormat, Settings};
 use thallus::cluster::{Cluster, Element};
-use thallus::export::{MapImages, TexturedMaterial, TexturedScene};
+use thallus::export::{MapImages, TexturedScene};
 use thallus::picture::{Finish, Ground};
 use thallus::run::{Execution, Recipe, grow};
 use thallus::skin::{PALETTE, Paint, Shape, SkinError, skin};
@@ -368,15 +370,14 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
     let made = made();
     let baker = baker(&made, &settings(128, 1));
     let baked = baker.whole().unwrap();
-    let images = baked.images().unwrap();
+    let material = baked.material("stone").unwrap();
     let MapImages {
         base_color,
         normal,
         orm,
-    } = images.clone();
+    } = material.images.clone();
     let mut scene = TexturedScene::new("lichened");
-    let name = "stone".to_owned();
-    scene.add(TexturedMaterial { name, images }, baked.meshes());
+    scene.add(material, baked.meshes());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lichened.glb");
     let mut file = fs::File::create(&path).unwrap();

@@ -20,6 +20,31 @@ pub struct Appearance<'a> {
     notes: Vec<String>,
 }
 
+/// Where a place of the surface is in images, by the first set of coordinates and by the second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct InImages(pub(crate) [Option<[f64; 2]>; 2]);
+
+impl InImages {
+    /// Of a place between the corners of a triangle, or beyond them.
+    pub(crate) fn of(
+        (substrate, texturing): (&Substrate, &Texturing),
+        triangle: u32,
+        weights: [f64; 3],
+    ) -> Self {
+        let at = |uvs: Option<[[f64; 2]; 3]>| uvs.map(|uvs| place(&uvs, weights));
+        let second = { !texturing.second_uvs.is_empty() }
+            .then(|| texturing.second_uvs_of(substrate, triangle));
+        Self([
+            at(texturing.uvs_of(substrate, triangle)),
+            at(second.flatten()),
+        ])
+    }
+
+    fn by(&self, texture: &Texture) -> Option<[f64; 2]> {
+        self.0[usize::from(texture.is_in_second)]
+    }
+}
+
 /// A material's colour where no texture says it.
 fn untextured(material: &Material) -> [f32; 3] {
     match material.base_color_texture {
@@ -125,17 +150,23 @@ impl<'a> Appearance<'a> {
     }
 
     /// Linear light of a place's texture and material, if it has any of them.
-    pub(crate) fn textured(&self, triangle: u32, uv: Option<[f64; 2]>) -> Option<Vec3> {
+    pub(crate) fn textured(&self, triangle: u32, at: &InImages) -> Option<Vec3> {
         if let Some(image) = &self.instead {
-            return uv.map(|uv| image.color(uv));
+            return at.0[0].map(|uv| image.color(uv));
         }
         let material = self.texturing.material_of(self.substrate, triangle)?;
-        let texture = uv.and_then(|uv| self.image(&material.base_color_texture, uv));
+        let texture = self.image(&material.base_color_texture, at);
         let color = match texture {
             Some((image, _, uv)) => Vec3::from_array(material.base_color) * image.color(uv),
             None => Vec3::from_array(untextured(material)),
         };
         Some(color)
+    }
+
+    /// How little is seen through a place of a material, before its alpha decides: 1 for nothing.
+    pub(crate) fn opacity(&self, material: &Material, at: &InImages) -> f32 {
+        let texture = self.image(&material.base_color_texture, at);
+        material.opacity * texture.map_or(1.0, |(image, _, uv)| image.opacity(uv))
     }
 
     /// Linear light of a place between painted vertices.
@@ -148,9 +179,9 @@ impl<'a> Appearance<'a> {
         Some(Vec3::from(a) * s + Vec3::from(b) * t + Vec3::from(c) * u)
     }
 
-    /// The normal of a normal texture there, tangent space.
-    pub(crate) fn relief(&self, material: &Material, uv: [f64; 2]) -> Option<Vec3> {
-        let (image, strength, uv) = self.image(&material.normal_texture, uv)?;
+    /// The normal of a normal texture there, in the tangent space of its coordinates.
+    pub(crate) fn relief(&self, material: &Material, at: &InImages) -> Option<Vec3> {
+        let (image, strength, uv) = self.image(&material.normal_texture, at)?;
         let n = image.values(uv) * 2.0 - 1.0;
         Vec3::new(n.x * strength, n.y * strength, n.z).try_normalize()
     }
@@ -159,25 +190,24 @@ impl<'a> Appearance<'a> {
     pub(crate) fn image(
         &self,
         texture: &Option<Texture>,
-        uv: [f64; 2],
+        at: &InImages,
     ) -> Option<(&Image, f32, [f64; 2])> {
         let texture = texture.as_ref()?;
+        let uv = at.by(texture)?;
         let image = self.images.get(texture.image)?.as_ref()?;
         let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
         Some((image, texture.strength, image.wrapped(place, texture.wrap)))
     }
 
-    /// A normal tilted as a normal texture says.
-    fn tilted(
-        &self,
-        at: &SurfacePoint,
-        uvs: &[[f64; 2]; 3],
-        uv: [f64; 2],
-        normal: Vec3,
-    ) -> Option<Vec3> {
-        let material = self.texturing.material_of(self.substrate, at.triangle)?;
-        let relief = self.relief(material, uv)?;
-        let [right, top] = axes(self.substrate.corners(at.triangle), uvs)?;
+    /// A normal of a triangle tilted as a normal texture says.
+    pub(crate) fn tilted(&self, triangle: u32, at: &InImages, normal: Vec3) -> Option<Vec3> {
+        let material = self.texturing.material_of(self.substrate, triangle)?;
+        let relief = self.relief(material, at)?;
+        let uvs = match material.normal_texture?.is_in_second {
+            false => self.texturing.uvs_of(self.substrate, triangle),
+            true => self.texturing.second_uvs_of(self.substrate, triangle),
+        };
+        let [right, top] = axes(self.substrate.corners(triangle), &uvs?)?;
         let along = |axis: Vec3| (axis - normal * normal.dot(axis)).try_normalize();
         (along(right)? * relief.x + along(top)? * relief.y + normal * relief.z).try_normalize()
     }
@@ -186,14 +216,11 @@ impl<'a> Appearance<'a> {
 impl Finish for Appearance<'_> {
     fn at(&self, triangle: u32, weights: [f32; 3], normal: [f32; 3]) -> Option<Coat> {
         let at = SurfacePoint::from_weights(triangle, weights.map(f64::from));
-        let uvs = self.texturing.uvs_of(self.substrate, triangle);
-        let uv = uvs.as_ref().map(|uvs| place(uvs, at.weights()));
-        let (textured, painted) = (self.textured(triangle, uv), self.painted(&at));
+        let in_images = InImages::of((self.substrate, self.texturing), triangle, at.weights());
+        let (textured, painted) = (self.textured(triangle, &in_images), self.painted(&at));
         let albedo = textured.or(painted.map(|_| Vec3::ONE))? * painted.unwrap_or(Vec3::ONE);
         let smooth = Vec3::from(normal);
-        let tilted = uvs
-            .zip(uv)
-            .and_then(|(uvs, uv)| self.tilted(&at, &uvs, uv, smooth));
+        let tilted = self.tilted(triangle, &in_images, smooth);
         Some(Coat {
             albedo: albedo.to_array(),
             normal: tilted.unwrap_or(smooth).to_array(),

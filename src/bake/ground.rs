@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3, Vec3A};
 
-use crate::appearance::Appearance;
+use crate::appearance::{Appearance, InImages};
 use crate::picture::{self, longest_axis};
 use crate::substrate::{Material, Substrate, SurfacePoint, Texturing};
 
@@ -83,7 +83,7 @@ impl<'a> Ground<'a> {
     pub(super) fn base_color(
         &self,
         triangle: Option<u32>,
-        uv: [f64; 2],
+        at: &InImages,
         place: impl Fn() -> Option<SurfacePoint>,
     ) -> Vec3 {
         match self.drawn {
@@ -91,12 +91,17 @@ impl<'a> Ground<'a> {
             Some(ground) => return self.at_or_mean(place(), |at| self.drawn_on(ground, at)),
             None => {}
         }
-        let textured = self.own.textured(triangle.unwrap_or(0), Some(uv));
+        let textured = self.own.textured(triangle.unwrap_or(0), at);
         match (textured, self.own.has_painted_vertices()) {
             (Some(color), false) => color,
             (Some(color), true) => color * self.at_or_mean(place(), |at| self.painted(at)),
             (None, _) => self.at_or_mean(place(), |at| self.bare(at)),
         }
+    }
+
+    /// How little is seen through a material at a place of the image.
+    pub(super) fn opacity(&self, material: &Material, at: &InImages) -> f32 {
+        self.own.opacity(material, at)
     }
 
     /// That of a place, or the mean of all.
@@ -146,8 +151,15 @@ impl<'a> Ground<'a> {
         sum / count.max(1) as f32
     }
 
-    /// Everything else there.
-    pub(super) fn surface(&self, triangle: Option<u32>, uv: [f64; 2]) -> Surface {
+    /// The normal of a triangle's normal texture, where that is laid out in other coordinates than maps are.
+    pub(super) fn tilted(&self, triangle: u32, at: &InImages, normal: Vec3) -> Option<Vec3> {
+        let material = self.texturing.material_of(self.substrate, triangle)?;
+        let is_elsewhere = material.normal_texture?.is_in_second;
+        is_elsewhere.then(|| self.own.tilted(triangle, at, normal))?
+    }
+
+    /// Everything else there; its normal in the tangent space of its texture.
+    pub(super) fn surface(&self, triangle: Option<u32>, at: &InImages) -> Surface {
         let mut surface = Surface {
             metallic: 0.0,
             roughness: Material::ROUGH,
@@ -161,13 +173,13 @@ impl<'a> Ground<'a> {
             return surface;
         };
         (surface.metallic, surface.roughness) = (material.metallic, material.roughness);
-        if let Some((image, _, uv)) = self.own.image(&material.metallic_roughness_texture, uv) {
+        if let Some((image, _, uv)) = self.own.image(&material.metallic_roughness_texture, at) {
             let [_, roughness, metallic] = image.values(uv).to_array();
             surface.roughness *= roughness;
             surface.metallic *= metallic;
         }
-        surface.normal = self.own.relief(material, uv).unwrap_or(Vec3::Z);
-        if let Some((image, strength, uv)) = self.own.image(&material.occlusion_texture, uv) {
+        surface.normal = self.own.relief(material, at).unwrap_or(Vec3::Z);
+        if let Some((image, strength, uv)) = self.own.image(&material.occlusion_texture, at) {
             surface.occlusion = 1.0 + strength * (image.values(uv).x - 1.0);
         }
         surface

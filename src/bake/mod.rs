@@ -17,6 +17,7 @@ mod occlusion;
 mod place;
 mod shown;
 mod texel;
+mod veil;
 mod write;
 
 use glam::{DVec2, Vec3};
@@ -33,10 +34,12 @@ use occlusion::Horizons;
 use place::Placer;
 use shown::Shown;
 use texel::{Layer, Sampler, Texels};
+use veil::Veil;
 
+use crate::appearance::InImages;
 use crate::cluster::Cluster;
 use crate::skin::{Paint, Relief, Shape, SkinError};
-use crate::substrate::{Substrate, Texturing};
+use crate::substrate::{Alpha, Substrate, Texturing};
 
 /// How large and how fine maps are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,6 +171,7 @@ pub struct Baked<'a> {
     frames: Vec<Frame>,
     texels: Texels,
     ground: &'a Ground<'a>,
+    veil: Veil,
     texel: f64,
     /// Height of the highest texel, local units.
     highest: f32,
@@ -313,6 +317,7 @@ impl<'a> Baker<'a> {
             frames,
             texels,
             ground: &self.ground,
+            veil: Veil::new(&shown),
         })
     }
 }
@@ -344,6 +349,14 @@ impl Baked<'_> {
         }
     }
 
+    /// Whether a triangle of the substrate is in the part that was baked.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn shows(&self, triangle: u32) -> bool {
+        self.shown.has(triangle)
+    }
+
     /// Half-edges where the layout is cut, each with its ends as UVs: those of the substrate's
     /// triangle h / 3, from its corner h % 3 to the next.
     pub fn seams(&self) -> Vec<(u32, [[f64; 2]; 2])> {
@@ -365,23 +378,71 @@ impl Baked<'_> {
             .to_cols_array_2d()
     }
 
-    /// The owner of a texel, if it has one, and the place of its middle as UV.
-    fn owner(&self, texel: usize) -> (Option<u32>, [f64; 2]) {
+    /// The owner of a texel, if it has one, and where its middle is in images.
+    fn owner(&self, texel: usize) -> (Option<u32>, InImages) {
         let owner = Some(self.layout.owners[texel]).filter(|&o| o != NONE);
         let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
-        (owner, uv.to_array())
+        let Some(weights) = owner.and_then(|owner| self.weights(owner, texel)) else {
+            return (owner, InImages([Some(uv.to_array()), None]));
+        };
+        let Shown {
+            substrate,
+            texturing,
+            ..
+        } = self.shown;
+        let InImages([_, second]) =
+            InImages::of((substrate, texturing), owner.unwrap_or(0), weights);
+        (owner, InImages([Some(uv.to_array()), second]))
+    }
+
+    /// The weights of a triangle's corners in the middle of a texel, where the second coordinates are asked for.
+    fn weights(&self, triangle: u32, texel: usize) -> Option<[f64; 3]> {
+        let corners = self.layout.corners[triangle as usize]?;
+        let middle = self.layout.near(&corners, self.layout.middle(texel));
+        (!self.shown.texturing.second_uvs.is_empty()).then(|| layout::weights(&corners, middle))
     }
 
     /// What the substrate is like at a texel, without its colour.
     fn surface(&self, texel: usize) -> Surface {
-        let (owner, uv) = self.owner(texel);
-        self.ground.surface(owner, uv)
+        let (owner, at) = self.owner(texel);
+        let mut surface = self.ground.surface(owner, &at);
+        if let Some((owner, weights)) = owner.and_then(|o| Some((o, self.weights(o, texel)?))) {
+            let frame = self.frames[owner as usize];
+            let smooth = frame.axes(weights).z_axis.normalize_or(Vec3::Y);
+            if let Some(normal) = self.ground.tilted(owner, &at, smooth) {
+                surface.normal = frame.to_tangent_space(weights, normal);
+            }
+        }
+        surface
+    }
+
+    /// What is seen through what was baked: all of it in one, as its materials say.
+    pub fn alpha(&self) -> Alpha {
+        self.veil.alpha
+    }
+
+    /// Whether any of its materials shows from behind.
+    pub fn is_double_sided(&self) -> bool {
+        self.veil.is_double_sided
+    }
+
+    /// The opacity of the substrate at a texel in a column and a row, from the upper left, by which its
+    /// [alpha](Self::alpha) decides; lichen leaves it.
+    ///
+    /// # Panics
+    /// Beyond the image.
+    pub fn opacity(&self, x: usize, y: usize) -> f32 {
+        assert!(x < self.size(), "column {x} of {}", self.size());
+        let (owner, at) = self.owner(y * self.size() + x);
+        let material = owner.and_then(|owner| self.shown.material_of(owner));
+        let material = material.map(|number| &self.shown.texturing.materials[number]);
+        self.veil.opacity(self.ground, material, &at)
     }
 
     /// Its colour.
     fn bare_color(&self, texel: usize) -> Vec3 {
-        let (owner, uv) = self.owner(texel);
-        self.ground.base_color(owner, uv, || {
+        let (owner, at) = self.owner(texel);
+        self.ground.base_color(owner, &at, || {
             let placer = Placer {
                 substrate: self.shown.substrate,
                 layout: &self.layout,

@@ -29,6 +29,13 @@ impl Shown<'_> {
         self.texturing.part_of.get(source).copied().flatten()
     }
 
+    /// The place of a triangle's material in those of the file, if it has one that is there.
+    pub(super) fn material_of(&self, triangle: u32) -> Option<usize> {
+        let source = self.substrate.source_triangle(triangle) as usize;
+        let material = self.texturing.material_of.get(source).copied().flatten()? as usize;
+        (material < self.texturing.materials.len()).then_some(material)
+    }
+
     /// UVs of a triangle that is shown, if it has any.
     pub(super) fn uvs_of(&self, triangle: u32) -> Option<[[f64; 2]; 3]> {
         let shown = self.has(triangle).then_some(triangle)?;

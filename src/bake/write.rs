@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use rayon::prelude::*;
 
 use super::{Baked, Map, MapKind};
-use crate::export::{MapImages, Texture};
+use crate::export::{MapImages, Texture, TexturedMaterial};
+use crate::substrate::Alpha;
 
 /// A file format of maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,20 +74,27 @@ impl MapFile {
 }
 
 impl Baked<'_> {
-    /// Writes a map as a file of this format; the same on any number of threads.
+    /// Writes a map as a file of this format; the same on any number of threads. The base colour has a channel more
+    /// where something is seen through the mesh: its [opacity](Self::opacity).
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write_map(&self, map: &Map, format: &MapFormat, out: &mut dyn Write) -> io::Result<()> {
         let down = map.kind == MapKind::Normal && format.green == Green::Down;
         let factor = self.factor(map, format);
+        let is_seen_through = map.kind == MapKind::BaseColor && self.alpha() != Alpha::Opaque;
         let value = |x: usize, y: usize| {
             let [r, g, b] = self.value(map, x, y).map(|v| v * factor);
-            [r, if down { 1.0 - g } else { g }, b]
+            let alpha = if is_seen_through {
+                self.opacity(x, y)
+            } else {
+                1.0
+            };
+            [r, if down { 1.0 - g } else { g }, b, alpha]
         };
         let texture = Texture {
             size: self.size(),
-            channels: map.channels,
+            channels: map.channels + usize::from(is_seen_through),
             is_color: map.is_color,
             value: &value,
         };
@@ -125,11 +133,11 @@ impl Baked<'_> {
         }
     }
 
-    /// What a material of glTF wears: PNG of 8 bits, green up.
+    /// As a material of glTF: PNG of 8 bits, green up.
     ///
     /// # Errors
     /// None but those of the encoder.
-    pub fn images(&self) -> io::Result<MapImages> {
+    pub fn material(&self, name: &str) -> io::Result<TexturedMaterial> {
         let worn = [MapKind::BaseColor, MapKind::Normal, MapKind::Orm].into_par_iter();
         let png = |kind: MapKind| {
             let map = Map {
@@ -142,10 +150,15 @@ impl Baked<'_> {
         };
         let files: io::Result<Vec<Vec<u8>>> = worn.map(png).collect();
         let [base_color, normal, orm] = files?.try_into().unwrap_or_default();
-        Ok(MapImages {
-            base_color,
-            normal,
-            orm,
+        Ok(TexturedMaterial {
+            name: name.to_owned(),
+            images: MapImages {
+                base_color,
+                normal,
+                orm,
+            },
+            alpha: self.alpha(),
+            is_double_sided: self.is_double_sided(),
         })
     }
 }

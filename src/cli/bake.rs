@@ -52,6 +52,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         lichens: &lichens,
         writer: Writer::new(args, &name(args, &lichens.mesh), &placement),
         reports: Vec::new(),
+        elements: 0,
         seconds,
     };
     baking.bake(&base, &settings, &folder)?;
@@ -72,6 +73,8 @@ struct Baking<'a> {
     writer: Writer<'a>,
     /// Of the parts that are done.
     reports: Vec<PartReport>,
+    /// On these.
+    elements: usize,
     seconds: Seconds,
 }
 
@@ -99,7 +102,9 @@ impl Baking<'_> {
         self.seconds.bake += started.elapsed().as_secs_f64();
         for (number, part) in parts.iter().enumerate() {
             let baked = self.baked(&baker, (number, part))?;
-            self.warn(part, &baked);
+            let elements = self.lichens.elements_on(&baked);
+            self.elements += elements;
+            self.warn(part, (elements, &baked));
             let started = Instant::now();
             let written = folder.lend(|folder, stop| {
                 let written = self.writer.write(folder, stop, (part, &baked));
@@ -107,7 +112,8 @@ impl Baking<'_> {
             });
             let files = written.ok_or(Failure::Interrupted)??;
             self.seconds.write += started.elapsed().as_secs_f64();
-            self.reports.push(PartReport::new(part, &baked, files));
+            self.reports
+                .push(PartReport::new(part, (elements, &baked), files));
         }
         { baker.notes() }.for_each(|note| self.say_of_mesh(note));
         Ok(())
@@ -168,7 +174,7 @@ impl Baking<'_> {
         self.args.run.voice().warn(&format!("{mesh}: {what}"));
     }
 
-    fn warn(&self, part: &MapPart, baked: &Baked) {
+    fn warn(&self, part: &MapPart, (elements, baked): (usize, &Baked)) {
         let report = baked.report();
         let of = { part.name.as_ref() }.map_or(String::new(), |name| format!("'{name}': "));
         let shared = report.overlaps;
@@ -187,6 +193,9 @@ impl Baking<'_> {
                 "{of}{hidden} of {all} triangles have no UVs, or no area in them: lichen there is in no \
                  map"
             ));
+        }
+        if elements == 0 {
+            self.say_of_mesh(&format!("{of}no lichen grew there, and the maps are bare"));
         }
         let radii = self.lichens.grown.iter().map(|l| l.cluster.radius());
         let radius = radii.fold(f64::INFINITY, f64::min);
@@ -217,7 +226,7 @@ impl Baking<'_> {
         let texturing = &self.lichens.texturing;
         let counts = [texturing.named_materials(), texturing.objects()];
         let mut kinds = ["material", "object"].into_iter().zip(counts);
-        let is_whole = self.args.only.is_none() && self.args.each.is_none();
+        let is_whole = self.args.only.is_empty() && self.args.each.is_none();
         let (kind, names) = kinds.find(|(_, names)| names.len() > 1 && is_whole)?;
         Some(format!(
             "where each of its {} {kind}s has a layout of its own, --each {kind} gives each its maps, and --only \
@@ -229,7 +238,7 @@ impl Baking<'_> {
     fn report(&mut self) -> Report {
         let lichens = self.lichens;
         Report {
-            elements: lichens.elements(),
+            elements: self.elements,
             lichens: lichens.grown.len(),
             folder: self.args.output.display().to_string(),
             size: self.args.maps.size,
@@ -243,11 +252,8 @@ impl Baking<'_> {
 /// Of the mesh that wears the maps: its file's, and which part it is.
 fn name(args: &BakeArgs, mesh: &Path) -> String {
     let name = mesh.file_stem().unwrap_or("lichened".as_ref());
-    let name = name.to_string_lossy();
-    match &args.only {
-        None => name.into_owned(),
-        Some(only) => format!("{name} {only}"),
-    }
+    let only = args.only.iter().map(|only| format!(" {only}"));
+    name.to_string_lossy().into_owned() + &only.collect::<String>()
 }
 
 /// Lichens on their mesh, and what the mesh file says about textures.
@@ -300,6 +306,10 @@ impl Lichens {
         let mesh = grown.file_of(&args.mesh)?;
         let (substrate, mut texturing) = load_textured(&mesh)?;
         grown.hide_mask(&mut texturing);
+        if args.uv_set == 1 {
+            texturing.swap_uv_sets();
+            check_has_uvs(&texturing).with_context(|| mesh.display().to_string())?;
+        }
         let parts = parts(args, &texturing).with_context(|| mesh.display().to_string())?;
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
         let first = Lichen::new(
@@ -340,6 +350,13 @@ impl Lichens {
     fn elements(&self) -> usize {
         self.grown.iter().map(|lichen| lichen.cluster.len()).sum()
     }
+
+    /// Of all, those on the triangles that are shown.
+    fn elements_on(&self, baked: &Baked) -> usize {
+        let all = { self.grown.iter() }.flat_map(|lichen| lichen.cluster.elements());
+        all.filter(|element| baked.shows(element.at.triangle))
+            .count()
+    }
 }
 
 /// What the mesh looks like where there is no lichen.
@@ -379,6 +396,15 @@ fn taken(error: OutputError) -> Failure {
             folder.display()
         )),
         other => other.into(),
+    }
+}
+
+fn check_has_uvs(texturing: &Texturing) -> anyhow::Result<()> {
+    match texturing.uvs.is_empty() {
+        true => Err(anyhow::anyhow!(
+            "--uv-set 1: the mesh has no second set of UVs, which is TEXCOORD_1 of a glTF file"
+        )),
+        false => Ok(()),
     }
 }
 

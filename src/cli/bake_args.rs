@@ -27,9 +27,12 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     /// The part of the mesh to make maps of and to put into lichened.glb: object:NAME or material:NAME, as in grow
-    /// --mask
+    /// --mask. Given several times, what is in all of them
     #[arg(long, value_name = "object:NAME|material:NAME")]
-    pub(crate) only: Option<Selection>,
+    pub(crate) only: Vec<Selection>,
+    /// The set of UVs that maps are laid out in, of glTF files that have two: 1 for TEXCOORD_1
+    #[arg(long, value_name = "0|1", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
+    pub(crate) uv_set: u8,
     /// Maps for each material, each object or each UDIM tile of the mesh, and all in one lichened.glb. With --only, for
     /// those of it that are asked for
     #[arg(

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use thallus::bake::{BakeError, Baked, Baker};
-use thallus::substrate::{Division, Texturing};
+use thallus::substrate::{Division, Selection, Texturing};
 
 use super::bake_args::{BakeArgs, Each};
 
@@ -21,8 +21,7 @@ pub(crate) struct MapPart {
 
 /// The parts that are asked for, none of them without triangles.
 pub(crate) fn parts(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Vec<MapPart>> {
-    let only = { args.only.as_ref() }.map(|only| only.triangles(texturing));
-    let only = only.transpose()?;
+    let only = chosen(&args.only, texturing)?;
     let Some(each) = args.each else {
         return Ok(vec![MapPart {
             name: None,
@@ -60,6 +59,24 @@ pub(crate) fn parts(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Ve
         true => Err(BakeError::NoUvs.into()),
         false => Ok(parts),
     }
+}
+
+/// The triangles that are in all of some selections; nothing where there is none of these.
+fn chosen(all: &[Selection], texturing: &Texturing) -> anyhow::Result<Option<Vec<bool>>> {
+    let chosen: Result<Vec<_>, _> = all.iter().map(|only| only.triangles(texturing)).collect();
+    let both = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(b).map(|(a, b)| *a && b).collect();
+    let chosen = chosen?.into_iter().reduce(both);
+    if chosen
+        .as_ref()
+        .is_some_and(|chosen| !chosen.contains(&true))
+    {
+        let names: Vec<String> = all.iter().map(Selection::to_string).collect();
+        anyhow::bail!(
+            "no triangle of the mesh is in all of '{}'",
+            names.join("', '")
+        );
+    }
+    Ok(chosen)
 }
 
 /// As programs look for them: `brick_normal.png`, and of tiles `normal.1001.png`.

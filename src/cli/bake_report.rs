@@ -33,6 +33,8 @@ pub(crate) struct Report {
 pub(crate) struct PartReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     part: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    elements: Option<usize>,
     texel: f64,
     highest: f64,
     covered_by_layout: f64,
@@ -63,8 +65,12 @@ impl Seconds {
 }
 
 impl PartReport {
-    /// Of a part and the names of its maps.
-    pub(crate) fn new(part: &MapPart, baked: &Baked, maps: Vec<String>) -> Self {
+    /// Of a part, the elements on it and the names of its maps.
+    pub(crate) fn new(
+        part: &MapPart,
+        (elements, baked): (usize, &Baked),
+        maps: Vec<String>,
+    ) -> Self {
         let LayoutReport {
             texels,
             covered,
@@ -75,6 +81,7 @@ impl PartReport {
         } = baked.report();
         Self {
             part: part.name.clone(),
+            elements: part.name.as_ref().map(|_| elements),
             texel,
             highest: baked.highest(),
             covered_by_layout: covered as f64 / texels as f64,

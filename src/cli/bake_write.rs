@@ -9,7 +9,7 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use thallus::bake::{Baked, Green, MAPS, Map, MapFormat};
-use thallus::export::{OutputDir, OutputError, Placement, TexturedMaterial, TexturedScene};
+use thallus::export::{OutputDir, OutputError, Placement, TexturedScene};
 
 use super::bake_args::BakeArgs;
 use super::bake_parts::MapPart;
@@ -73,15 +73,12 @@ impl<'a> Writer<'a> {
                 out.write_all(&file?)
             })?;
         }
-        let images = baked.images().map_err(|problem| OutputError::Io {
+        let material = baked.material(&part.material);
+        let material = material.map_err(|problem| OutputError::Io {
             path: folder.path().join(GLB),
             doing: "writing",
             problem,
         })?;
-        let material = TexturedMaterial {
-            name: part.material.clone(),
-            images,
-        };
         self.scene.add(material, baked.meshes());
         self.parts.push(self.described(part, baked));
         self.files.extend_from_slice(&names);

@@ -13,14 +13,14 @@ use crate::color::encode;
 pub struct Texture<'a> {
     /// Texels in a row, and rows.
     pub size: usize,
-    /// 1 for grey, 3 for red, green and blue.
+    /// 1 for grey, 3 for red, green and blue, 4 with alpha.
     pub channels: usize,
     /// Whether it is a colour to look at: sRGB in PNG, linear light in EXR. Other numbers are written
     /// as they are.
     pub is_color: bool,
-    /// The numbers at a column and a row, from the upper left: linear light for colours, and of grey
-    /// only the first.
-    pub value: &'a (dyn Fn(usize, usize) -> [f32; 3] + Sync),
+    /// The numbers at a column and a row, from the upper left: linear light for colours, and as many as there are
+    /// channels.
+    pub value: &'a (dyn Fn(usize, usize) -> [f32; 4] + Sync),
 }
 
 impl std::fmt::Debug for Texture<'_> {
@@ -39,12 +39,13 @@ impl Texture<'_> {
     /// Those of `out`.
     ///
     /// # Panics
-    /// When `bits` is neither 8 nor 16, or `channels` neither 1 nor 3.
+    /// When `bits` is neither 8 nor 16, or `channels` neither 1, 3 nor 4.
     pub fn write_png(&self, bits: u8, out: &mut dyn Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(out, self.size as u32, self.size as u32);
         encoder.set_color(match self.channels {
             1 => png::ColorType::Grayscale,
             3 => png::ColorType::Rgb,
+            4 => png::ColorType::Rgba,
             n => panic!("{n} channels"),
         });
         encoder.set_depth(match bits {
@@ -83,11 +84,11 @@ impl Texture<'_> {
     }
 
     fn quantized(&self, values: &[f32], bits: u8) -> Vec<u8> {
-        let shown = |x: f32| match self.is_color {
+        let shown = |(i, &x): (usize, &f32)| match self.is_color && i % self.channels < 3 {
             true => encode(x),
             false => x.clamp(0.0, 1.0),
         };
-        let values = values.par_iter().map(|&x| shown(x));
+        let values = values.par_iter().enumerate().map(shown);
         match bits {
             8 => values.map(|x| (x * 255.0 + 0.5) as u8).collect(),
             _ => values
@@ -104,7 +105,7 @@ impl Texture<'_> {
     /// Those of `out`.
     ///
     /// # Panics
-    /// When `channels` is neither 1 nor 3.
+    /// When `channels` is neither 1, 3 nor 4.
     pub fn write_exr(&self, is_exact: bool, out: &mut dyn Write) -> io::Result<()> {
         let blocks = self.exr_blocks(is_exact)?;
         let head = self.exr_head(is_exact);
@@ -156,6 +157,7 @@ impl Texture<'_> {
         match self.channels {
             1 => b"Y",
             3 => b"BGR",
+            4 => b"ABGR",
             n => panic!("{n} channels"),
         }
     }
@@ -178,7 +180,7 @@ impl Texture<'_> {
 
     /// A row, channel after channel.
     fn exr_row(&self, y: usize, is_exact: bool) -> Vec<u8> {
-        let texels: Vec<[f32; 3]> = (0..self.size).map(|x| (self.value)(x, y)).collect();
+        let texels: Vec<[f32; 4]> = (0..self.size).map(|x| (self.value)(x, y)).collect();
         let mut row = Vec::new();
         for channel in (0..self.channels).rev() {
             for texel in &texels {
@@ -275,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_png_says_its_numbers() {
-        let value = |x: usize, y: usize| [x as f32 / 39.0, y as f32 / 39.0, 0.5];
+        let value = |x: usize, y: usize| [x as f32 / 39.0, y as f32 / 39.0, 0.5, 1.0];
         let texture = Texture {
             size: 40,
             channels: 3,

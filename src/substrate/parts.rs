@@ -26,11 +26,24 @@ pub(super) enum By {
 
 /// Triangles of a file by the names of their objects or materials: `material:Bark` chooses those of one,
 /// `object:Rock,Stone*` those of several, with `*` for whatever letters, and `material:!Leaves` all but those of one.
+/// What is a name as it stands, with commas, stars and spaces, is that one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Selection {
     by: By,
+    /// What stands after the colon.
+    text: String,
+}
+
+/// What a selection says of a file's names.
+struct Chosen<'a> {
     is_others: bool,
-    patterns: Vec<String>,
+    wanted: Wanted<'a>,
+}
+
+/// Which names are meant.
+enum Wanted<'a> {
+    One(&'a str),
+    Like(Vec<&'a str>),
 }
 
 /// Why triangles cannot be chosen.
@@ -117,15 +130,19 @@ impl Selection {
         if counts.is_empty() {
             return Err(SelectionError::no_names(texturing, self.by));
         }
-        if let Some(name) = self.patterns.iter().find(|p| !self.is_met(p, texturing)) {
+        let names = || texturing.parts.iter().flat_map(|part| self.by.names(part));
+        let chosen = self.chosen(|name| names().any(|there| there == name));
+        let is_met = |pattern: &str| names().any(|name| fits(pattern, name));
+        if let Some(name) = chosen.wanted.first_that_is_not(is_met) {
             return Err(SelectionError::NoSuch {
                 kind: self.by.word(),
-                name: name.clone(),
+                name: name.to_owned(),
                 there: listed(&counts),
             });
         }
-        let has: Vec<bool> = texturing.parts.iter().map(|part| self.has(part)).collect();
-        let of = |part: &Option<u32>| part.map_or(self.is_others, |part| has[part as usize]);
+        let parts = texturing.parts.iter();
+        let has: Vec<bool> = parts.map(|part| chosen.has(self.by.names(part))).collect();
+        let of = |part: &Option<u32>| part.map_or(chosen.is_others, |part| has[part as usize]);
         let chosen: Vec<bool> = texturing.part_of.iter().map(of).collect();
         match chosen.contains(&true) {
             true => Ok(chosen),
@@ -133,14 +150,47 @@ impl Selection {
         }
     }
 
-    fn is_met(&self, pattern: &str, texturing: &Texturing) -> bool {
-        let mut parts = texturing.parts.iter();
-        parts.any(|part| self.by.names(part).iter().any(|name| fits(pattern, name)))
+    /// Its names, among those that there are.
+    fn chosen(&self, is_there: impl Fn(&str) -> bool) -> Chosen<'_> {
+        let others = self.text.strip_prefix('!');
+        let as_it_stands = [Some(&self.text[..]), others].into_iter().flatten();
+        let one = as_it_stands.into_iter().find(|name| is_there(name));
+        Chosen {
+            is_others: others.is_some() && one != Some(&self.text),
+            wanted: match one {
+                Some(name) => Wanted::One(name),
+                None => Wanted::Like(patterns(&self.text).collect()),
+            },
+        }
+    }
+}
+
+/// What stands between the commas of a selection.
+fn patterns(text: &str) -> impl Iterator<Item = &str> {
+    let names = text.strip_prefix('!').unwrap_or(text);
+    names.split(',').map(str::trim)
+}
+
+impl Chosen<'_> {
+    fn has(&self, names: &[String]) -> bool {
+        let is_wanted = |name: &String| self.wanted.has(name);
+        names.iter().any(is_wanted) != self.is_others
+    }
+}
+
+impl<'a> Wanted<'a> {
+    fn has(&self, name: &str) -> bool {
+        match self {
+            Self::One(one) => *one == name,
+            Self::Like(patterns) => patterns.iter().any(|pattern| fits(pattern, name)),
+        }
     }
 
-    fn has(&self, part: &Part) -> bool {
-        let is_named = |name: &String| self.patterns.iter().any(|pattern| fits(pattern, name));
-        self.by.names(part).iter().any(is_named) != self.is_others
+    fn first_that_is_not(&self, met: impl Fn(&str) -> bool) -> Option<&'a str> {
+        match self {
+            Self::One(_) => None,
+            Self::Like(patterns) => patterns.iter().copied().find(|pattern| !met(pattern)),
+        }
     }
 }
 
@@ -151,14 +201,11 @@ impl FromStr for Selection {
         let unreadable = || SelectionError::Unreadable(text.to_owned());
         let said = { By::ALL.into_iter() }.find_map(|by| Some((by, rest(text, by)?)));
         let (by, names) = said.ok_or_else(unreadable)?;
-        let patterns = names.strip_prefix('!').unwrap_or(names).split(',');
-        let patterns: Vec<String> = patterns.map(|name| name.trim().to_owned()).collect();
-        match patterns.iter().any(String::is_empty) {
+        match patterns(names).any(str::is_empty) {
             true => Err(unreadable()),
             false => Ok(Self {
                 by,
-                is_others: names.starts_with('!'),
-                patterns,
+                text: names.to_owned(),
             }),
         }
     }
@@ -166,13 +213,7 @@ impl FromStr for Selection {
 
 impl fmt::Display for Selection {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let others = if self.is_others { "!" } else { "" };
-        write!(
-            out,
-            "{}:{others}{}",
-            self.by.word(),
-            self.patterns.join(",")
-        )
+        write!(out, "{}:{}", self.by.word(), self.text)
     }
 }
 
@@ -226,7 +267,12 @@ fn instead(others: &str) -> String {
 /// Some names, and how many more there are.
 fn listed(counts: &[(&str, usize)]) -> String {
     const MOST: usize = 12;
-    let names: Vec<&str> = counts.iter().take(MOST).map(|(name, _)| *name).collect();
+    let quoted = |name: &str| match name.contains(',') || name.trim() != name {
+        true => format!("'{name}'"),
+        false => name.to_owned(),
+    };
+    let first = counts.iter().take(MOST);
+    let names: Vec<String> = first.map(|(name, _)| quoted(name)).collect();
     let names = names.join(", ");
     match counts.len().saturating_sub(MOST) {
         0 => names,
@@ -296,6 +342,30 @@ mod tests {
         for (text, expected) in cases {
             assert_eq!(chosen(text), Ok(expected.to_vec()), "{text}");
         }
+    }
+
+    #[test]
+    fn a_name_as_it_stands_is_that_one() {
+        let mut tree = tree();
+        let names = ["  Rock ", "Rock, old", "Rock*"];
+        for (part, name) in tree.parts.iter_mut().zip(names) {
+            part.objects = vec![name.to_owned()];
+        }
+        tree.part_of = vec![Some(0), Some(1), Some(2)];
+        let cases = [
+            ("object:  Rock ", [true, false, false]),
+            ("object:Rock, old", [false, true, false]),
+            ("object:!Rock, old", [true, false, true]),
+            ("object:Rock*", [false, false, true]),
+            ("object:*Rock*", [true, true, true]),
+        ];
+        for (text, expected) in cases {
+            let selection: Selection = text.parse().unwrap();
+            assert_eq!(selection.triangles(&tree), Ok(expected.to_vec()), "{text}");
+        }
+        tree.parts[0].objects = vec!["!Rock, old".to_owned()];
+        let selection: Selection = "object:!Rock, old".parse().unwrap();
+        assert_eq!(selection.triangles(&tree), Ok(vec![true, false, false]));
     }
 
     #[test]

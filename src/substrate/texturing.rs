@@ -12,8 +12,10 @@ use crate::image::Wrap;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Texturing {
     /// For each triangle those of its corners; none where a corner has none, or none that is finite. This and the next
-    /// two end with the last triangle that has any.
+    /// four end with the last triangle that has any.
     pub uvs: Vec<Option<[[f64; 2]; 3]>>,
+    /// As `uvs`, of the second set of a glTF file (`TEXCOORD_1`), which a [`Texture`] may be laid out in.
+    pub second_uvs: Vec<Option<[[f64; 2]; 3]>>,
     /// For each triangle the unit normals of its corners, in the order of `uvs`; none where a corner has none that is a
     /// direction. Of glTF and OBJ, but not of skinned meshes.
     pub normals: Vec<Option<[Vec3; 3]>>,
@@ -54,6 +56,27 @@ pub struct Material {
     pub normal_texture: Option<Texture>,
     /// Red.
     pub occlusion_texture: Option<Texture>,
+    /// What is seen through it.
+    pub alpha: Alpha,
+    /// 0 for glass, 1 for stone, where `alpha` asks for it; a factor where the base colour's texture says it too.
+    pub opacity: f32,
+    /// Whether it shows from behind.
+    pub is_double_sided: bool,
+}
+
+/// What is seen through a surface (Khronos, *glTF 2.0 Specification*, 3.9.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// All, where the opacity is less than this.
+    Mask {
+        /// From 0 to 1.
+        cutoff: f32,
+    },
+    /// As much as the opacity leaves.
+    Blend,
 }
 
 /// An image on a surface.
@@ -61,6 +84,8 @@ pub struct Material {
 pub struct Texture {
     /// Its place in [`Texturing::images`].
     pub image: usize,
+    /// Whether it is laid out in the second set of coordinates.
+    pub is_in_second: bool,
     /// How strongly a normal or occlusion texture counts: 1 as it is.
     pub strength: f32,
     /// From (u, v, 1) to the image's coordinates: the two rows of `KHR_texture_transform`.
@@ -86,6 +111,9 @@ impl Default for Material {
             metallic_roughness_texture: None,
             normal_texture: None,
             occlusion_texture: None,
+            alpha: Alpha::Opaque,
+            opacity: 1.0,
+            is_double_sided: false,
         }
     }
 }
@@ -98,7 +126,7 @@ impl Texturing {
         let mut texturing = Self::default();
         for corners in triangles {
             let corner = |vertex: u32| Corner {
-                uv: uvs.get(vertex as usize).map(|uv| uv.map(f64::from)),
+                uvs: [uvs.get(vertex as usize).map(|uv| uv.map(f64::from)), None],
                 ..Corner::default()
             };
             texturing.push(corners.map(corner), Of::default());
@@ -108,10 +136,27 @@ impl Texturing {
 
     /// Coordinates of the corners of a substrate's triangle, as far as the file has any.
     pub fn uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
-        let source = substrate.source_triangle(triangle) as usize;
-        let uvs = self.uvs.get(source).copied().flatten()?;
-        let at = |uvs: [DVec2; 3]| at_corners(uvs, substrate, triangle).map(|uv| uv.to_array());
-        Some(at(uvs.map(DVec2::from_array)))
+        uvs_at(&self.uvs, substrate, triangle)
+    }
+
+    /// As [`uvs_of`](Self::uvs_of), of the second set.
+    pub fn second_uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
+        uvs_at(&self.second_uvs, substrate, triangle)
+    }
+
+    /// Makes the second set of coordinates the first, in which maps are laid out; textures stay where they are.
+    pub fn swap_uv_sets(&mut self) {
+        std::mem::swap(&mut self.uvs, &mut self.second_uvs);
+        for material in &mut self.materials {
+            let textures = [
+                &mut material.base_color_texture,
+                &mut material.metallic_roughness_texture,
+                &mut material.normal_texture,
+                &mut material.occlusion_texture,
+            ];
+            let textures = textures.into_iter().flatten();
+            textures.for_each(|texture| texture.is_in_second ^= true);
+        }
     }
 
     /// Unit normals of the corners of a substrate's triangle, on the side of its winding, as far as the file has any.
@@ -169,13 +214,16 @@ impl Texturing {
 
     /// Adds the next triangle.
     pub(super) fn push(&mut self, corners: [Corner; 3], of: Of) {
-        let uv = |corner: &Corner| corner.uv.filter(|uv| uv.iter().all(|x| x.is_finite()));
+        let is_finite = |uv: &[f64; 2]| uv.iter().all(|x| x.is_finite());
+        let uv = |corner: &Corner, set: usize| corner.uvs[set].filter(is_finite);
         let normal = |corner: &Corner| {
             let normal = corner.normal.map(DVec3::from_array)?;
             normal.try_normalize().map(|normal| normal.as_vec3())
         };
         let at = self.material_of.len();
-        put(&mut self.uvs, at, all(corners.each_ref().map(uv)));
+        let [uvs, second_uvs] = [0, 1].map(|set| all(corners.each_ref().map(|c| uv(c, set))));
+        put(&mut self.uvs, at, uvs);
+        put(&mut self.second_uvs, at, second_uvs);
         put(&mut self.normals, at, all(corners.each_ref().map(normal)));
         let [colors, second] = [0, 1].map(|set| all(corners.map(|corner| corner.colors[set])));
         put(&mut self.colors, at, colors);
@@ -188,7 +236,8 @@ impl Texturing {
 /// What a file says of a triangle's corner.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Corner {
-    pub(super) uv: Option<[f64; 2]>,
+    /// Of two sets.
+    pub(super) uvs: [Option<[f64; 2]>; 2],
     pub(super) normal: Option<[f64; 3]>,
     /// Linear light, of two sets.
     pub(super) colors: [Option<[f32; 3]>; 2],
@@ -211,6 +260,18 @@ fn put<T: Clone>(column: &mut Vec<Option<T>>, at: usize, value: Option<T>) {
 
 fn all<T>([a, b, c]: [Option<T>; 3]) -> Option<[T; 3]> {
     Some([a?, b?, c?])
+}
+
+/// Of a column of coordinates, those at the corners of a substrate's triangle.
+fn uvs_at(
+    column: &[Option<[[f64; 2]; 3]>],
+    substrate: &Substrate,
+    triangle: u32,
+) -> Option<[[f64; 2]; 3]> {
+    let source = substrate.source_triangle(triangle) as usize;
+    let uvs = column.get(source).copied().flatten()?;
+    let uvs = at_corners(uvs.map(DVec2::from_array), substrate, triangle);
+    Some(uvs.map(|uv| uv.to_array()))
 }
 
 /// Of a column of colours, those at the corners of a substrate's triangle.

@@ -3,7 +3,7 @@
 use super::*;
 
 /// A square of two triangles for each list of UVs.
-fn squares(uvs: &[[[f64; 2]; 4]]) -> String {
+pub(super) fn squares(uvs: &[[[f64; 2]; 4]]) -> String {
     let mut text = String::new();
     for (i, uv) in uvs.iter().enumerate() {
         for (k, [u, v]) in uv.iter().enumerate() {
@@ -16,7 +16,7 @@ fn squares(uvs: &[[[f64; 2]; 4]]) -> String {
     text
 }
 
-fn square(low: f64, high: f64) -> [[f64; 2]; 4] {
+pub(super) fn square(low: f64, high: f64) -> [[f64; 2]; 4] {
     [[low, low], [low, high], [high, high], [high, low]]
 }
 
@@ -75,6 +75,7 @@ fn colours_of_vertices_are_baked() {
     // An image that is cut off leaves the colour that is said for that.
     let cut_off = thallus::substrate::Texture {
         image: 0,
+        is_in_second: false,
         strength: 1.0,
         transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         wrap: Default::default(),
@@ -126,7 +127,7 @@ fn colours_of_vertices_are_baked() {
     }
 }
 
-fn plain() -> Material {
+pub(super) fn plain() -> Material {
     Material {
         roughness: 1.0,
         ..Material::default()
@@ -151,6 +152,7 @@ fn pictures_tilt_normals_as_the_image_lies() {
             let (substrate, mut texturing) = written(&squares(&[uvs]), "square.obj");
             let normal_texture = Some(thallus::substrate::Texture {
                 image: 0,
+                is_in_second: false,
                 strength: 1.0,
                 transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
                 wrap: Default::default(),

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::{MeshError, TriMesh, finite, needs_doubles};
 use crate::export::Placement;
 use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, node, write_head};
+use crate::substrate::Alpha;
 
 /// A mesh to carry textures. All columns have a row for each vertex; `shape` has no colours and no
 /// attributes.
@@ -43,12 +44,16 @@ pub struct MapImages {
 }
 
 /// Images as a surface wears them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexturedMaterial {
     /// What it is called.
     pub name: String,
     /// What it shows.
     pub images: MapImages,
+    /// What is seen through it, by the alpha of its base colour.
+    pub alpha: Alpha,
+    /// Whether it shows from behind.
+    pub is_double_sided: bool,
 }
 
 /// Objects and what they wear, for one file.
@@ -127,7 +132,7 @@ impl TexturedScene {
         document["nodes"] = self.rooted(nodes).into();
         document["meshes"] = shapes.into();
         let materials = self.materials.iter().enumerate();
-        document["materials"] = materials.map(|(i, m)| material(i, &m.name)).collect();
+        document["materials"] = materials.map(|(i, m)| m.said(i)).collect();
         let textures = 0..body.images.len();
         document["textures"] = textures
             .map(|i| json!({"source": i, "sampler": 0}))
@@ -241,18 +246,32 @@ impl TexturedMesh {
     }
 }
 
-/// The material of this number, whose images come after those before it.
-fn material(number: usize, name: &str) -> Value {
-    let texture = |image: usize| json!({"index": 3 * number + image});
-    json!({
-        "name": name.replace(char::is_control, " "),
-        "pbrMetallicRoughness": {
-            "baseColorTexture": texture(0),
-            "metallicRoughnessTexture": texture(2),
-        },
-        "normalTexture": texture(1),
-        "occlusionTexture": texture(2),
-    })
+impl TexturedMaterial {
+    /// As the material of this number, whose images come after those before it.
+    fn said(&self, number: usize) -> Value {
+        let texture = |image: usize| json!({"index": 3 * number + image});
+        let mut said = json!({
+            "name": self.name.replace(char::is_control, " "),
+            "pbrMetallicRoughness": {
+                "baseColorTexture": texture(0),
+                "metallicRoughnessTexture": texture(2),
+            },
+            "normalTexture": texture(1),
+            "occlusionTexture": texture(2),
+        });
+        match self.alpha {
+            Alpha::Opaque => {}
+            Alpha::Blend => said["alphaMode"] = "BLEND".into(),
+            Alpha::Mask { cutoff } => {
+                said["alphaMode"] = "MASK".into();
+                said["alphaCutoff"] = cutoff.into();
+            }
+        }
+        if self.is_double_sided {
+            said["doubleSided"] = true.into();
+        }
+        said
+    }
 }
 
 /// A buffer that is being filled, and what describes it.

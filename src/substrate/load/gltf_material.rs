@@ -2,7 +2,7 @@
 //!
 //! Read apart from the geometry, and only where textures are asked for: a fault here is a note, and
 //! never keeps lichen from growing. Read are metallic-roughness materials with `KHR_texture_transform`;
-//! textures of another coordinate set than the first, and images other than PNG and JPEG, are passed
+//! textures of another coordinate set than the first two, and images other than PNG and JPEG, are passed
 //! over.
 
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::substrate::{Material, Part, Texture, Texturing, Wrap};
+use crate::substrate::{Alpha, Material, Part, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::gltf_buffers::Buffers;
@@ -65,6 +65,25 @@ struct JsonMaterial {
     pbr_metallic_roughness: MetallicRoughness,
     normal_texture: Option<TextureInfo>,
     occlusion_texture: Option<TextureInfo>,
+    #[serde(default)]
+    alpha_mode: Value,
+    alpha_cutoff: Option<f32>,
+    #[serde(default)]
+    double_sided: bool,
+    #[serde(default)]
+    emissive_factor: [f32; 3],
+}
+
+impl JsonMaterial {
+    fn alpha(&self) -> Alpha {
+        match self.alpha_mode.as_str() {
+            Some("MASK") => Alpha::Mask {
+                cutoff: self.alpha_cutoff.unwrap_or(0.5),
+            },
+            Some("BLEND") => Alpha::Blend,
+            _ => Alpha::Opaque,
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -242,8 +261,13 @@ fn share(factor: f32) -> f32 {
 impl Images<'_> {
     fn material(&mut self, material: &JsonMaterial, used: bool) -> Material {
         let pbr = &material.pbr_metallic_roughness;
-        let [r, g, b, _] = pbr.base_color_factor;
+        let [r, g, b, opacity] = pbr.base_color_factor;
         let color = [r, g, b].map(share);
+        if used && material.emissive_factor.iter().any(|&x| x > 0.0) {
+            let name = material.name.as_str().unwrap_or("without a name");
+            let note = format!("material {name} gives light of its own, which is passed over");
+            self.out.notes.push(note);
+        }
         let mut texture = |info: &Option<TextureInfo>, what| {
             let info = info.as_ref().filter(|_| used)?;
             self.texture(info, what)
@@ -257,13 +281,19 @@ impl Images<'_> {
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),
             normal_texture: texture(&material.normal_texture, "normal"),
             occlusion_texture: texture(&material.occlusion_texture, "occlusion"),
+            alpha: material.alpha(),
+            opacity: share(opacity),
+            is_double_sided: material.double_sided,
         }
     }
 
     fn texture(&mut self, info: &TextureInfo, what: &str) -> Option<Texture> {
         let transform = info.extensions.transform.clone().unwrap_or_default();
-        if transform.tex_coord.unwrap_or(info.tex_coord) != 0 {
-            let note = format!("the {what} texture has coordinates of its own and is passed over");
+        let set = transform.tex_coord.unwrap_or(info.tex_coord);
+        if set > 1 {
+            let note = format!(
+                "a {what} texture is in TEXCOORD_{set} and is passed over: only the first two sets are read"
+            );
             self.out.notes.push(note);
             return None;
         }
@@ -282,6 +312,7 @@ impl Images<'_> {
         };
         Some(Texture {
             image,
+            is_in_second: set == 1,
             strength: info.scale.or(info.strength.map(share)).unwrap_or(1.0),
             transform: transform.rows(),
             wrap,

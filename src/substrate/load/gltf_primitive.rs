@@ -237,7 +237,10 @@ impl<'a> Collector<'a> {
             return Ok(());
         };
         self.accessors.buffers.read_looks(true);
-        let uvs = self.texcoords(primitive, vertices, place)?;
+        let uvs = self.texcoords(primitive, "TEXCOORD_0", vertices, place)?;
+        // Nothing but textures needs the second set, so a broken one is passed over.
+        let second = self.texcoords(primitive, "TEXCOORD_1", vertices, place);
+        let uvs = [uvs, second.unwrap_or_default()];
         let normals = self.normals(primitive, place, &placing.morphs);
         let colors = ["COLOR_0", "COLOR_1"].map(|set| self.colors(primitive, set, place));
         self.accessors.buffers.read_looks(false);
@@ -249,7 +252,7 @@ impl<'a> Collector<'a> {
             let turned =
                 |normal: &[f64; 3]| Some((copy.turn? * DVec3::from_array(*normal)).to_array());
             let corner = |v: u32| Corner {
-                uv: uvs.as_ref().map(|uvs| uvs[v as usize]),
+                uvs: { uvs.each_ref() }.map(|set| Some(set.as_ref()?[v as usize])),
                 normal: normals.get(v as usize).and_then(turned),
                 colors: colors.each_ref().map(|set| set.get(v as usize).copied()),
             };
@@ -264,18 +267,16 @@ impl<'a> Collector<'a> {
     fn texcoords(
         &self,
         primitive: &Primitive,
+        set: &str,
         vertices: usize,
         place: &str,
     ) -> Parsed<Option<Vec<[f64; 2]>>> {
-        let Some(&accessor) = primitive.attributes.get("TEXCOORD_0") else {
+        let Some(&accessor) = primitive.attributes.get(set) else {
             return Ok(None);
         };
         let uvs = self.accessors.vectors(accessor, place)?;
         if uvs.len() < vertices {
-            let problem = format!(
-                "TEXCOORD_0 has {} places for {vertices} vertices",
-                uvs.len()
-            );
+            let problem = format!("{set} has {} places for {vertices} vertices", uvs.len());
             return Err(self.fault(place, problem));
         }
         Ok(Some(uvs))

@@ -178,6 +178,7 @@ impl Library<'_> {
         };
         Some(Texture {
             image: image?,
+            is_in_second: false,
             strength: said.strength,
             transform: said.transform(),
             wrap: said.wrap,

@@ -481,7 +481,7 @@ impl Attributes {
         let uv = named(token, 1, self.above);
         let normal = named(token, 2, self.normals_above);
         Corner {
-            uv: uv.and_then(|at| *self.places.get(at)?),
+            uvs: [uv.and_then(|at| *self.places.get(at)?), None],
             normal: normal.and_then(|at| *self.normals.get(at)?),
             ..Corner::default()
         }

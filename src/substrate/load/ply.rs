@@ -132,7 +132,7 @@ impl Attributes {
             Some([u, 1.0 - v])
         };
         let corner = |vertex: u32| Corner {
-            uv: place(vertex),
+            uvs: [place(vertex), None],
             colors: [self.colors.get(vertex as usize).copied(), None],
             normal: None,
         };
