@@ -14,6 +14,13 @@ pub(super) type Bytes = [AtomicU8; 64];
 /// Eight places in space, axis by axis.
 pub(super) type Floats = [AtomicU32; 24];
 
+/// Atomics and nothing else, so that their bytes may be read while others write them.
+trait Lanes {}
+
+impl<const N: usize> Lanes for [AtomicU8; N] {}
+
+impl<const N: usize> Lanes for [AtomicU32; N] {}
+
 /// Twenty-four bytes, and eight that are 0.
 #[inline(always)]
 pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
@@ -60,15 +67,15 @@ mod instructions {
     use std::arch::asm;
     use std::arch::x86_64::__m128i;
 
-    use super::{Bytes, cast, u8x16};
+    use super::{Bytes, Lanes, cast, u8x16};
 
     /// What an instruction reads of so many bytes of some atomics.
     macro_rules! read {
         ($instruction:literal, $bytes:literal of $lanes:ident from $from:ident) => {{
             const { assert!($from + $bytes <= size_of::<T>()) };
             let read: __m128i;
-            // SAFETY: bytes of what a reference is to are read, and nothing else is touched. They are atomics, each of
-            // which the processor reads whole: so this does no more than to load them one by one, relaxed.
+            // SAFETY: bytes of what a reference is to are read, and nothing else is touched. They are atomics (`Lanes`),
+            // each of which the processor reads whole: so this does no more than to load them one by one, relaxed.
             unsafe {
                 asm!(
                     concat!($instruction, " {read}, [{lanes} + {from}]"),
@@ -83,12 +90,12 @@ mod instructions {
     }
 
     #[inline(always)]
-    pub(super) fn at<T, const FROM: usize>(lanes: &T) -> u8x16 {
+    pub(super) fn at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
         read!("movdqu", 16 of lanes from FROM)
     }
 
     #[inline(always)]
-    pub(super) fn half_at<T, const FROM: usize>(lanes: &T) -> u8x16 {
+    pub(super) fn half_at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
         read!("movq", 8 of lanes from FROM)
     }
 
@@ -115,14 +122,14 @@ mod instructions {
 mod one_by_one {
     use std::sync::atomic::Ordering;
 
-    use super::{AtomicU8, AtomicU32, Bytes, cast, u8x16};
+    use super::{AtomicU8, AtomicU32, Bytes, Lanes, cast, u8x16};
 
-    /// Some atomics, sixteen bytes or less from a place on.
-    pub(super) trait Lanes {
+    /// Sixteen bytes or less from a place on.
+    pub(super) trait OneByOne: Lanes {
         fn from(&self, place: usize) -> [u8; 16];
     }
 
-    impl<const N: usize> Lanes for [AtomicU8; N] {
+    impl<const N: usize> OneByOne for [AtomicU8; N] {
         fn from(&self, place: usize) -> [u8; 16] {
             let byte = |i: usize| {
                 self.get(place + i)
@@ -132,18 +139,18 @@ mod one_by_one {
         }
     }
 
-    impl<const N: usize> Lanes for [AtomicU32; N] {
+    impl<const N: usize> OneByOne for [AtomicU32; N] {
         fn from(&self, place: usize) -> [u8; 16] {
             let number = |i: usize| self[place / 4 + i].load(Ordering::Relaxed);
             cast::<[u32; 4], _>(std::array::from_fn(number))
         }
     }
 
-    pub(super) fn at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
+    pub(super) fn at<T: OneByOne, const FROM: usize>(lanes: &T) -> u8x16 {
         u8x16::new(lanes.from(FROM))
     }
 
-    pub(super) fn half_at<T: Lanes, const FROM: usize>(lanes: &T) -> u8x16 {
+    pub(super) fn half_at<T: OneByOne, const FROM: usize>(lanes: &T) -> u8x16 {
         let [a, b, c, d, e, f, g, h, ..] = lanes.from(FROM);
         u8x16::new([a, b, c, d, e, f, g, h, 0, 0, 0, 0, 0, 0, 0, 0])
     }
