@@ -54,19 +54,41 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn used(path: &Path) -> BTreeSet<String> {
     let text = std::fs::read_to_string(path).expect("a source file");
     let lines = without_tests(&text).into_iter();
-    let code = lines.filter(|l| !l.trim_start().starts_with("//"));
-    let names = code.flat_map(|l| {
-        l.split("crate::")
-            .skip(1)
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
+    let code: Vec<&str> = lines
+        .filter(|l| !l.trim_start().starts_with("//"))
+        .collect();
+    named(&code.join("\n"))
+}
+
+/// The modules that code names by `crate::`, alone or grouped.
+fn named(code: &str) -> BTreeSet<String> {
+    let paths = code.split("crate::").skip(1);
+    let names = paths.flat_map(|path| match path.strip_prefix('{') {
+        Some(group) => first_names(group),
+        None => vec![word(path)],
     });
-    let word = |s: String| {
-        s.chars()
-            .take_while(|c| c.is_alphanumeric() || *c == '_')
-            .collect::<String>()
-    };
-    names.map(word).filter(|w| !w.is_empty()).collect()
+    names.filter(|name| !name.is_empty()).collect()
+}
+
+/// What the paths of a group begin with, up to the brace that closes it.
+fn first_names(group: &str) -> Vec<String> {
+    let mut names = vec![word(group)];
+    let mut depth = 0;
+    for (i, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(word(&group[i + 1..])),
+            _ => {}
+        }
+    }
+    names
+}
+
+fn word(text: &str) -> String {
+    let is_part = |c: &char| c.is_alphanumeric() || *c == '_';
+    text.trim_start().chars().take_while(is_part).collect()
 }
 
 /// The lines of a source file but for items that are there for tests alone.
@@ -92,6 +114,13 @@ fn without_tests(text: &str) -> Vec<&str> {
 fn only_items_for_tests_are_left_out() {
     let text = "use a;\n#[cfg(test)]\nmod b;\nuse c;\n#[cfg(test)]\nmod d {\n    use e;\n    fn f() {\n    }\n}\nuse g;";
     assert_eq!(without_tests(text), ["use a;", "use c;", "use g;"]);
+}
+
+#[test]
+fn grouped_modules_are_seen() {
+    let code = "use crate::{\n    growth::{Join, Law},\n    run,\n};\nuse crate::walk::{a, b};\npub(crate) x, y";
+    let expected = ["growth", "run", "walk"].map(str::to_owned);
+    assert_eq!(named(code), BTreeSet::from(expected));
 }
 
 #[test]
