@@ -324,11 +324,12 @@ impl Complete {
         }
     }
 
-    /// The recipe for a mesh with this bounding box's diagonal.
+    /// The recipe for a mesh with this bounding box's diagonal. Nothing that takes the mesh itself is asked: neither
+    /// whether seeds have a place there, nor which mask it has, so that one without a hash is left out.
     ///
     /// # Errors
     /// When a length does not suit the mesh.
-    pub fn measured(mut self, diagonal: f64, mesh: MeshId) -> Result<Recipe, SettingsError> {
+    pub(super) fn measured(mut self, diagonal: f64, mesh: MeshId) -> Result<Recipe, SettingsError> {
         let radius = self.radius.in_units(diagonal, 0.0);
         check_radius(self.radius, radius, diagonal)?;
         let curvature_radius = self.curvature_radius.in_units(diagonal, radius);
