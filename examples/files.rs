@@ -20,7 +20,7 @@ use thallus::export::{
 use thallus::growth::SeedPlace;
 use thallus::log::{Log, LogError};
 use thallus::picture::age_color;
-use thallus::run::{Execution, Run, Settings, StopSetting, Stopped, grow};
+use thallus::run::{Execution, Settings, StopSetting, Stopped, grow};
 use thallus::skin::{Paint, Shape, skin};
 use thallus::substrate::Substrate;
 
@@ -62,17 +62,9 @@ pub(crate) fn run(folder: &Path, name: &str) -> Result<(), Box<dyn Error>> {
 /// The mesh of a run, and the lichen on it, every element to the last bit.
 fn open(folder: &Path) -> Result<(Substrate, Cluster), Box<dyn Error>> {
     let log = Log::read(&folder.join("run.log"))?;
-    let mesh = log.recipe.mesh.clone().ok_or("the log names no mesh")?;
-    let substrate = Substrate::load(Path::new(&mesh))?.with_up(log.recipe.mesh_up);
-    log.recipe.check_mesh(&mesh, substrate.mesh_hash())?;
-    // A run may have been extended beyond the size that its recipe began with.
-    let settings = Settings {
-        stop: Some(StopSetting::Elements(log.begun.elements.len() as u64)),
-        ..log.recipe
-    };
-    let recipe = settings.resolve(&substrate, &mesh)?;
-    let run = Run::new(&substrate, &recipe, log.begun)?;
-    let cluster = run.cluster().clone();
+    let mesh = log.recipe.mesh.as_ref().ok_or("the log names no mesh")?;
+    let substrate = Substrate::load(Path::new(mesh))?.with_up(log.recipe.mesh_up);
+    let cluster = log.cluster(&substrate)?;
     Ok((substrate, cluster))
 }
 

@@ -9,17 +9,18 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN};
+use thallus::cluster::Element;
 use thallus::export::OutputError;
+use thallus::glam::DVec3;
 use thallus::growth::Counts;
 use thallus::log::{LARGEST_BLOCK, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::{
-    Begun, Execution, Observer, Progress, Recipe, Run, Settings, StopRule, StopSetting, Stopped,
-    grow,
+    Begun, Execution, GrowError, Observer, Progress, Recipe, Run, Settings, StopRule, StopSetting,
+    Stopped, grow,
 };
-use thallus::substrate::{Soup, Substrate};
+use thallus::substrate::{Mask, Soup, Substrate, UpAxis};
 
-/// A recipe on a square, and that.
-fn on_square(elements: u64) -> (Substrate, Recipe) {
+fn square() -> Substrate {
     let soup = Soup {
         positions: vec![
             [0.0; 3],
@@ -30,12 +31,22 @@ fn on_square(elements: u64) -> (Substrate, Recipe) {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         notes: Vec::new(),
     };
-    let square = Substrate::from_soup(soup).unwrap();
+    Substrate::from_soup(soup).unwrap()
+}
+
+/// A recipe for so many elements on a substrate.
+fn recipe_on(substrate: &Substrate, elements: u64) -> Recipe {
     let settings = Settings {
         stop: Some(StopSetting::Elements(elements)),
         ..Settings::default()
     };
-    let recipe = settings.resolve(&square, "a square").unwrap();
+    settings.resolve(substrate, "a square").unwrap()
+}
+
+/// A recipe on a square, and that.
+fn on_square(elements: u64) -> (Substrate, Recipe) {
+    let square = square();
+    let recipe = recipe_on(&square, elements);
     (square, recipe)
 }
 
@@ -62,6 +73,66 @@ fn a_log_is_begun_once() {
     assert_eq!(fs::read(&path).unwrap(), head(&recipe));
     let again = LogWriter::create(&path, &recipe);
     assert!(matches!(again, Err(OutputError::FileExists(_))));
+}
+
+/// Grows 300 elements on a substrate, and then on to 400.
+fn grown_and_extended(path: &Path, substrate: &Substrate) -> Vec<Element> {
+    let recipe = recipe_on(substrate, 300);
+    let mut log = LogWriter::create(path, &recipe).unwrap();
+    let growth = grow(substrate, &recipe, &Execution::default(), &mut log).unwrap();
+    log.finish().unwrap();
+    let (mut log, _) = LogWriter::open(Log::read(path).unwrap()).unwrap();
+    let run = Run::new(substrate, &recipe_on(substrate, 400), growth.begun()).unwrap();
+    let growth = run.grow(&Execution::default(), &mut log);
+    log.finish().unwrap();
+    growth.cluster.into_elements()
+}
+
+#[test]
+fn a_log_gives_back_its_lichen_and_on_its_own_substrate_only() {
+    let desk = Desk::new();
+    let (plain, masked) = (square(), square());
+    let mask = || Some(Mask::beside(&plain, &[DVec3::ZERO], 0.01));
+    let masked = masked.with_mask(mask());
+    for (name, substrate) in [("plain.log", &plain), ("masked.log", &masked)] {
+        let elements = grown_and_extended(&desk.path(name), substrate);
+        let log = Log::read(&desk.path(name)).unwrap();
+        assert_eq!(elements.len(), 400);
+        assert_eq!(log.cluster(substrate).unwrap().elements(), elements);
+    }
+    let log = |name: &str| Log::read(&desk.path(name)).unwrap();
+    let refused = |name: &str, other: &Substrate| log(name).cluster(other).unwrap_err();
+    let turned = square().with_up(Some(UpAxis::Z));
+    let is_of = |error: LogError, expected| matches!(error, LogError::Run { problem, .. } if *problem == expected);
+    assert!(is_of(refused("plain.log", &masked), GrowError::Mask));
+    assert!(is_of(refused("plain.log", &turned), GrowError::Up));
+    for (name, other) in [
+        ("plain.log", &masked),
+        ("masked.log", &plain),
+        ("plain.log", &turned),
+    ] {
+        let error = refused(name, other);
+        assert!(matches!(error, LogError::Run { .. }), "{error}");
+        assert!(error.to_string().contains(name), "{error}");
+    }
+    let rock = Substrate::load(&desk.path("rock.obj")).unwrap();
+    let error = refused("plain.log", &rock);
+    assert!(matches!(error, LogError::Mesh { .. }), "{error}");
+}
+
+/// A run may be killed before all colonies have begun.
+#[test]
+fn a_log_without_elements_gives_back_an_empty_lichen() {
+    let desk = Desk::new();
+    let path = desk.path("empty.log");
+    let (square, recipe) = on_square(300);
+    LogWriter::create(&path, &recipe).unwrap().finish().unwrap();
+    let cluster = Log::read(&path).unwrap().cluster(&square).unwrap();
+    assert!(cluster.is_empty());
+    assert_eq!(
+        cluster.radius(),
+        square.units().length_to_local(recipe.radius)
+    );
 }
 
 /// Or zeros would lie between what was read and what follows.

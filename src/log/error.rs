@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::run::GrowError;
+
 /// Why a log cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -59,6 +61,14 @@ pub enum LogError {
         path: PathBuf,
         /// What differs.
         differences: String,
+    },
+    /// Its run cannot have been on this substrate: that has another mask or another axis up, or no place for an element.
+    #[error("{}: {problem}", .path.display())]
+    Run {
+        /// The log.
+        path: PathBuf,
+        /// Why a run could not go on from it.
+        problem: Box<GrowError>,
     },
     /// A block with others after it is damaged.
     #[error(

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use super::LogError;
 use super::block::{Block, LARGEST_BLOCK, MARKER, Outline};
 use super::head::read_head;
+use crate::cluster::Cluster;
 use crate::growth::Counts;
 use crate::input;
-use crate::run::{Begun, Recipe, Settings};
+use crate::run::{Begun, GrowError, Recipe, Run, Settings, StopRule};
+use crate::substrate::Substrate;
 
 /// A log: whose it is, and the elements of its sound blocks.
 #[derive(Debug)]
@@ -115,24 +117,61 @@ impl Log {
     /// # Errors
     /// [`LogError::Mesh`] or [`LogError::Recipe`], naming what differs.
     pub fn check(&self, recipe: &Recipe) -> Result<(), LogError> {
-        let path = self.path.clone();
-        let expected = self.recipe.mesh_hash.clone().unwrap_or_default();
-        if expected != recipe.mesh.hash {
-            let found = recipe.mesh.hash.clone();
-            return Err(LogError::Mesh {
-                path,
-                found,
-                expected,
-            });
-        }
+        self.check_mesh(&recipe.mesh.hash)?;
         let differences = self.recipe.differences(&Settings::from(recipe));
         match differences.is_empty() {
             true => Ok(()),
             false => Err(LogError::Recipe {
-                path,
+                path: self.path.clone(),
                 differences: differences.join(", "),
             }),
         }
+    }
+
+    fn check_mesh(&self, hash: &str) -> Result<(), LogError> {
+        let expected = self.recipe.mesh_hash.clone().unwrap_or_default();
+        match expected == hash {
+            true => Ok(()),
+            false => Err(LogError::Mesh {
+                path: self.path.clone(),
+                found: hash.to_owned(),
+                expected,
+            }),
+        }
+    }
+
+    /// The lichen that the run has grown, every element to the last bit, to be measured or drawn. However far it was
+    /// to go, it is as far as it has come.
+    ///
+    /// The substrate is the run's: [`Log::recipe`] says from which file, with which
+    /// [axis up](Substrate::with_up) and with which [mask](Substrate::with_mask).
+    ///
+    /// # Errors
+    /// [`LogError::Mesh`] when it is another mesh; [`LogError::Run`] when it has another axis up or another mask, or the
+    /// elements cannot be of such a run.
+    pub fn cluster(&self, substrate: &Substrate) -> Result<Cluster, LogError> {
+        self.check_mesh(substrate.mesh_hash())?;
+        self.regrown(substrate).map_err(|problem| LogError::Run {
+            path: self.path.clone(),
+            problem: Box::new(problem),
+        })
+    }
+
+    fn regrown(&self, substrate: &Substrate) -> Result<Cluster, GrowError> {
+        // Settings that say neither would be resolved for whatever the substrate has.
+        if !substrate.has_up(self.recipe.mesh_up) {
+            return Err(GrowError::Up);
+        }
+        if substrate.mask().is_some() && self.recipe.mask_hash.is_none() {
+            return Err(GrowError::Mask);
+        }
+        let mesh = self.recipe.mesh.as_deref().unwrap_or_default();
+        let mut recipe = self.recipe.clone().resolve(substrate, mesh)?;
+        // The run may have been extended beyond the size that its recipe began with.
+        let elements = self.begun.elements.len().max(recipe.at.len());
+        recipe.stop = StopRule::Elements(elements as u64);
+        let run = Run::new(substrate, &recipe, self.begun.clone())?;
+        Ok(run.into_cluster())
     }
 }
 

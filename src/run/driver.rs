@@ -298,6 +298,11 @@ impl<'a> Run<'a> {
         &self.cluster
     }
 
+    /// What has grown so far, to keep, where the run is not to go on.
+    pub fn into_cluster(self) -> Cluster {
+        self.cluster
+    }
+
     /// Grows until a rule says stop. The observer sees the births from here on: one that counts begins with
     /// [`Run::progress`], and one that has stopped a run before its rule did is asked again after the next birth only.
     pub fn grow(mut self, execution: &Execution, observer: &mut dyn Observer) -> Growth {
