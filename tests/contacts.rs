@@ -209,9 +209,7 @@ fn lines_between_places_answer_as_a_search_of_the_ball() {
     let (mut joined, mut apart) = (0, 0);
     let (mut looked, mut looked_likely, mut held) = (0, 0, 0);
     for (name, substrate) in fine {
-        let size = substrate
-            .units()
-            .length_to_local(substrate.units().diagonal());
+        let size = substrate.units().local_diagonal();
         for _ in 0..30 {
             let at = random_point(&substrate, &mut stream);
             let ball = Ball {

@@ -127,9 +127,8 @@ fn is_spread(substrate: &Substrate, apart: usize) -> bool {
     let [low, high] = substrate.bounds();
     let axis = (high - low).max_position();
     let third = (high - low)[axis] / 3.0;
-    let units = substrate.units();
     // What was dropped with the triangles without area may lie farther off.
-    if FAR * third < units.length_to_local(units.diagonal()) {
+    if FAR * third < substrate.units().local_diagonal() {
         return false;
     }
     let ends = [low[axis] + third, high[axis] - third];

@@ -253,8 +253,7 @@ impl Launcher {
 
 /// About how long a mesh's edges are: those of as many triangles in a square as wide as the mesh.
 fn edge(substrate: &Substrate) -> f64 {
-    let units = substrate.units();
-    units.length_to_local(units.diagonal()) / (substrate.triangles().len() as f64).sqrt()
+    substrate.units().local_diagonal() / (substrate.triangles().len() as f64).sqrt()
 }
 
 fn floored_extent(parameters: &Parameters, effective_radius: f64) -> f64 {
@@ -277,7 +276,7 @@ mod tests {
     #[test]
     fn it_tells_beforehand_whether_an_element_changes_it() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 250.0);
+        let parameters = parameters(substrate.units().local_diagonal() / 250.0);
         let (all, _) = scattered(&substrate, &parameters, 4000);
         let mut cluster = crate::cluster::Cluster::new(parameters.radius);
         let (mut launcher, mut changes) = (Launcher::default(), 0);

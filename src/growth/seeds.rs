@@ -250,7 +250,7 @@ mod tests {
     #[test]
     fn random_seeds_never_overlap() {
         let plane = load("meshes/plane.obj");
-        let radius = 0.002 * plane.units().length_to_local(plane.units().diagonal());
+        let radius = 0.002 * plane.units().local_diagonal();
         let seeds = random(&plane, 4000, radius);
         for (i, p) in seeds.iter().enumerate() {
             let apart = |q: &DVec3| p.distance(*q) >= 2.0 * radius;
@@ -312,7 +312,7 @@ mod tests {
     #[test]
     fn seeds_without_room_are_refused() {
         let plane = load("meshes/plane.obj");
-        let radius = plane.units().length_to_local(plane.units().diagonal()) / 50.0;
+        let radius = plane.units().local_diagonal() / 50.0;
         let locate = |places: &[SeedPlace]| {
             let habitat = Habitat::new(&plane, None, 1e-3);
             SeedPlace::locate_all(places, &habitat, 1, radius).expect_err("no room")

@@ -266,7 +266,7 @@ pub(super) mod tests {
     #[test]
     fn what_was_counted_near_answers_as_counting_does() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 250.0);
+        let parameters = parameters(substrate.units().local_diagonal() / 250.0);
         let (cluster, index) = scattered(&substrate, &parameters, 9_000);
         let around = Surroundings {
             substrate: &substrate,

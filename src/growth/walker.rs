@@ -584,8 +584,7 @@ mod tests {
     #[test]
     fn outside_the_sphere_bounds_are_bounds_and_better_than_the_sphere_alone() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let units = substrate.units();
-        let parameters = parameters(units.length_to_local(units.diagonal()) / 1000.0);
+        let parameters = parameters(substrate.units().local_diagonal() / 1000.0);
         let (cluster, index) = patch(&substrate, &parameters, 2000);
         let mut launcher = Launcher::default();
         let youngest = cluster.elements().last().expect("elements");
@@ -637,8 +636,7 @@ mod tests {
     #[test]
     fn where_steps_cross_no_edges_the_sphere_is_enough() {
         let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let units = substrate.units();
-        let diagonal = units.length_to_local(units.diagonal());
+        let diagonal = substrate.units().local_diagonal();
         let parameters = parameters(diagonal / 1000.0);
         let (cluster, _) = patch(&substrate, &parameters, 200);
         let mut launcher = Launcher::default();
@@ -652,7 +650,7 @@ mod tests {
     #[test]
     fn places_tried_together_are_those_tried_one_by_one() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 66.0);
+        let parameters = parameters(substrate.units().local_diagonal() / 66.0);
         let area = AreaSampler::of_all(&substrate);
         // Discs of contact, twice as wide, cover the rock four times over and leave e⁻⁴ of it free.
         let triangles = 0..substrate.triangles().len() as u32;

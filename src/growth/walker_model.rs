@@ -503,7 +503,7 @@ mod tests {
     #[test]
     fn a_panic_of_one_thread_is_one_of_all() {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().diagonal() / 400.0);
+        let parameters = parameters(substrate.units().local_diagonal() / 400.0);
         let seed = Element::seed(&substrate, substrate.nearest(substrate.bounds()[0]).0);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
         let pool = pool.expect("threads");
@@ -534,12 +534,7 @@ mod tests {
     #[test]
     fn walkers_in_small_steps_wait_where_their_tracks_are_full() {
         let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let large = parameters(
-            substrate
-                .units()
-                .length_to_local(substrate.units().diagonal())
-                / 4000.0,
-        );
+        let large = parameters(substrate.units().local_diagonal() / 4000.0);
         let small = Parameters {
             steps: Steps::Small,
             kill: 20.0,

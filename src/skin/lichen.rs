@@ -168,8 +168,7 @@ impl Lichen {
 
 /// What stands for the distance from the rim where there is none: the mesh's diagonal, local units.
 pub(super) fn far(substrate: &Substrate) -> f64 {
-    let units = substrate.units();
-    units.length_to_local(units.diagonal())
+    substrate.units().local_diagonal()
 }
 
 #[cfg(test)]

@@ -57,8 +57,7 @@ const MOST_PASSES: u8 = 32;
 /// beside them, which would soon be as they are.
 pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let all = 0..substrate.triangles().len() as u32;
-    let units = substrate.units();
-    let scale = SLOPE_SCALE * units.length_to_local(units.diagonal());
+    let scale = SLOPE_SCALE * substrate.units().local_diagonal();
     let passes: Vec<u8> = { all.clone().into_par_iter() }
         .map(|t| passes(scale, substrate.area(t)))
         .collect();

@@ -90,9 +90,14 @@ impl Units {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 
-    /// Diagonal of the bounding box, file units.
+    /// Diagonal of the bounding box, file units. In local ones it is the [local diagonal](Self::local_diagonal).
     pub fn diagonal(&self) -> f64 {
         (self.max - self.min).length()
+    }
+
+    /// Diagonal of the bounding box, local units.
+    pub fn local_diagonal(&self) -> f64 {
+        self.length_to_local(self.diagonal())
     }
 
     /// The local origin: the bounding box's centre, file units.
