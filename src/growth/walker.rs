@@ -85,6 +85,13 @@ pub(super) enum Fate {
     Halted(Halt),
 }
 
+/// Why a walker goes no further.
+enum Stop {
+    End(Fate),
+    /// It goes on later.
+    Pause,
+}
+
 /// A place that is in contact with nothing, uniform by area; none where so many are not that the surface
 /// counts as full.
 ///
@@ -191,9 +198,12 @@ impl<I: ElementIndex> Walk<'_, I> {
         let mut now = way.clone();
         loop {
             if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) {
-                if let Some(stopped) = self.stopped(&now) {
+                if let Some(stop) = self.stopped(&now) {
                     *way = now;
-                    return stopped;
+                    return match stop {
+                        Stop::End(fate) => Some(fate),
+                        Stop::Pause => None,
+                    };
                 }
                 now.patience = match parameters.steps {
                     Steps::Small => Patience::default(),
@@ -318,22 +328,21 @@ impl<I: ElementIndex> Walk<'_, I> {
         true
     }
 
-    /// Whether to stop here, with a fate or to go on later. Otherwise the walker can be taken back
-    /// to here.
-    fn stopped(&mut self, now: &Way) -> Option<Option<Fate>> {
+    /// Whether to stop here. Otherwise the walker can be taken back to here.
+    fn stopped(&mut self, now: &Way) -> Option<Stop> {
         if (self.interrupts.cancelled)() {
-            return Some(Some(Fate::Halted(Halt::Cancelled)));
+            return Some(Stop::End(Fate::Halted(Halt::Cancelled)));
         }
         if self.is_tired() {
-            return Some(Some(Fate::Lost));
+            return Some(Stop::End(Fate::Lost));
         }
         if self.others_walk {
             if self.track.is_full() {
-                return Some(None);
+                return Some(Stop::Pause);
             }
             self.track.remember(self.around.index, now);
         }
-        (self.interrupts.paused)().then_some(None)
+        (self.interrupts.paused)().then_some(Stop::Pause)
     }
 
     /// How far it is to the lichen at least; none beyond the kill radius.

@@ -73,10 +73,17 @@ impl FilmFormat {
 pub struct Film {
     fps: f64,
     form: Form,
-    /// What its frames are of: points, curves, or skins, which are none of these.
-    of: Option<Option<What>>,
+    /// What its frames are of, as soon as there is one.
+    of: Option<Frames>,
     /// Whether any frame shows anything.
     shows: bool,
+}
+
+/// What all frames of a film are of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Frames {
+    Skins,
+    Scenes(What),
 }
 
 #[derive(Debug)]
@@ -120,7 +127,7 @@ impl Film {
     pub fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
-        self.is_of(None)?;
+        self.check_is_of(Frames::Skins)?;
         self.shows |= !mesh.triangles.is_empty();
         match &mut self.form {
             Form::Usda(film) => film.add_skin(mesh),
@@ -140,7 +147,7 @@ impl Film {
         }
         let unsound = |e| io::Error::new(io::ErrorKind::InvalidData, e);
         scene.check().map_err(unsound)?;
-        self.is_of(Some(what))?;
+        self.check_is_of(Frames::Scenes(what))?;
         self.shows |= match what {
             What::Curves => scene.streams.iter().any(|stream| !stream.is_empty()),
             _ => !scene.elements.is_empty(),
@@ -152,8 +159,8 @@ impl Film {
     }
 
     /// Refuses a frame of something else than those before it.
-    fn is_of(&mut self, what: Option<What>) -> io::Result<()> {
-        match *self.of.get_or_insert(what) == what {
+    fn check_is_of(&mut self, frames: Frames) -> io::Result<()> {
+        match *self.of.get_or_insert(frames) == frames {
             true => Ok(()),
             false => Err(invalid(
                 "a film is of skins, of points or of curves in all frames",
