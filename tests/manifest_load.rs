@@ -4,7 +4,9 @@
 //! kept (the cleaner drops them later), so a loaded soup has exactly the manifest's `triangles`.
 #![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use thallus::substrate::{LoadError, LoadFault, Loaded, Soup, load_soup};
@@ -30,15 +32,6 @@ struct Row {
     triangles: Option<usize>,
     size: Option<[f64; 3]>,
     expect: String,
-}
-
-fn collection() -> Option<PathBuf> {
-    let named = std::env::var_os("THALLUS_SHARED_MESHES").map(PathBuf::from);
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes");
-    named
-        .into_iter()
-        .chain([beside])
-        .find(|folder| folder.join("MANIFEST.tsv").is_file())
 }
 
 fn read_manifest(folder: &Path) -> Vec<Row> {
@@ -170,10 +163,8 @@ fn judge(row: &Row, path: &Path, outcome: &Result<Loaded, LoadError>) -> Result<
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn every_shared_mesh_loads_or_fails_as_its_manifest_says() {
-    let Some(folder) = collection() else {
-        eprintln!("skipped: no shared meshes (set THALLUS_SHARED_MESHES)");
+    let Some(folder) = common::shared_folder() else {
         return;
     };
     let rows = read_manifest(&folder);

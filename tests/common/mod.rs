@@ -130,17 +130,25 @@ pub(crate) fn shared_meshes() -> Vec<PathBuf> {
     files
 }
 
-/// The folder of meshes that others made, kept beside the repository; says so where it is absent.
+/// The folder of meshes that others made: the one that is named, or else that beside the repository, and it says so
+/// where there is none. One that is named has to be there.
 pub(crate) fn shared_folder() -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes");
-    let folder = std::env::var_os("THALLUS_SHARED_MESHES").map_or_else(beside, PathBuf::from);
-    if !folder.is_dir() {
+    if let Some(named) = std::env::var_os("THALLUS_SHARED_MESHES").map(PathBuf::from) {
+        let shown = named.display();
+        assert!(
+            named.is_dir(),
+            "THALLUS_SHARED_MESHES: no folder at {shown}"
+        );
+        return Some(named);
+    }
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes");
+    if !beside.is_dir() {
         eprintln!(
-            "skipped: no folder of shared meshes at {}",
-            folder.display()
+            "skipped: no folder of shared meshes at {} (set THALLUS_SHARED_MESHES)",
+            beside.display()
         );
     }
-    folder.is_dir().then_some(folder)
+    beside.is_dir().then_some(beside)
 }
 
 fn norm(v: [f64; 3]) -> f64 {
