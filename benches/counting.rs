@@ -78,8 +78,14 @@ impl ElementIndex for Counting {
         self.0.look(elements, p, notes)
     }
 
-    fn at_most(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize) -> usize {
-        self.0.at_most(elements, p, radius, enough)
+    fn count_bound(
+        &self,
+        elements: &Population<'_>,
+        p: DVec3,
+        radius: f64,
+        enough: usize,
+    ) -> usize {
+        self.0.count_bound(elements, p, radius, enough)
     }
 
     fn read_ahead(&self, elements: &Population<'_>, p: DVec3) {

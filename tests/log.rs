@@ -184,7 +184,7 @@ struct Blocks {
 /// All that a log says.
 fn told(read: &Result<Log, LogError>) -> Result<(&Begun, u64, u64), String> {
     match read {
-        Ok(log) => Ok((&log.begun, log.sound, log.torn)),
+        Ok(log) => Ok((&log.begun, log.sound_bytes, log.torn_bytes)),
         Err(error) => Err(error.to_string()),
     }
 }
@@ -272,7 +272,7 @@ fn a_log_cut_anywhere_in_its_last_block_loses_that_block_alone() {
     for cut in last.clone() {
         let log = blocks.read(&blocks.bytes[..cut]).unwrap();
         assert_eq!(log.begun, before, "cut at byte {cut}");
-        assert_eq!(log.torn as usize, cut - last.start);
+        assert_eq!(log.torn_bytes as usize, cut - last.start);
     }
     for share in [0.0, 0.01, 0.5, 0.999] {
         let cut = last.start + (share * last.len() as f64) as usize;

@@ -152,8 +152,8 @@ const MOST_ASIDE: u32 = 1000;
 
 fn tell(log: &Log, lost: u64, voice: Voice) {
     let path = log.path.display();
-    if log.torn > 0 {
-        let torn = plural(log.torn as usize, "byte is", "bytes are");
+    if log.torn_bytes > 0 {
+        let torn = plural(log.torn_bytes as usize, "byte is", "bytes are");
         let damaged = matches!(Log::read(&log.path), Err(LogError::Damaged { .. }));
         let usual = if lost == 0 && !damaged {
             ", as a killed run leaves it"

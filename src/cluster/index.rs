@@ -25,7 +25,7 @@ pub trait ElementIndex: Sync {
     type Notes: Default + Send + Sync;
 
     /// An empty index for elements of this radius inside a box, given by its lower and upper
-    /// corner; `wide` is the largest radius that [`at_most`](Self::at_most) and
+    /// corner; `wide` is the largest radius that [`count_bound`](Self::count_bound) and
     /// [`within`](Self::within) will be asked for often, none where that is a few element radii. An index may panic
     /// where the radius is not a positive finite number, or a corner is not finite.
     fn new(radius: f64, wide: Option<f64>, bounds: [DVec3; 2]) -> Self
@@ -80,7 +80,8 @@ pub trait ElementIndex: Sync {
 
     /// At least the number of centres nearer than `radius` to a point: any number below `enough`, or
     /// that number and perhaps a few more, farther by rounding.
-    fn at_most(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize) -> usize;
+    fn count_bound(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize)
+    -> usize;
 
     /// Reads what will be needed to tell what is in contact with a place: for whoever has several places to
     /// ask about, and would wait for each.

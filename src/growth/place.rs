@@ -207,7 +207,7 @@ fn in_triangle(
     }
     let last = substrate.report().triangles_read as u32 - 1;
     let weights = uv.map_or([1.0; 3], |[u, v]| [1.0 - u - v, u, v]);
-    let place = substrate.from_source(triangle, weights);
+    let place = substrate.place_of_source(triangle, weights);
     place.ok_or(PlaceError::NoTriangle { triangle, last })
 }
 

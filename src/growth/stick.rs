@@ -137,7 +137,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
                     spare,
                 });
             }
-            let most = self.at_most(p, asked.radius, enough);
+            let most = self.count_bound(p, asked.radius, enough);
             if most < enough {
                 asked.spare = enough - 1 - most;
                 return Answer::Refused(asked);
@@ -162,12 +162,12 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         if let Some(counted) = last.filter(serves) {
             return counted;
         }
-        let most = self.at_most(p, widest_count(self.parameters), 0);
+        let most = self.count_bound(p, widest_count(self.parameters), 0);
         *last.insert(Counted { centre: p, most })
     }
 
-    fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
-        self.index.at_most(&self.elements, p, radius, enough)
+    fn count_bound(&self, p: DVec3, radius: f64, enough: usize) -> usize {
+        self.index.count_bound(&self.elements, p, radius, enough)
     }
 
     /// n: elements of the same sheet with their centre within L of a place.

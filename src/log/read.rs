@@ -24,9 +24,9 @@ pub struct Log {
     /// The elements, and what they took.
     pub begun: Begun,
     /// Bytes up to the end of the last sound block.
-    pub sound: u64,
+    pub sound_bytes: u64,
     /// Bytes after them: a block that was not whole when the run was killed.
-    pub torn: u64,
+    pub torn_bytes: u64,
     /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
     pub(super) marks: Vec<Counts>,
 }
@@ -53,13 +53,13 @@ impl Log {
 
     fn read_from(path: &Path, mut file: impl Read + Seek) -> Result<Self, LogError> {
         let log = Self::sound(path, &mut file)?;
-        let damaged =
-            log.torn > 0 && was_durable(&mut file, log.sound).map_err(LogError::read(path))?;
+        let damaged = log.torn_bytes > 0
+            && was_durable(&mut file, log.sound_bytes).map_err(LogError::read(path))?;
         match damaged {
             false => Ok(log),
             true => Err(LogError::Damaged {
                 path: path.to_owned(),
-                at: log.sound,
+                at: log.sound_bytes,
                 elements: log.begun.elements.len(),
             }),
         }
@@ -77,22 +77,22 @@ impl Log {
         let read = LogError::read(path);
         let length = file.seek(SeekFrom::End(0)).map_err(&read)?;
         file.rewind().map_err(&read)?;
-        let (recipe, sound) = read_head(path, file)?;
+        let (recipe, sound_bytes) = read_head(path, file)?;
         let mut log = Self {
             path: path.to_owned(),
             recipe,
             begun: Begun::default(),
-            sound,
-            torn: 0,
+            sound_bytes,
+            torn_bytes: 0,
             marks: Vec::new(),
         };
-        while let Some(block) = Block::read(file, log.sound).map_err(&read)? {
+        while let Some(block) = Block::read(file, log.sound_bytes).map_err(&read)? {
             if !log.take(block) {
                 break;
             }
         }
         // A run that is under way may have added to it since.
-        log.torn = length.saturating_sub(log.sound);
+        log.torn_bytes = length.saturating_sub(log.sound_bytes);
         Ok(log)
     }
 
@@ -106,7 +106,7 @@ impl Log {
                 self.marks.push(block.counts.clone());
             }
             self.begun.counts = block.counts;
-            self.sound += block.length;
+            self.sound_bytes += block.length;
         }
         follows
     }

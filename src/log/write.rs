@@ -63,8 +63,8 @@ impl LogWriter {
             path: path.to_owned(),
             recipe: Settings::from(recipe),
             begun: Begun::default(),
-            sound: head.len() as u64,
-            torn: 0,
+            sound_bytes: head.len() as u64,
+            torn_bytes: 0,
             marks: Vec::new(),
         };
         Ok(Self::reopened(log, started)?.0)
@@ -82,7 +82,7 @@ impl LogWriter {
 
     fn reopened(log: Log, started: Instant) -> Result<(Self, Begun), OutputError> {
         let (file, length) = reopen(&log.path).map_err(failure(&log.path))?;
-        if length < log.sound {
+        if length < log.sound_bytes {
             let cut = "the file was cut since it was read: read it again";
             return Err(failure(&log.path)(io::Error::other(cut)));
         }
@@ -90,7 +90,7 @@ impl LogWriter {
         let writer = Self {
             path: log.path,
             file,
-            durable: log.sound,
+            durable: log.sound_bytes,
             length,
             durable_elements: next,
             blocks: Vec::new(),

@@ -253,7 +253,7 @@ pub fn skin(
     shape: &Shape,
     paint: &Paint,
 ) -> Result<TriMesh, SkinError> {
-    made(substrate, cluster, shape, paint, Beside::Dressed).map(|parts| parts.mesh)
+    made(substrate, cluster, shape, paint, Structure::InMesh).map(|parts| parts.mesh)
 }
 
 /// A skin that is to be drawn by something that reads its structure more finely than its triangles are.
@@ -289,15 +289,15 @@ pub fn skin_in_parts(
     paint: &Paint,
     above: &[Cover],
 ) -> Result<Parts, SkinError> {
-    made(substrate, cluster, shape, paint, Beside::Parts(above))
+    made(substrate, cluster, shape, paint, Structure::Beside(above))
 }
 
 /// Where a skin has its structure.
-enum Beside<'a> {
-    /// In the mesh.
-    Dressed,
-    /// Beside it, and what lies over the mesh.
-    Parts(&'a [Cover]),
+enum Structure<'a> {
+    /// As triangles of the mesh.
+    InMesh,
+    /// Apart from the mesh, for whoever draws it; and what lies over the mesh.
+    Beside(&'a [Cover]),
 }
 
 fn made(
@@ -305,7 +305,7 @@ fn made(
     cluster: &Cluster,
     shape: &Shape,
     paint: &Paint,
-    beside: Beside,
+    structure: Structure,
 ) -> Result<Parts, SkinError> {
     shape.check()?;
     paint.check()?;
@@ -325,9 +325,9 @@ fn made(
         last,
         blur: blur(shape, radius),
     };
-    let (dress, above) = match beside {
-        Beside::Dressed => (cortex.as_ref().map(dress), &[][..]),
-        Beside::Parts(above) => (None, above),
+    let (dress, above) = match structure {
+        Structure::InMesh => (cortex.as_ref().map(dress), &[][..]),
+        Structure::Beside(above) => (None, above),
     };
     let under = |above| march(&field, &tree, UNDERSIDE * radius, dress, above);
     let marched = under(above);

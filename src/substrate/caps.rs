@@ -376,7 +376,7 @@ mod tests {
                 }
                 let [x, y]: [f64; 2] = [random.random(), random.random()];
                 let weights = [1.0 - x.max(y), (x - y).abs(), x.min(y)];
-                let place = substrate.from_source(source, weights).unwrap();
+                let place = substrate.place_of_source(source, weights).unwrap();
                 assert_eq!(substrate.source_triangle(place.triangle), source);
                 let place = substrate.units().to_file(substrate.position(&place));
                 assert!(in_file(source, weights).distance(place) < 1e-12);
@@ -424,7 +424,7 @@ mod tests {
         assert!(numbers.into_iter().eq(triangles.clone()));
         assert!(triangles.clone().any(|t| substrate.is_part(t)));
         let whole = triangles.clone().find(|&t| !substrate.is_part(t)).unwrap();
-        let place = substrate.from_source(substrate.source_triangle(whole), [1.0; 3]);
+        let place = substrate.place_of_source(substrate.source_triangle(whole), [1.0; 3]);
         assert_eq!(place, Some(SurfacePoint::centroid(whole)));
     }
 

@@ -455,7 +455,7 @@ impl Substrate {
 
     /// The number that results name a triangle by: pieces from the largest area down, in the file's
     /// order inside each. In a clean file of one piece it is the file's own number. It is not the number that
-    /// a [`SurfacePoint`] has: [`from_canonical`](Self::from_canonical) gives that.
+    /// a [`SurfacePoint`] has: [`triangle_of_canonical`](Self::triangle_of_canonical) gives that.
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -465,7 +465,7 @@ impl Substrate {
 
     /// The triangle of this [canonical number](Self::canonical_triangle), unless there is none. It looks
     /// through a component; [`Elements::places_on`](crate::export::Elements::places_on) is for whole tables.
-    pub fn from_canonical(&self, number: u32) -> Option<u32> {
+    pub fn triangle_of_canonical(&self, number: u32) -> Option<u32> {
         let there = (number as usize) < self.triangles.len();
         let mut piece = there.then(|| self.component_of(number).triangles.clone())?;
         piece.find(|&t| self.canonical_triangle(t) == number)
@@ -500,7 +500,7 @@ impl Substrate {
 
     /// The point with these weights in the triangle of this number in the file, unless that was dropped or never
     /// was.
-    pub fn from_source(&self, source: u32, weights: [f64; 3]) -> Option<SurfacePoint> {
+    pub fn place_of_source(&self, source: u32, weights: [f64; 3]) -> Option<SurfacePoint> {
         let triangles = 0..self.triangles.len() as u32;
         let here = triangles.filter(|&t| self.source_triangle(t) == source);
         let least = |w: [f64; 3]| w.into_iter().fold(f64::INFINITY, f64::min);

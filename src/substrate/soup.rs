@@ -194,8 +194,8 @@ mod tests {
         let substrate = Substrate::from_soup(soup).unwrap();
         for t in 0..4 {
             let number = substrate.canonical_triangle(t);
-            assert_eq!(substrate.from_canonical(number), Some(t));
+            assert_eq!(substrate.triangle_of_canonical(number), Some(t));
         }
-        assert_eq!(substrate.from_canonical(4), None);
+        assert_eq!(substrate.triangle_of_canonical(4), None);
     }
 }

@@ -7,9 +7,9 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// The triangle's number in the substrate. Tables and files have another, the
-    /// [canonical one](super::Substrate::canonical_triangle); [`Substrate::from_canonical`] goes back.
+    /// [canonical one](super::Substrate::canonical_triangle); [`Substrate::triangle_of_canonical`] goes back.
     ///
-    /// [`Substrate::from_canonical`]: super::Substrate::from_canonical
+    /// [`Substrate::triangle_of_canonical`]: super::Substrate::triangle_of_canonical
     pub triangle: u32,
     /// Weight of the second corner.
     pub u: f64,

@@ -60,8 +60,14 @@ impl ElementIndex for Scarce {
         self.index.look(elements, p, notes)
     }
 
-    fn at_most(&self, elements: &Population<'_>, p: DVec3, radius: f64, enough: usize) -> usize {
-        self.index.at_most(elements, p, radius, enough)
+    fn count_bound(
+        &self,
+        elements: &Population<'_>,
+        p: DVec3,
+        radius: f64,
+        enough: usize,
+    ) -> usize {
+        self.index.count_bound(elements, p, radius, enough)
     }
 
     fn read_ahead(&self, elements: &Population<'_>, p: DVec3) {

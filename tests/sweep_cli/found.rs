@@ -157,7 +157,7 @@ fn a_damaged_log_is_told_and_one_that_cannot_be_read_is_an_error() {
         bytes[at] ^= 1;
         bytes
     };
-    let block = Log::read(&log).unwrap().sound as usize;
+    let block = Log::read(&log).unwrap().sound_bytes as usize;
     let from = "goes on from the 500 elements before that";
     let cases = [
         (flipped(block - 20), None),

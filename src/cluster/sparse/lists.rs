@@ -414,7 +414,7 @@ impl CellLists {
     /// `enough`, or all that f32 cannot tell from those.
     ///
     /// A list counts whole until it is looked at.
-    pub(super) fn at_most(&self, p: DVec3, radius: f64, enough: usize) -> usize {
+    pub(super) fn count_bound(&self, p: DVec3, radius: f64, enough: usize) -> usize {
         let limit = radius * radius;
         let mut touched = Touched::default();
         self.find(&mut touched, p, limit);

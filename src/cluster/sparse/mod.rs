@@ -323,7 +323,7 @@ impl ElementIndex for SparseIndex {
         self.search(elements, position, notes)
     }
 
-    fn at_most(
+    fn count_bound(
         &self,
         elements: &Population<'_>,
         position: DVec3,
@@ -332,7 +332,7 @@ impl ElementIndex for SparseIndex {
     ) -> usize {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
         if let Some(wide) = self.wide.as_ref().filter(|wide| wide.holds(reach)) {
-            return wide.at_most(p, reach, enough);
+            return wide.count_bound(p, reach, enough);
         }
         let mut n = 0;
         self.within(elements, position, radius, &mut |_, _| n += 1);

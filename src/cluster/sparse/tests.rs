@@ -158,7 +158,7 @@ fn balls_hold_what_brute_force_finds() {
             let nearly = |e: &&Element| e.position.distance(p) < radius * (1.0 + 1e-5);
             let nearly = elements.iter().filter(nearly).count();
             for enough in [0, 1, expected.len(), expected.len() + 1, 10_000] {
-                let most = index.at_most(&(&elements).into(), p, radius, enough);
+                let most = index.count_bound(&(&elements).into(), p, radius, enough);
                 assert!(most >= expected.len());
                 assert!(most <= nearly || most < enough);
             }
@@ -266,7 +266,7 @@ fn look_around(index: &SparseIndex, elements: &Population<'_>, stream: &mut Stre
         assert!(look.clear <= nearest * (1.0 + 1e-12));
         assert!(look.touching || nearest >= 2.0 * RADIUS);
         let wide = 10.0 * RADIUS;
-        assert!(index.at_most(elements, p, wide, 0) >= within(p, wide));
+        assert!(index.count_bound(elements, p, wide, 0) >= within(p, wide));
         let (mut found, mut ages) = (0, Vec::new());
         index.within(elements, p, wide, &mut |age, _| {
             found += usize::from((age as usize) < known.len());
