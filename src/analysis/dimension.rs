@@ -82,7 +82,7 @@ pub struct Dimension {
     pub dimension: Option<f64>,
     /// Its error, at a confidence of two thirds: see [`Fit::error`](super::Fit::error).
     pub error: Option<f64>,
-    /// Of [`Method::Correlation`] the exponent α by which density falls with distance, 2 less the
+    /// For [`Method::Correlation`], the exponent α by which density falls with distance, 2 less the
     /// dimension.
     pub alpha: Option<f64>,
     /// The curve. Of [`Method::Gyration`] x counts elements; else x is a length.

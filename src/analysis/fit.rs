@@ -41,8 +41,7 @@ const FEWEST: usize = 5;
 const SLACK: f64 = 1e-9;
 
 impl Scaling {
-    /// Of a curve over lengths, with the bounds of the fit. Points that are not positive are left
-    /// out.
+    /// A power law fitted to a curve over lengths, within these bounds. Points that are not positive are left out.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>, range: [f64; 2]) -> Self {
         Self::over(points, range, 0)
     }

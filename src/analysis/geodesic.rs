@@ -98,7 +98,7 @@ const LEAST_HEIGHT: f64 = 1e-8;
 const SLACK: f64 = 1e-6;
 
 impl<'a> SurfaceMetric<'a> {
-    /// Of places of a mesh.
+    /// Distances between these places of a mesh.
     ///
     /// # Panics
     /// When one is in a triangle that the mesh does not have.

@@ -114,10 +114,10 @@ pub struct Analysis {
     /// Width of the branch that each element lies in, twice the distance from the rim at its ridge
     /// and one element more. None where there is no rim, as on a closed surface that is grown over.
     pub branch_width: Option<Distribution>,
-    /// The same, in bins of one element's diameter.
+    /// Widths of the branches that the elements lie in, in bins of one element's diameter.
     pub branch_widths: Histogram,
-    /// The same where gaps narrower than [`LOBE`] radii count as lichen: of lobes, whatever the
-    /// pattern inside them.
+    /// Width of the lobe that each element lies in: that of a branch where gaps narrower than [`LOBE`] radii count as
+    /// lichen, whatever the pattern inside.
     pub lobe_width: Option<Distribution>,
     /// Tips, angles and orders.
     pub branching: Branching,

@@ -60,8 +60,8 @@ impl std::fmt::Debug for Appearance<'_> {
 }
 
 impl<'a> Appearance<'a> {
-    /// Of a substrate and what its file says, for pictures, which take colours and normals of it. Images that cannot be
-    /// read are passed over, with a [note](Self::notes).
+    /// The looks of a substrate by what its file says, for pictures, which take colours and normals of it. Images
+    /// that cannot be read are passed over, with a [note](Self::notes).
     pub fn new(substrate: &'a Substrate, texturing: &'a Texturing) -> Self {
         let shown = |m: &Material| [m.base_color_texture, m.normal_texture];
         let shown = texturing.materials.iter().flat_map(shown).flatten();
@@ -74,8 +74,8 @@ impl<'a> Appearance<'a> {
         Self::with(substrate, texturing, |_| true)
     }
 
-    /// Of a substrate that has the colours of an encoded PNG or JPEG image in the layout of its UVs, and nothing else of
-    /// what its file says.
+    /// The looks of a substrate that has the colours of an encoded PNG or JPEG image in the layout of its UVs, and
+    /// nothing else of what its file says.
     ///
     /// # Errors
     /// When the image cannot be read.

@@ -12,7 +12,7 @@ pub const NO_PARENT: u32 = u32::MAX;
 pub struct Element {
     /// Where it is on the surface.
     pub at: SurfacePoint,
-    /// The same place in space, local units.
+    /// Where it is in space, local units.
     pub position: DVec3,
     /// Age of the element that it stuck to; [`NO_PARENT`] for a seed.
     pub parent: u32,

@@ -59,7 +59,7 @@ impl Cluster {
         &self.elements
     }
 
-    /// The same, to keep.
+    /// The elements, oldest first, to keep.
     pub fn into_elements(self) -> Vec<Element> {
         self.elements
     }

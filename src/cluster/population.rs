@@ -18,7 +18,7 @@ pub struct Population<'a> {
 }
 
 impl<'a> Population<'a> {
-    /// The same with so many in all, of which the younger are in these places in order.
+    /// This population with so many elements in all, of which the younger are in these places in order.
     ///
     /// # Panics
     /// When there are fewer.
@@ -64,7 +64,7 @@ impl<'a> Population<'a> {
         old || { self.young.iter() }.map_while(OnceLock::get).any(is_there)
     }
 
-    /// Those known from an age on.
+    /// The known elements from an age on.
     pub fn since(&self, age: usize) -> impl Iterator<Item = &'a Element> + Clone + use<'a> {
         let (old, young) = (self.old.len().min(self.len), self.young);
         let born = self.len - old;

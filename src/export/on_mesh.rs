@@ -113,8 +113,8 @@ impl Elements {
         cluster
     }
 
-    /// The same on a mesh that a program may have turned since, from z up to y up or back, as many exporters do; and
-    /// whether one has.
+    /// The cluster that these elements are on a mesh that a program may have turned since, from z up to y up or back,
+    /// as many exporters do; and whether one has.
     ///
     /// # Errors
     /// Those of [`places_on`](Self::places_on), of the mesh as it is.

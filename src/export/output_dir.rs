@@ -223,7 +223,7 @@ impl OutputDir {
         self.take_away(name)
     }
 
-    /// The same once what was written is in its place: of what that replaces under another name.
+    /// Removes a file of the folder once what was written is in its place: one that this replaces under another name.
     pub fn outdate(&mut self, name: &str) {
         self.outdated.push(name.to_owned());
     }

@@ -49,7 +49,7 @@ pub fn read_elements(file: &Path) -> Result<Elements, ReadError> {
     )
 }
 
-/// As [`read_elements`], from bytes; `file` is named in errors.
+/// Reads elements from the bytes of an `elements.ply`; `file` is named in errors.
 ///
 /// # Errors
 /// As [`read_elements`].

@@ -115,7 +115,7 @@ impl Table {
         rows
     }
 
-    /// As CSV (RFC 4180, but for its line ends: LF): a header, and a line a row. Numbers are the
+    /// Writes the table as CSV (RFC 4180, but for its line ends: LF): a header, and a line a row. Numbers are the
     /// shortest text that reads back to the same bits, and nothing where there is none.
     ///
     /// # Errors
@@ -133,7 +133,7 @@ impl Table {
         Ok(())
     }
 
-    /// As Parquet: doubles (NaN where there is none), unsigned 64-bit integers and UTF-8.
+    /// Writes the table as Parquet: doubles (NaN where there is none), unsigned 64-bit integers and UTF-8.
     ///
     /// # Errors
     /// Those of `out`.

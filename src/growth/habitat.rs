@@ -112,7 +112,8 @@ impl<'a> Habitat<'a> {
         suited.len() as f64 / tried as f64
     }
 
-    /// That share of these pieces, and its area, or that of a millionth of them where it is 0; local units.
+    /// The share of the pieces that these triangles are on where lichen may grow, and its area, or that of a
+    /// millionth of them where the share is 0; local units.
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -122,7 +123,8 @@ impl<'a> Habitat<'a> {
         (share, at_least * self.substrate.area_of_pieces(triangles))
     }
 
-    /// The area alone.
+    /// The area of the pieces that these triangles are on, as far as lichen may grow there, or a millionth of it
+    /// where it may grow nowhere; local units.
     ///
     /// # Panics
     /// When there is no such triangle.

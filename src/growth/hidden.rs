@@ -24,7 +24,7 @@ pub struct Solids<'a> {
 }
 
 impl<'a> Solids<'a> {
-    /// Those of a substrate.
+    /// The pieces of a substrate.
     pub fn of(substrate: &'a Substrate) -> Self {
         let pieces = substrate.components();
         Self {

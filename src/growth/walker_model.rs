@@ -95,7 +95,7 @@ impl<'a> WalkerModel<'a> {
 }
 
 impl<'a, I: ElementIndex> WalkerModel<'a, I> {
-    /// As [`new`](WalkerModel::new), with an index of one's own.
+    /// A model for a cluster that is still empty, on one thread, with an index of one's own.
     ///
     /// # Panics
     /// As [`new`](WalkerModel::new).
@@ -132,13 +132,13 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         }
     }
 
-    /// The same on several threads of the present rayon pool, always; 1024 of them at most.
+    /// This model on several threads of the present rayon pool, always; 1024 of them at most.
     #[must_use]
     pub fn on_threads(self, threads: usize) -> Self {
         self.sharing(Sharing::always(threads))
     }
 
-    /// The same on as many threads of the present rayon pool as pay, but no more than these, nor than 1024.
+    /// This model on as many threads of the present rayon pool as pay, but no more than these, nor than 1024.
     #[must_use]
     pub fn on_threads_that_pay(self, most: usize) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);

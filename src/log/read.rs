@@ -41,7 +41,7 @@ impl Log {
         Self::read_from(path, open(path)?)
     }
 
-    /// The same of a log that is in memory. `path` is what errors call it, and the file that
+    /// Reads a log that is in memory. `path` is what errors call it, and the file that
     /// [`LogWriter::open`](super::LogWriter::open) would go on with.
     ///
     /// # Errors

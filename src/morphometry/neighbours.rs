@@ -33,7 +33,7 @@ type Rows = [[u32; 2]; 9];
 const BITS: u32 = 21;
 
 impl Neighbours {
-    /// Of points with unit normals, within a distance.
+    /// Makes ready to look for neighbours among points with unit normals, within a distance.
     ///
     /// # Panics
     /// When the slices differ in length, or `within` is not a positive finite number.

@@ -83,7 +83,7 @@ impl Camera {
         assert!(is_finite, "a camera whose numbers are not finite: {self:?}");
     }
 
-    /// The same, brought nearer: what is at this depth in the middle is `factor` times as large.
+    /// This camera, brought nearer: what is at this depth in the middle is `factor` times as large.
     #[must_use]
     pub fn zoomed(&self, depth: f32, factor: f32) -> Self {
         Self {
@@ -92,7 +92,7 @@ impl Camera {
         }
     }
 
-    /// The same, moved sideways until a point is within this share of the way from the picture's middle
+    /// This camera, moved sideways until a point is within this share of the way from the picture's middle
     /// to its edges, for pictures of this width over height.
     ///
     /// # Panics

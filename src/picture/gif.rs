@@ -118,7 +118,7 @@ impl<W: Write> std::fmt::Debug for GifWriter<W> {
 pub const FASTEST_GIF: f64 = 50.0;
 
 impl<W: Write> GifWriter<W> {
-    /// Of pictures of this width and height in the colours of a palette, at so many a second, as near as
+    /// Begins a GIF of pictures of this width and height in the colours of a palette, at so many a second, as near as
     /// hundredths of a second come to it; at [`FASTEST_GIF`] where more are asked for.
     ///
     /// # Errors

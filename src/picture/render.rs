@@ -88,7 +88,7 @@ pub fn render(world: &World, camera: &Camera, settings: &Settings) -> Image {
     render_unless(world, camera, settings, &|| false).unwrap_or_default()
 }
 
-/// The same, unless it is told to stop before all of the picture is taken: then there is none.
+/// Takes the picture as [`render`] does, unless it is told to stop before all of it is taken: then there is none.
 ///
 /// # Panics
 /// As [`render`].

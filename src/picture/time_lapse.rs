@@ -44,7 +44,7 @@ impl std::fmt::Debug for TimeLapse<'_> {
 }
 
 impl<'a> TimeLapse<'a> {
-    /// Of a scene without lichen, whose stage is that of all pictures.
+    /// Begins with a scene without lichen, whose stage is that of all pictures.
     ///
     /// # Panics
     /// When the camera was moved to where numbers are not finite.

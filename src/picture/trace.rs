@@ -95,7 +95,7 @@ impl std::fmt::Debug for Stone {
 }
 
 impl Stone {
-    /// Of vertices in any unit, and triangles by their numbers, of either winding. Triangles that cannot be
+    /// A substrate of vertices in any unit, and triangles by their numbers, of either winding. Triangles that cannot be
     /// drawn (not finite, no area, no such vertex) are left out.
     pub fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let sound = sound_triangles(vertices, triangles);

@@ -60,7 +60,7 @@ impl Length {
         }
     }
 
-    /// The same in element radii; as it is, where it was given in them.
+    /// The length in element radii; as it is, where it was given in them.
     pub fn in_radii(self, diagonal: f64, radius: f64) -> f64 {
         match self {
             Self::Radii(radii) => radii,

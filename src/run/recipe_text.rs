@@ -168,7 +168,7 @@ impl Settings {
         draft.try_into()
     }
 
-    /// As a recipe's text, with a comment on each line that needs one.
+    /// The text of a recipe with these settings, with a comment on each line that needs one.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
         for (key, value, comment) in self.entries() {

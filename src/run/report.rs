@@ -33,14 +33,14 @@ pub struct RunReport {
     pub reach: f64,
     /// Area of the elements' discs.
     pub covered_area: f64,
-    /// The same as a share of the pieces that the lichen is on, as far as it may grow there.
+    /// Area of the elements' discs as a share of the pieces that the lichen is on, as far as it may grow there.
     pub covered_share: f64,
     /// The share of the area of these pieces on which it may grow, by mask and slope, as far as 20,000 places tell.
     pub habitat_share: f64,
     /// Why it ended: `elements`, `reach`, `cover`, `full`, `starved`, `hemmed`, `cancelled` or
     /// `observer`.
     pub stopped: &'static str,
-    /// The same in words.
+    /// Why it ended, in words.
     pub stopped_because: String,
     /// What growth took.
     pub counts: Counts,
@@ -148,7 +148,7 @@ impl RunReport {
         }
     }
 
-    /// As indented JSON with a line end.
+    /// The report as indented JSON with a line end.
     pub fn to_json(&self) -> String {
         let json = serde_json::to_string_pretty(self);
         json.unwrap_or_else(|e| format!("{{\"error\": {:?}}}", e.to_string())) + "\n"

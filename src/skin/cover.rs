@@ -30,7 +30,7 @@ impl std::fmt::Debug for Cover {
 }
 
 impl Cover {
-    /// Of a lichen, of whose skin this should be the shape too.
+    /// Where a lichen is whose skin has this shape.
     ///
     /// # Errors
     /// When a number of `shape` is out of its range, or when there are no elements.

@@ -92,7 +92,7 @@ fn check(moments: &[Presence]) -> Result<(), SkinError> {
 }
 
 impl<'a> SkinFrames<'a> {
-    /// Of a lichen on its substrate, at these moments.
+    /// The skins of a lichen on its substrate, at these moments.
     ///
     /// # Errors
     /// Those of [`skin`](super::skin()), but for resolutions that are too coarse; [`SkinError::Moment`].
@@ -154,7 +154,7 @@ impl<'a> SkinFrames<'a> {
         })
     }
 
-    /// The same without areoles and apothecia, for something that reads them more finely than the
+    /// These skins without areoles and apothecia, for something that reads them more finely than the
     /// triangles are: see [`cortex`](Self::cortex).
     #[must_use]
     pub fn in_parts(self) -> Self {

@@ -274,8 +274,9 @@ impl std::fmt::Debug for Parts {
     }
 }
 
-/// The same as [`skin`], in parts, and cut off where others lie over it: there it comes down to the substrate, as at its
-/// outline. What of them is narrower than its own edges is not seen. The mesh is empty where they hide all of it.
+/// The skin of a lichen as [`skin`] makes it, but in parts, and cut off where others lie over it: there it comes down
+/// to the substrate, as at its outline. What of them is narrower than its own edges is not seen. The mesh is empty
+/// where they hide all of it.
 ///
 /// # Errors
 /// Those of [`skin`].

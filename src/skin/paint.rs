@@ -50,7 +50,7 @@ fn names() -> String {
 }
 
 impl Colormap {
-    /// Of stops: a place from 0 to 1, ascending, and an sRGB colour.
+    /// A colour map of stops: places from 0 to 1, ascending, each with an sRGB colour.
     ///
     /// # Errors
     /// When there are none, or when one does not ascend or lies outside.

@@ -74,8 +74,9 @@ pub enum MaskError {
 }
 
 impl Mask {
-    /// Of an encoded PNG or JPEG image in the layout of the mesh's UVs, repeated beyond its borders. What counts is
-    /// how bright it is, 0.2126 R + 0.7152 G + 0.0722 B of its numbers as they are; what is transparent is black.
+    /// A mask of an encoded PNG or JPEG image in the layout of the mesh's UVs, repeated beyond its borders. What
+    /// counts is how bright it is, 0.2126 R + 0.7152 G + 0.0722 B of its numbers as they are; what is transparent is
+    /// black.
     ///
     /// # Errors
     /// When it is no such image, or no triangle has UVs.
@@ -106,8 +107,8 @@ impl Mask {
         }
     }
 
-    /// Of the colours at the mesh's vertices: how bright they are, as above, of linear light. Of two sets it is [the
-    /// painted one](Texturing::is_second_painted).
+    /// A mask of the colours at the mesh's vertices: how bright they are, as of an [image](Self::from_image), but of
+    /// linear light. Of two sets it is [the painted one](Texturing::is_second_painted).
     ///
     /// # Errors
     /// When no triangle has colours.
@@ -137,7 +138,7 @@ impl Mask {
         Ok(Self::of_layer(substrate, layer))
     }
 
-    /// Of a choice of triangles: white those, black the others.
+    /// A mask of a choice of triangles: those white, the others black.
     ///
     /// # Errors
     /// When the file has no such names.
@@ -158,8 +159,9 @@ impl Mask {
         Ok(Self::of_layer(substrate, layer))
     }
 
-    /// Of the room that another lichen leaves: elements do not overlap its elements, which are at these positions with
-    /// this radius; local units. That is asked of distances through space, as packed elements are told apart.
+    /// A mask of the room that another lichen leaves: elements do not overlap its elements, which are at these
+    /// positions with this radius; local units. That is asked of distances through space, as packed elements are told
+    /// apart.
     ///
     /// # Panics
     /// When a position or the radius is not finite, or the radius is negative.
@@ -190,7 +192,7 @@ impl Mask {
         }
     }
 
-    /// Both: where either has nothing grow nothing does, and factors are multiplied.
+    /// This mask and another: where either has nothing grow nothing does, and factors are multiplied.
     ///
     /// # Panics
     /// When they were made for different meshes.

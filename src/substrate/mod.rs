@@ -222,7 +222,7 @@ impl Substrate {
         })
     }
 
-    /// The same with this axis up, for a file that does not keep to its format's convention; with none, as the
+    /// This substrate with this axis up, for a file that does not keep to its format's convention; with none, as the
     /// format has it. Nothing is turned, but other places are above.
     #[must_use]
     pub fn with_up(self, up: Option<UpAxis>) -> Self {
@@ -230,7 +230,7 @@ impl Substrate {
         Self { up, ..self }
     }
 
-    /// The same where lichen may only grow as a mask has it, or without one everywhere.
+    /// This substrate where lichen may only grow as a mask has it, or without one everywhere.
     ///
     /// # Panics
     /// When the mask was made for another mesh, which is one with another [hash](Self::mesh_hash).

@@ -22,8 +22,8 @@ pub struct Soup {
 }
 
 impl Soup {
-    /// Of vertex and index buffers as engines keep them: three indices a triangle. One or two more at the end are
-    /// passed over, with a note.
+    /// Triangles of vertex and index buffers as engines keep them: three indices a triangle. One or two more at the
+    /// end are passed over, with a note.
     ///
     /// ```
     /// use thallus::substrate::{Soup, Substrate};

@@ -47,7 +47,7 @@ pub struct AxisValue {
 }
 
 impl AxisValue {
-    /// As people read it: `10r`, `0.5`, `foliose`.
+    /// The value as people read it: `10r`, `0.5`, `foliose`.
     pub fn label(&self) -> &str {
         &self.label
     }

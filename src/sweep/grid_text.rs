@@ -58,7 +58,7 @@ impl Grid {
         })
     }
 
-    /// As a grid's text, on this mesh: the same again, and the record of a sweep.
+    /// The text of this grid on this mesh: to sweep it again, and as the record of a sweep.
     pub fn to_toml(&self) -> String {
         let mut text =
             "# A grid of lichens. The same again: thallus sweep grid.toml -o DIR\n\n".to_owned();

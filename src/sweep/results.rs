@@ -32,9 +32,9 @@ pub struct Results<'a> {
 pub struct Summary {
     /// Mean of the runs that have a number; NaN for none.
     pub mean: f64,
-    /// Their sample standard deviation; 0 for one.
+    /// Sample standard deviation over the runs that have a number; 0 for one.
     pub deviation: f64,
-    /// How many they are.
+    /// How many runs have a number.
     pub runs: usize,
 }
 

@@ -62,7 +62,8 @@ impl Connectivity {
         self.joins(substrate, places, ball, face_alike)
     }
 
-    /// The same, sooner found where it mostly is so and later where it mostly is not.
+    /// Whether the surface joins two places inside a ball, as [`joined`](Self::joined) has it: sooner found where it
+    /// mostly does, and later where it mostly does not.
     pub fn likely_joined(
         &mut self,
         substrate: &Substrate,

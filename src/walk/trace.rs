@@ -98,7 +98,7 @@ pub fn trace(substrate: &Substrate, from: &SurfacePoint, step: DVec2, absorb: bo
     }
 }
 
-/// As [`trace`], with a visitor that sees each crossing.
+/// Walks straight from a point as [`trace`] does, with a visitor that sees each crossing.
 pub fn trace_visiting<V: Visitor>(
     substrate: &Substrate,
     from: &SurfacePoint,

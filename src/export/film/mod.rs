@@ -108,7 +108,7 @@ impl Film {
         }
     }
 
-    /// The same of skins that come to lie where these vertices do: in glTF, and where 32 bits would not say
+    /// This film of skins that come to lie where these vertices do: in glTF, and where 32 bits would not say
     /// these places, the film's lie about their middle, and are moved there.
     pub fn about(mut self, whole: &TriMesh) -> Self {
         match &mut self.form {
