@@ -469,7 +469,7 @@ fn a_file_cut_off_anywhere_is_an_error() {
     }
 }
 
-/// A file of a few bytes that declares two thousand million elements costs a few bytes.
+/// A file of a few bytes that declares two billion elements costs a few bytes.
 #[test]
 fn declared_counts_do_not_allocate() {
     let ply = bytes("ply", &small());

@@ -32,8 +32,8 @@ pub trait ElementIndex: Sync {
     where
         Self: Sized;
 
-    /// So many elements are to be expected in all: takes memory for them, where there is any. Vectors that grow
-    /// move, and leave behind what they had.
+    /// Reserves memory for so many elements in all, where there is any to be had. Vectors that grow move, and leave
+    /// behind what they had.
     fn expect(&mut self, elements: usize);
 
     /// Makes room for the next births, a few hundred if they are usual ones, and for one at least.

@@ -263,8 +263,8 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
         }
     }
 
-    /// The next to walk, and whether others are before it. Nobody becomes the first once it is over: what he saw would be
-    /// forgotten, though an element before him may have found no room in the index.
+    /// The next to walk, and whether others are before it. None becomes the first once it is over: what it saw would be
+    /// forgotten, though an element before it may have found no room in the index.
     fn next(&self) -> Option<(Box<Flight<I>>, bool)> {
         let mut roster = lock(&self.roster);
         match self.is_over() {

@@ -64,7 +64,7 @@ pub struct Settings {
 /// When growth is done, its length not resolved yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StopSetting {
-    /// At this many elements, 1 to a thousand million.
+    /// At this many elements, 1 to a billion.
     Elements(u64),
     /// When the effective radius reaches this length; of several colonies, when one extends as far from its seed.
     Reach(Length),
