@@ -11,7 +11,7 @@ pub struct Scaling {
     pub local_slopes: Vec<[f64; 2]>,
     /// The least and the greatest x that the rule of the method lets into the fit; none of a curve without points.
     pub range: Option<[f64; 2]>,
-    /// None where the range has fewer than five points, or the curve is flat in x.
+    /// The line fitted in the range; none where that has fewer than five points, or the curve is flat in x.
     pub fit: Option<Fit>,
 }
 

@@ -56,9 +56,9 @@ use width::branch_widths;
 /// Elements that are averaged over, at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Centres {
-    /// With distances through space.
+    /// How many are averaged over with distances through space.
     pub space: usize,
-    /// With distances along the surface, which take longer; 0 to measure none.
+    /// How many are averaged over with distances along the surface, which take longer; 0 to measure none.
     pub surface: usize,
 }
 

@@ -45,7 +45,8 @@ pub trait ElementIndex: Sync {
     #[must_use]
     fn insert(&self, elements: &Population<'_>) -> bool;
 
-    /// The same with room made for it: for whoever is alone with the index.
+    /// Adds the youngest of the elements, and makes room for it where there is none: for whoever is alone with the
+    /// index.
     fn add(&mut self, elements: &Population<'_>) {
         while !self.insert(elements) {
             self.make_room();

@@ -30,9 +30,9 @@ impl Ease {
 /// With a window of 0 an element is there or not: the thesis's hard cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Presence {
-    /// In elements: 10 is when the tenth has its full influence.
+    /// The moment, in elements: 10 is when the tenth has its full influence.
     pub time: f64,
-    /// In elements, 0 or more.
+    /// Length of the window, in elements, 0 or more.
     pub window: f64,
     /// How influence rises over the window.
     pub ease: Ease,

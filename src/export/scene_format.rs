@@ -38,7 +38,7 @@ impl fmt::Display for What {
 pub enum Axes {
     /// As in the mesh file, unless asked otherwise.
     Mesh,
-    /// The same, and the file says so.
+    /// As in the mesh file, unless asked otherwise, and the file says which.
     Declared,
     /// This way by convention, unless asked otherwise.
     Usual(UpAxis),

@@ -59,8 +59,8 @@ pub struct Habitat<'a> {
 }
 
 impl<'a> Habitat<'a> {
-    /// By the substrate's [mask](Substrate::mask), if it has one, and a slope, for elements of this radius, local units:
-    /// other lichens must leave room for them.
+    /// The habitat by the substrate's [mask](Substrate::mask), if it has one, and a slope, for elements of this radius,
+    /// local units: other lichens must leave room for them.
     pub fn new(substrate: &'a Substrate, slope: Option<Slope>, radius: f64) -> Self {
         if slope.is_some() {
             substrate.find_slope_normals();

@@ -12,7 +12,7 @@ use crate::cluster::{Cluster, Element};
 /// [`WalkerModel`](super::WalkerModel), or a loop of one's own. It tells the model of every birth, the seed's too, so
 /// that whatever the model keeps (an index, charges, potentials) can be rebuilt by telling it of them again.
 pub trait GrowthModel {
-    /// So many elements are to be expected in all: to make room for them. Not a promise.
+    /// Makes room for so many elements in all. That is no promise that there will be as many.
     fn expect(&mut self, elements: usize);
 
     /// The youngest element of the cluster has just been added.

@@ -24,7 +24,7 @@ pub struct Stickiness {
 }
 
 impl Stickiness {
-    /// For these parameters.
+    /// The sticking law for these parameters.
     pub fn new(p: &Parameters) -> Self {
         let ratio = p.curvature_radius / p.radius;
         let half_disc = std::f64::consts::PI * ratio * ratio / (4.0 * 3f64.sqrt());

@@ -32,7 +32,7 @@ const SAMPLE: usize = 1 << 14;
 const SPEED: i32 = 1;
 
 impl GifPalette {
-    /// For a film that begins and ends with these pictures of one size. What changes between them has about
+    /// The palette for a film that begins and ends with these pictures of one size. What changes between them has about
     /// a quarter of the colours, however small it is.
     ///
     /// # Panics
@@ -194,7 +194,7 @@ pub struct GifPacker<'a> {
 }
 
 impl<'a> GifPacker<'a> {
-    /// In the colours of a palette.
+    /// Packs pictures in the colours of a palette.
     pub fn new(palette: &'a GifPalette) -> Self {
         Self {
             palette,

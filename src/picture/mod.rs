@@ -52,7 +52,7 @@ pub struct Disc {
     pub center: [f32; 3],
     /// Outwards; any length but zero.
     pub normal: [f32; 3],
-    /// In the units of `center`.
+    /// Its radius, in the units of `center`.
     pub radius: f32,
     /// sRGB.
     pub color: [u8; 3],

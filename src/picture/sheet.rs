@@ -25,7 +25,7 @@ pub struct ContactSheet {
 /// One picture of a sheet.
 #[derive(Clone, Debug, Default)]
 pub struct Tile {
-    /// None is an empty frame.
+    /// The picture; none is an empty frame.
     pub image: Option<Image>,
     /// Lines under it.
     pub captions: Vec<String>,

@@ -23,7 +23,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// For a substrate with granules on it, and for what is no larger than these.
+    /// The stage for a substrate with granules on it, and for what is no larger than these.
     pub fn of(stone: &Stone, discs: &[Disc], up: [f32; 3]) -> Self {
         let up = upward(up);
         let domes = || discs.iter().filter_map(Dome::new);

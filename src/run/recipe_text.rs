@@ -182,7 +182,7 @@ impl Settings {
         text
     }
 
-    /// In what others differ, in words. The paths of mesh and mask and the stop rule change nothing in
+    /// What is different in others, in words. The paths of mesh and mask and the stop rule change nothing in
     /// what grows, and do not count.
     pub fn differences(&self, others: &Self) -> Vec<String> {
         let growing = |settings: &Self| Self {

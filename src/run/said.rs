@@ -45,7 +45,7 @@ impl Settings {
         entries.map(|(key, value, _)| (key, value)).collect()
     }
 
-    /// In what others [differ](Self::differences), and in the size at which growth stops.
+    /// What is [different](Self::differences) in others, the size at which growth stops included.
     pub fn differences_and_size(&self, others: &Self) -> Vec<String> {
         let mut differences = self.differences(others);
         if self.stop != others.stop {

@@ -128,7 +128,7 @@ pub enum SettingsError {
         /// What was said.
         said: String,
     },
-    /// None is said, and the substrate has one.
+    /// The mask is said to be none, and the substrate has one.
     #[error("mask is \"none\", and the substrate has one: Substrate::with_mask(None) takes it off")]
     UnwantedMask,
     /// The mask is not the one that the recipe was made for.

@@ -153,7 +153,7 @@ impl Prothallus {
 /// How a skin is coloured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paint {
-    /// By local [density](crate::morphometry::density()), of which closed lichen has 0.5 to 0.75.
+    /// The colours by local [density](crate::morphometry::density()), of which closed lichen has 0.5 to 0.75.
     pub colormap: Colormap,
     /// How much darker the oldest part is, as a share of its lightness, 0 to 1.
     pub age_darken: f32,

@@ -85,7 +85,7 @@ pub struct Frame {
     pub origin: DVec3,
     /// The direction of the first edge, a unit vector.
     pub x: DVec3,
-    /// At right angles to it in the triangle's plane, towards the third corner; a unit vector.
+    /// The direction at right angles to `x` in the triangle's plane, towards the third corner; a unit vector.
     pub y: DVec3,
 }
 

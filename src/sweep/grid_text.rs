@@ -68,7 +68,7 @@ impl Grid {
         text
     }
 
-    /// In what another grid differs, in words. The path of the mesh does not count, nor how a number was
+    /// What is different in another grid, in words. The path of the mesh does not count, nor how a number was
     /// written, where cells have the same names.
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut differences = self.base.differences_and_size(&other.base);

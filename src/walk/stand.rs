@@ -31,7 +31,7 @@ pub struct Moved {
 }
 
 impl Stand {
-    /// At a point of the surface.
+    /// Stands at a point of the surface.
     ///
     /// # Panics
     /// When the substrate has no such triangle.

@@ -93,7 +93,7 @@ enum Form {
 }
 
 impl Film {
-    /// Without frames as yet, at so many a second; temporary files lie in a folder that is there.
+    /// A film without frames as yet, at so many a second; temporary files lie in a folder that is there.
     pub fn new(format: &FilmFormat, fps: f64, folder: &Path) -> Self {
         let spools = Spools(folder.to_owned());
         let form = match format.extension {
