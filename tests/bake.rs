@@ -370,7 +370,7 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
     let made = made();
     let baker = baker(&made, &settings(128, 1));
     let baked = baker.whole().unwrap();
-    let material = baked.material("stone").unwrap();
+    let material = baked.material("stone", &[]).unwrap();
     let MapImages {
         base_color,
         normal,

@@ -215,6 +215,10 @@ fn each_part_has_maps_of_its_own_in_one_file() {
     // Two squares share the bricks' layout.
     let told = bake("all -o by-material --size 64 --each material");
     assert!(told.contains("'Brick': 4 triangles overlap"), "{told}");
+    assert!(
+        told.contains("2 objects has a layout of its own, --each object too"),
+        "{told}"
+    );
     assert!(!told.contains("'Granite': "), "{told}");
     let glb = said_in(&desk.read("by-material/lichened.glb"));
     assert_eq!(
@@ -226,6 +230,21 @@ fn each_part_has_maps_of_its_own_in_one_file() {
     assert_eq!(maps["parts"][1]["part"], "Granite");
     assert_eq!(maps["parts"][1]["maps"][0]["file"], "Granite_mask.png");
     same("by-material/Granite_mask.png", "one/mask.png");
+
+    // Of each object each material.
+    let told = bake("all -o by-both --size 64 --each material --each object");
+    assert!(!told.contains("overlap"), "{told}");
+    same("by-both/Rock.001_Granite_mask.png", "one/mask.png");
+    let told = bake("all -o granite --size 64 --only material:Granite --only object:Rock*");
+    assert!(told.contains("elements in 8 maps"), "{told}");
+    same("granite/mask.png", "one/mask.png");
+    let none = "all -o none --size 64 --only material:Granite --only object:Big*";
+    let none = desk.call("bake", none).output().unwrap();
+    assert!(
+        said(&none).contains("in all of 'material:Granite', 'object:Big*'"),
+        "{}",
+        said(&none)
+    );
 
     // Another division leaves nothing of this one.
     bake("all -o by-material --size 64 --each object --only material:Brick --force");

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Baked, order};
-use crate::export::{TexturedMesh, TexturedObject, TriMesh};
+use crate::export::{Stance, TexturedMesh, TexturedObject, TriMesh};
 use crate::substrate::Part;
 
 /// Bits of all that vertices may differ in: the substrate's vertex, UV, normal and tangent.
@@ -40,11 +40,12 @@ impl Baked<'_> {
         let mut places = HashMap::new();
         let mut place = |part: &Part| {
             let name = part.objects.first().cloned();
-            let key = (name.clone(), part.origin.map(|at| at.map(f64::to_bits)));
+            let bits = |frame: [[f64; 3]; 4]| frame.map(|column| column.map(f64::to_bits));
+            let key = (name.clone(), part.frame.map(bits));
             *places.entry(key).or_insert_with(|| {
                 objects.push(TexturedObject {
                     name,
-                    origin: part.origin,
+                    stance: part.frame.and_then(Stance::from_columns),
                     meshes: Vec::new(),
                 });
                 objects.len() - 1

@@ -133,13 +133,22 @@ impl Baked<'_> {
         }
     }
 
-    /// As a material of glTF: PNG of 8 bits, green up.
+    /// As a material of glTF: PNG of 8 bits, green up. Of maps that have been written as PNG, those of 8 bits are taken
+    /// as they are.
     ///
     /// # Errors
     /// None but those of the encoder.
-    pub fn material(&self, name: &str) -> io::Result<TexturedMaterial> {
+    pub fn material(
+        &self,
+        name: &str,
+        written: &[(MapKind, Vec<u8>)],
+    ) -> io::Result<TexturedMaterial> {
         let worn = [MapKind::BaseColor, MapKind::Normal, MapKind::Orm].into_par_iter();
         let png = |kind: MapKind| {
+            let known = written.iter().find(|(of, _)| *of == kind);
+            if let Some((_, file)) = known.filter(|_| Map::of(kind).png_bits == 8) {
+                return Ok(file.clone());
+            }
             let map = Map {
                 png_bits: 8,
                 ..*Map::of(kind)

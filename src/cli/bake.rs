@@ -14,7 +14,7 @@ use thallus::substrate::{Substrate, Texturing};
 use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, Each};
-use super::bake_parts::{MapPart, parts};
+use super::bake_parts::{MapPart, how_to_divide, parts};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
 use super::bake_write::{GLB, Writer};
 use super::dress::Dress;
@@ -143,7 +143,7 @@ impl Baking<'_> {
             _ => &self.lichens.mesh,
         };
         let cure = match &error {
-            BakeError::Stacked { .. } => self.part_by_part(),
+            BakeError::Stacked { .. } => part.and_then(|part| self.part_by_part(part)),
             _ => None,
         };
         let error = match cure {
@@ -160,12 +160,11 @@ impl Baking<'_> {
     /// A part by its name, and how to do without it.
     fn left_out(&self, part: &MapPart) -> Option<String> {
         let name = part.name.as_ref()?;
-        Some(match self.args.each? {
-            Each::Tile => format!("tile {name}"),
-            each => {
-                let kind = each.word();
-                format!("{kind} '{name}' (to do without it: --only '{kind}:!{name}')")
-            }
+        let without = |kind| format!("{kind} '{name}' (to do without it: --only '{kind}:!{name}')");
+        Some(match self.args.each[..] {
+            [Each::Object] => without("object"),
+            [Each::Material] => without("material"),
+            _ => format!("'{name}'"),
         })
     }
 
@@ -212,27 +211,18 @@ impl Baking<'_> {
     /// What to do where several places share texels.
     fn cure_of_overlaps(&self, part: &MapPart) -> String {
         let has_tiles = has_tiles(&self.lichens.texturing, part.chosen.as_deref());
-        let otherwise = match has_tiles && self.args.each.is_none() {
+        let otherwise = match has_tiles && !self.args.each.contains(&Each::Tile) {
             true => {
                 "they reach beyond one image, as UDIM tiles do: --each tile gives each its maps"
             }
             false => "unwrap the mesh without overlaps",
         };
-        self.part_by_part().unwrap_or_else(|| otherwise.to_owned())
+        self.part_by_part(part)
+            .unwrap_or_else(|| otherwise.to_owned())
     }
 
-    /// How to bake a mesh of several materials or objects, where that is not what was asked for.
-    fn part_by_part(&self) -> Option<String> {
-        let texturing = &self.lichens.texturing;
-        let counts = [texturing.named_materials(), texturing.objects()];
-        let mut kinds = ["material", "object"].into_iter().zip(counts);
-        let is_whole = self.args.only.is_empty() && self.args.each.is_none();
-        let (kind, names) = kinds.find(|(_, names)| names.len() > 1 && is_whole)?;
-        Some(format!(
-            "where each of its {} {kind}s has a layout of its own, --each {kind} gives each its maps, and --only \
-             {kind}:NAME those of one (thallus check names them)",
-            names.len()
-        ))
+    fn part_by_part(&self, part: &MapPart) -> Option<String> {
+        how_to_divide(part, &self.args.each, &self.lichens.texturing)
     }
 
     fn report(&mut self) -> Report {

@@ -33,15 +33,15 @@ pub(crate) struct BakeArgs {
     /// The set of UVs that maps are laid out in, of glTF files that have two: 1 for TEXCOORD_1
     #[arg(long, value_name = "0|1", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
     pub(crate) uv_set: u8,
-    /// Maps for each material, each object or each UDIM tile of the mesh, and all in one lichened.glb. With --only, for
-    /// those of it that are asked for
+    /// Maps for each material, each object or each UDIM tile of the mesh, and all of these in one lichened.glb. Given
+    /// twice, as --each object --each material, for each material of each object
     #[arg(
         long,
         value_enum,
         value_name = "material|object|tile",
         hide_possible_values = true
     )]
-    pub(crate) each: Option<Each>,
+    pub(crate) each: Vec<Each>,
     #[command(flatten)]
     pub(crate) maps: MapArgs,
     #[command(flatten)]
@@ -120,16 +120,6 @@ pub(crate) enum Each {
     Material,
     Object,
     Tile,
-}
-
-impl Each {
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Material => "material",
-            Self::Object => "object",
-            Self::Tile => "tile",
-        }
-    }
 }
 
 /// A file format of maps.

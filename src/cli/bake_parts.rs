@@ -8,6 +8,7 @@ use thallus::substrate::{Division, Selection, Texturing};
 use super::bake_args::{BakeArgs, Each};
 
 /// Triangles that have maps of their own.
+#[derive(Clone)]
 pub(crate) struct MapPart {
     /// What the part is called; nothing where all that is asked for is in the same maps.
     pub(crate) name: Option<String>,
@@ -15,50 +16,111 @@ pub(crate) struct MapPart {
     pub(crate) material: String,
     /// Which triangles of the file; all where nothing is said.
     pub(crate) chosen: Option<Vec<bool>>,
-    /// What names of its files begin with, and what stands before their extension.
+    /// What names of its files begin with, and what stands before their extension: `brick_normal.png`, and of tiles
+    /// `normal.1001.png`, as programs look for them.
     affixes: [String; 2],
 }
 
 /// The parts that are asked for, none of them without triangles.
 pub(crate) fn parts(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Vec<MapPart>> {
     let only = chosen(&args.only, texturing)?;
-    let Some(each) = args.each else {
+    let whole = || MapPart {
+        name: None,
+        material: "lichened".to_owned(),
+        chosen: None,
+        affixes: Default::default(),
+    };
+    if args.each.is_empty() {
         return Ok(vec![MapPart {
-            name: None,
-            material: "lichened".to_owned(),
             chosen: only,
-            affixes: Default::default(),
+            ..whole()
         }]);
-    };
-    let division = match each {
-        Each::Material => Division::by_material(texturing),
-        Each::Object => Division::by_object(texturing),
-        Each::Tile => Ok(Division::by_tile(texturing)),
-    };
-    let division = division?;
-    let mut taken = HashSet::new();
-    let part = |(part, name): (usize, &String)| {
-        let mut chosen = division.chosen(part);
-        if let Some(only) = &only {
-            chosen
-                .iter_mut()
-                .zip(only)
-                .for_each(|(chosen, only)| *chosen &= *only);
-        }
-        chosen.contains(&true).then(|| MapPart {
-            name: Some(name.clone()),
-            material: name.clone(),
-            affixes: affixes(each, name, &mut taken),
-            chosen: Some(chosen),
-        })
-    };
-    let parts: Vec<MapPart> = { division.names().iter().enumerate() }
-        .filter_map(part)
-        .collect();
+    }
+    let named = named(&args.each, texturing)?;
+    let tiles = { args.each.contains(&Each::Tile) }.then(|| Division::by_tile(texturing));
+    let mut parts = divided(vec![whole()], named.as_ref(), |part, name, taken| {
+        part.affixes[0] = format!("{}_", file_stem(name, taken));
+    });
+    parts = divided(parts, tiles.as_ref(), |part, name, _| {
+        part.affixes[1] = format!(".{name}");
+    });
+    if let Some(only) = only {
+        parts.iter_mut().for_each(|part| part.narrow(&only));
+        parts.retain(|part| {
+            part.chosen
+                .as_ref()
+                .is_some_and(|chosen| chosen.contains(&true))
+        });
+    }
     match parts.is_empty() {
         true => Err(BakeError::NoUvs.into()),
         false => Ok(parts),
     }
+}
+
+/// By objects, by materials, or by both.
+fn named(each: &[Each], texturing: &Texturing) -> anyhow::Result<Option<Division>> {
+    let objects = { each.contains(&Each::Object) }.then(|| Division::by_object(texturing));
+    let materials = { each.contains(&Each::Material) }.then(|| Division::by_material(texturing));
+    Ok(match (objects.transpose()?, materials.transpose()?) {
+        (Some(objects), Some(materials)) => Some(objects.and(&materials)),
+        (objects, materials) => objects.or(materials),
+    })
+}
+
+/// The parts of parts, if these are divided further.
+fn divided(
+    parts: Vec<MapPart>,
+    by: Option<&Division>,
+    call: impl Fn(&mut MapPart, &str, &mut HashSet<String>),
+) -> Vec<MapPart> {
+    let Some(division) = by else {
+        return parts;
+    };
+    let mut taken = HashSet::new();
+    let mut divided = Vec::new();
+    for whole in &parts {
+        for (number, name) in division.names().iter().enumerate() {
+            let mut part = whole.clone();
+            part.narrow(&division.chosen(number));
+            if part
+                .chosen
+                .as_ref()
+                .is_some_and(|chosen| chosen.contains(&true))
+            {
+                let full = part
+                    .name
+                    .map_or(name.clone(), |first| format!("{first} {name}"));
+                (part.material, part.name) = (full.clone(), Some(full));
+                call(&mut part, name, &mut taken);
+                divided.push(part);
+            }
+        }
+    }
+    divided
+}
+
+/// How to give each of a part's materials or objects maps of its own, where it has several and that is not asked for.
+pub(crate) fn how_to_divide(
+    part: &MapPart,
+    each: &[Each],
+    texturing: &Texturing,
+) -> Option<String> {
+    let kinds = [
+        (Each::Material, "material", Division::by_material(texturing)),
+        (Each::Object, "object", Division::by_object(texturing)),
+    ];
+    let mut missing = { kinds.into_iter() }.filter(|(kind, ..)| !each.contains(kind));
+    missing.find_map(|(_, kind, division)| {
+        let several = division.ok()?.count_in(part.chosen.as_deref());
+        let too = if each.is_empty() { "" } else { " too" };
+        (several > 1).then(|| {
+            format!(
+                "where each of its {several} {kind}s has a layout of its own, --each {kind}{too} gives each its maps, and \
+                 --only {kind}:NAME makes those of one (thallus check names them)"
+            )
+        })
+    })
 }
 
 /// The triangles that are in all of some selections; nothing where there is none of these.
@@ -77,14 +139,6 @@ fn chosen(all: &[Selection], texturing: &Texturing) -> anyhow::Result<Option<Vec
         );
     }
     Ok(chosen)
-}
-
-/// As programs look for them: `brick_normal.png`, and of tiles `normal.1001.png`.
-fn affixes(each: Each, name: &str, taken: &mut HashSet<String>) -> [String; 2] {
-    match each {
-        Each::Tile => [String::new(), format!(".{name}")],
-        _ => [format!("{}_", file_stem(name, taken)), String::new()],
-    }
 }
 
 /// Letters of a file's name that are taken from a part's.
@@ -109,6 +163,14 @@ fn file_stem(name: &str, taken: &mut HashSet<String>) -> String {
 }
 
 impl MapPart {
+    /// To what is also among these.
+    fn narrow(&mut self, to: &[bool]) {
+        match &mut self.chosen {
+            None => self.chosen = Some(to.to_vec()),
+            Some(chosen) => { chosen.iter_mut().zip(to) }.for_each(|(chosen, to)| *chosen &= *to),
+        }
+    }
+
     /// Of its file for a map.
     pub(crate) fn file_name(&self, map: &str, extension: &str) -> String {
         let [first, last] = &self.affixes;

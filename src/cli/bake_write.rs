@@ -8,7 +8,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use thallus::bake::{Baked, Green, MAPS, Map, MapFormat};
+use thallus::bake::{Baked, Green, MAPS, Map, MapFile, MapFormat, MapKind};
 use thallus::export::{OutputDir, OutputError, Placement, TexturedScene};
 
 use super::bake_args::BakeArgs;
@@ -63,17 +63,24 @@ impl<'a> Writer<'a> {
             let mut file = Vec::new();
             stop.check()?;
             baked.write_map(map, &self.format, &mut file)?;
-            Ok(file)
+            Ok((map.kind, file))
         };
-        let files: Vec<io::Result<Vec<u8>>> = MAPS.par_iter().map(encoded).collect();
+        let files: Vec<io::Result<(MapKind, Vec<u8>)>> = MAPS.par_iter().map(encoded).collect();
         let names: Vec<String> = MAPS.iter().map(file_name).collect();
+        let mut written = Vec::new();
         for (name, file) in names.iter().zip(files) {
             folder.write(name, |out| {
                 stop.check()?;
-                out.write_all(&file?)
+                let file = file?;
+                out.write_all(&file.1)?;
+                written.push(file);
+                Ok(())
             })?;
         }
-        let material = baked.material(&part.material);
+        if self.format.file != MapFile::Png {
+            written.clear();
+        }
+        let material = baked.material(&part.material, &written);
         let material = material.map_err(|problem| OutputError::Io {
             path: folder.path().join(GLB),
             doing: "writing",

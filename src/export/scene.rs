@@ -40,7 +40,7 @@ impl Placement {
     }
 
     /// The product of the turn's quaternion and this one, w ≥ 0.
-    fn orientation(&self, [x, y, z, w]: [f64; 4]) -> [f64; 4] {
+    pub(super) fn orientation(&self, [x, y, z, w]: [f64; 4]) -> [f64; 4] {
         let h = std::f64::consts::FRAC_1_SQRT_2;
         let s = match (self.from, self.to) {
             (UpAxis::Y, UpAxis::Z) => h,

@@ -71,6 +71,33 @@ impl Division {
         }
     }
 
+    /// The parts of this that lie in each of another's, called after both.
+    pub fn and(&self, other: &Self) -> Self {
+        let count = self.part_of.len().max(other.part_of.len());
+        let of = |all: &[usize], triangle: usize| all.get(triangle).copied().unwrap_or(0);
+        let pair = |triangle| (of(&self.part_of, triangle), of(&other.part_of, triangle));
+        let mut pairs: Vec<(usize, usize)> = (0..count).map(pair).collect();
+        let part_of = pairs.clone();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let place = |pair| pairs.binary_search(&pair).unwrap_or(0);
+        let name =
+            |&(one, two): &(usize, usize)| [&self.names[one][..], &other.names[two]].join(" ");
+        Self {
+            names: pairs.iter().map(name).collect(),
+            part_of: part_of.into_iter().map(place).collect(),
+        }
+    }
+
+    /// How many parts some triangles are in, or all of them.
+    pub fn count_in(&self, chosen: Option<&[bool]>) -> usize {
+        let is_chosen = |t: usize| chosen.is_none_or(|chosen| chosen.get(t) == Some(&true));
+        let mut is_there = vec![false; self.names.len()];
+        let numbered = { self.part_of.iter().enumerate() }.filter(|(t, _)| is_chosen(*t));
+        numbered.for_each(|(_, &part)| is_there[part] = true);
+        is_there.into_iter().filter(|there| *there).count()
+    }
+
     /// What the parts are called, each with a triangle at least.
     pub fn names(&self) -> &[String] {
         &self.names
@@ -175,6 +202,18 @@ mod tests {
             ("unnamed", vec![2]),
         ];
         assert_eq!(parts(&by_material), expected);
+        let both = by_material.and(&by_object);
+        let expected = [
+            ("Bark Trunk", vec![0]),
+            ("Bark Twig", vec![3]),
+            ("Leaves Leaf", vec![1, 4]),
+            ("unnamed unnamed", vec![2]),
+        ];
+        assert_eq!(parts(&both), expected);
+        assert_eq!(by_object.count_in(None), 4);
+        let some = [true, false, false, true];
+        assert_eq!(by_object.count_in(Some(&some)), 2);
+        assert_eq!(by_material.count_in(Some(&some)), 1);
         let bare = Division::by_material(&Texturing::default()).unwrap_err();
         assert!(matches!(bare, SelectionError::NoNames { .. }), "{bare}");
     }

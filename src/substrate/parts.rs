@@ -13,8 +13,9 @@ pub struct Part {
     pub objects: Vec<String>,
     /// What their material is called.
     pub material: Option<String>,
-    /// Where the origin of their object is, in the units and axes of the file: that of a node of glTF.
-    pub origin: Option<[f64; 3]>,
+    /// Where the x, y and z axis and the origin of their object are, in the units and axes of the file: the columns of
+    /// the matrix of a node of glTF.
+    pub frame: Option<[[f64; 3]; 4]>,
 }
 
 /// Which of its names a triangle is chosen by.

@@ -178,7 +178,7 @@ fn the_glb_is_cut_out_and_shows_from_behind_as_its_material() {
     let baker = baker(&made, &settings(64, 1));
     let baked = baker.whole().unwrap();
     let mut scene = TexturedScene::new("leaf");
-    scene.add(baked.material("Leaf").unwrap(), baked.meshes());
+    scene.add(baked.material("Leaf", &[]).unwrap(), baked.meshes());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("leaf.glb");
     scene

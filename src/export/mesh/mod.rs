@@ -3,12 +3,14 @@
 pub(super) mod glb;
 mod obj;
 mod ply;
+mod stance;
 mod textured;
 mod usda;
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+pub use stance::Stance;
 pub use textured::{MapImages, TexturedMaterial, TexturedMesh, TexturedObject, TexturedScene};
 
 use super::ply::HALF_ULP;
@@ -267,19 +269,21 @@ impl TriMesh {
 
     /// Lower and upper corner of the bounding box; zeros when there are no vertices.
     pub fn bounds(&self) -> [[f64; 3]; 2] {
-        let Some(&first) = self.positions.first() else {
-            return [[0.0; 3]; 2];
-        };
-        let grow = |[low, high]: [[f64; 3]; 2], p: &[f64; 3]| {
-            let low = [0, 1, 2].map(|k| low[k].min(p[k]));
-            [low, [0, 1, 2].map(|k| high[k].max(p[k]))]
-        };
-        self.positions.iter().fold([first; 2], grow)
+        bounds(self.positions.iter().copied())
     }
 
     fn needs_doubles(&self) -> bool {
         needs_doubles(self.bounds())
     }
+}
+
+/// Lower and upper corner of the box about places; zeros when there are none.
+fn bounds(places: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+    let join = |[low, high]: [[f64; 3]; 2], [a, b]: [[f64; 3]; 2]| {
+        let low = [0, 1, 2].map(|k| low[k].min(a[k]));
+        [low, [0, 1, 2].map(|k| high[k].max(b[k]))]
+    };
+    places.map(|p| [p; 2]).reduce(join).unwrap_or_default()
 }
 
 /// Whether float32 would move vertices between these corners by more than a millionth of the mesh's size, as it does

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::{MeshError, TriMesh, finite, needs_doubles};
+use super::{MeshError, Stance, TriMesh, bounds, finite, needs_doubles};
 use crate::export::Placement;
-use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, node, write_head};
+use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, write_head};
 use crate::substrate::Alpha;
 
 /// A mesh to carry textures. All columns have a row for each vertex; `shape` has no colours and no
@@ -26,8 +26,8 @@ pub struct TexturedMesh {
 pub struct TexturedObject {
     /// What it is called: as its scene, where it has no name.
     pub name: Option<String>,
-    /// Where its origin is, in the units and axes of its meshes: that of the scene, where it has none of its own.
-    pub origin: Option<[f64; 3]>,
+    /// Where it stands, in the units and axes of its meshes: as the scene, where nothing is said.
+    pub stance: Option<Stance>,
     /// What it consists of, each with the place of its material.
     pub meshes: Vec<(usize, TexturedMesh)>,
 }
@@ -80,12 +80,12 @@ impl TexturedScene {
         }
     }
 
-    /// Adds a material and the meshes that wear it, each to the object of its name and origin, if that is there.
+    /// Adds a material and the meshes that wear it, each to the object of its name and stance, if that is there.
     pub fn add(&mut self, material: TexturedMaterial, meshes: Vec<(TexturedObject, TexturedMesh)>) {
         let worn = self.materials.len();
         self.materials.push(material);
         for (of, mesh) in meshes {
-            let is_same = |o: &&mut TexturedObject| (&o.name, o.origin) == (&of.name, of.origin);
+            let is_same = |o: &&mut TexturedObject| (&o.name, o.stance) == (&of.name, of.stance);
             match self.objects.iter_mut().find(is_same) {
                 Some(object) => object.meshes.push((worn, mesh)),
                 None => self.objects.push(TexturedObject {
@@ -99,7 +99,7 @@ impl TexturedScene {
     /// Turns and scales it into the axes and units of a file.
     pub fn place(&mut self, placement: &Placement) {
         for object in &mut self.objects {
-            object.origin = object.origin.map(|origin| placement.point(origin));
+            { object.stance.iter_mut() }.for_each(|stance| stance.place(placement));
             let meshes = object.meshes.iter_mut();
             meshes.for_each(|(_, mesh)| mesh.place(placement));
         }
@@ -162,32 +162,36 @@ impl TexturedScene {
         let is_alone = self.objects.len() == 1;
         let name = { object.name.as_ref().filter(|_| !is_alone) }.unwrap_or(&self.name);
         let name = name.replace(char::is_control, " ");
-        let origin = object.stored_from();
+        let stance = object.stored_from();
         let primitives = { object.meshes.iter() }
-            .map(|(material, mesh)| mesh.primitive(*material, origin, body))
+            .map(|(material, mesh)| mesh.primitive(*material, &stance, body))
             .collect::<Vec<Value>>();
-        let mut node = node(&name, origin);
-        node["mesh"] = number.into();
+        let mut node = json!({"name": name, "mesh": number});
+        stance.said_in(&mut node);
         (node, json!({"name": name, "primitives": primitives}))
     }
 }
 
 impl TexturedObject {
-    /// What its positions are stored relative to: its origin, unless float32 would then move vertices.
-    fn stored_from(&self) -> [f64; 3] {
-        let mut bounds = self.meshes.iter().map(|(_, mesh)| mesh.shape.bounds());
-        let join = |a: [[f64; 3]; 2], b: [[f64; 3]; 2]| {
-            let ends = |k: usize| [a[0][k].min(b[0][k]), a[1][k].max(b[1][k])];
-            let [x, y, z] = [0, 1, 2].map(ends);
-            [0, 1].map(|end| [x[end], y[end], z[end]])
-        };
-        let first = bounds.next().unwrap_or_default();
-        let bounds = bounds.fold(first, join);
-        let origin = self.origin.unwrap_or_default();
-        match needs_doubles(bounds.map(|corner| [0, 1, 2].map(|k| corner[k] - origin[k]))) {
-            true => [0, 1, 2].map(|k| 0.5 * bounds[0][k] + 0.5 * bounds[1][k]),
-            false => origin,
+    /// Where its node puts it: as it stands, unless float32 would then move vertices.
+    fn stored_from(&self) -> Stance {
+        let stance = self.stance.unwrap_or(Stance::NONE);
+        let [low, high] = self.bounds(|p| stance.point(p));
+        if !needs_doubles([low, high]) {
+            return stance;
         }
+        let [low, high] = self.bounds(|p| p);
+        Stance {
+            origin: [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),
+            ..Stance::NONE
+        }
+    }
+
+    /// Lower and upper corner of all places as they are stored.
+    fn bounds(&self, stored: impl Fn([f64; 3]) -> [f64; 3]) -> [[f64; 3]; 2] {
+        let meshes = self.meshes.iter();
+        let places = meshes.flat_map(|(_, mesh)| mesh.shape.positions.iter().copied());
+        bounds(places.map(stored))
     }
 }
 
@@ -202,8 +206,8 @@ impl TexturedMesh {
         }
     }
 
-    fn primitive(&self, material: usize, origin: [f64; 3], body: &mut Body) -> Value {
-        let attributes = self.vertices(origin, body);
+    fn primitive(&self, material: usize, stance: &Stance, body: &mut Body) -> Value {
+        let attributes = self.vertices(stance, body);
         let corners = self.shape.triangles.as_flattened();
         let indices = body.column(UNSIGNED_INT, "SCALAR", corners.len(), INDICES, |bytes| {
             corners.iter().for_each(|i| bytes.extend(i.to_le_bytes()));
@@ -223,10 +227,19 @@ impl TexturedMesh {
         finite("tangent", &self.tangents)
     }
 
-    fn vertices(&self, origin: [f64; 3], body: &mut Body) -> Value {
+    fn vertices(&self, stance: &Stance, body: &mut Body) -> Value {
         let count = self.shape.positions.len();
-        let stored = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
-        let positions: Vec<[f32; 3]> = self.shape.positions.iter().map(|p| stored(*p)).collect();
+        let stored = |p: &[f64; 3]| stance.point(*p).map(|x| x as f32);
+        let positions: Vec<[f32; 3]> = self.shape.positions.iter().map(stored).collect();
+        let normals: Vec<[f32; 3]> = { self.shape.normals.iter() }
+            .map(|normal| stance.direction(*normal))
+            .collect();
+        let tangents: Vec<[f32; 4]> = { self.tangents.iter() }
+            .map(|&[x, y, z, sign]| {
+                let [x, y, z] = stance.direction([x, y, z]);
+                [x, y, z, sign]
+            })
+            .collect();
         let mut floats = |shape, values: &[f32]| {
             body.column(FLOAT, shape, count, VERTICES, |bytes| {
                 values.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
@@ -234,14 +247,15 @@ impl TexturedMesh {
         };
         let attributes = json!({
             "POSITION": floats("VEC3", positions.as_flattened()),
-            "NORMAL": floats("VEC3", self.shape.normals.as_flattened()),
-            "TANGENT": floats("VEC4", self.tangents.as_flattened()),
+            "NORMAL": floats("VEC3", normals.as_flattened()),
+            "TANGENT": floats("VEC4", tangents.as_flattened()),
             "TEXCOORD_0": floats("VEC2", self.uvs.as_flattened()),
         });
-        let [low, high] = self.shape.bounds();
+        let wide = positions.iter().map(|p| p.map(f64::from));
+        let [low, high] = bounds(wide).map(|corner| corner.map(|x| x as f32));
         let position = attributes["POSITION"].as_u64().unwrap_or(0) as usize;
-        body.accessors[position]["min"] = json!(stored(low));
-        body.accessors[position]["max"] = json!(stored(high));
+        body.accessors[position]["min"] = json!(low);
+        body.accessors[position]["max"] = json!(high);
         attributes
     }
 }

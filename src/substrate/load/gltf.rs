@@ -478,7 +478,7 @@ impl<'a> SceneWalk<'a> {
         let mut shared = SharedPositions::default();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("node {index}, mesh {mesh_index}, primitive {number}");
-            self.looks_of((index, world.translation), mesh_index, number);
+            self.looks_of((index, world), mesh_index, number);
             self.collector
                 .primitive(primitive, &place, &placing, &mut shared)?;
         }
@@ -486,7 +486,7 @@ impl<'a> SceneWalk<'a> {
     }
 
     /// Takes note of what a node's primitive looks like and is called.
-    fn looks_of(&mut self, node: (usize, DVec3), mesh: usize, primitive: usize) {
+    fn looks_of(&mut self, node: (usize, DAffine3), mesh: usize, primitive: usize) {
         let Some(looks) = self.looks else {
             return;
         };

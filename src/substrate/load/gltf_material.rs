@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::DVec3;
+use glam::DAffine3;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -205,7 +205,7 @@ impl Looks {
     /// What the triangles of a node's primitive are part of; nothing, where nothing has a name.
     pub(super) fn part_of(
         &self,
-        (node, origin): (usize, DVec3),
+        (node, world): (usize, DAffine3),
         mesh: usize,
         material: Option<u32>,
     ) -> Option<Part> {
@@ -217,7 +217,7 @@ impl Looks {
         let part = Part {
             objects: { node.into_iter().chain(mesh) }.collect(),
             material: material.and_then(|material| text(&material.name)),
-            origin: Some(origin.to_array()),
+            frame: Some(world.to_cols_array_2d()),
         };
         (!part.objects.is_empty() || part.material.is_some()).then_some(part)
     }
