@@ -2,7 +2,7 @@
 
 use thallus::bake::MapKind;
 use thallus::export::TexturedScene;
-use thallus::substrate::{Alpha, Texture};
+use thallus::substrate::{Alpha, Part, Texture};
 
 use super::layouts::{plain, squares};
 use super::*;
@@ -215,4 +215,65 @@ fn the_glb_is_cut_out_and_shows_from_behind_as_its_material() {
     };
     baked.write_map(base_color, &format, &mut exr).unwrap();
     assert!(exr[..200].windows(4).any(|bytes| bytes == [b'A', 0, 1, 0]));
+}
+
+/// Two halves of the sphere as objects, one of them turned, scaled and moved by its node.
+#[test]
+fn objects_stand_as_their_nodes_do() {
+    let mut made = made();
+    let turn = glam::DMat3::from_rotation_z(0.5) * 0.25;
+    let [x, y, z] = turn.to_cols_array_2d();
+    let part = |name: &str, frame| Part {
+        objects: vec![name.to_owned()],
+        material: None,
+        frame,
+    };
+    let moved = [x, y, z, [0.0, 0.0, 9.0]];
+    made.texturing.parts = vec![part("Left", Some(moved)), part("Right", None)];
+    let count = made.texturing.material_of.len() as u32;
+    made.texturing.part_of = (0..count).map(|t| Some(2 * t / count)).collect();
+    let baker = baker(&made, &settings(64, 1));
+    let baked = baker.whole().unwrap();
+    let mut scene = TexturedScene::new("ball");
+    scene.add(baked.material("Both", &[]).unwrap(), baked.meshes());
+    let mut glb = Vec::new();
+    scene.write_glb(&mut glb).unwrap();
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let said: serde_json::Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+    let nodes = said["nodes"].as_array().unwrap();
+    assert_eq!([&nodes[1]["name"], &nodes[2]["name"]], ["Left", "Right"]);
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    assert!((number(&nodes[1]["scale"][1]) - 0.25).abs() < 1e-12);
+    assert!((number(&nodes[1]["rotation"][2]) - 0.25_f64.sin()).abs() < 1e-12);
+    assert_eq!(number(&nodes[1]["translation"][2]), 9.0);
+    assert!(nodes[2].get("rotation").is_none());
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.glb");
+    fs::write(&path, &glb).unwrap();
+    let (again, texturing) = load(&path);
+    let corners = |substrate: &Substrate| {
+        let all = 0..substrate.triangles().len() as u32;
+        let at = |p| substrate.units().to_file(p);
+        let mut middles: Vec<_> = all
+            .map(|t| substrate.corners(t).map(at).iter().sum::<DVec3>() / 3.0)
+            .collect();
+        let key = |p: &DVec3| (*p * 1e4).round().as_i64vec3().to_array();
+        middles.sort_by_key(key);
+        middles
+    };
+    let [was, is] = [corners(&made.substrate), corners(&again)];
+    assert_eq!(was.len(), is.len());
+    let apart = was.iter().zip(&is).map(|(a, b)| a.distance(*b));
+    assert!(apart.fold(0.0, f64::max) < 2e-4);
+    // Normals come back turned by the node.
+    for t in 0..again.triangles().len() as u32 {
+        let normals = texturing.normals_of(&again, t).unwrap();
+        let places = again.corners(t).map(|p| again.units().to_file(p));
+        let along = places
+            .iter()
+            .zip(normals)
+            .map(|(p, n)| p.normalize().dot(n));
+        assert!(along.fold(1.0, f64::min) > 0.999, "{t}");
+    }
 }
