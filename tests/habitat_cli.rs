@@ -226,6 +226,41 @@ fn what_is_no_lichen_to_grow_beside_is_refused() {
     }
 }
 
+/// A square of side 1 that a box stands in, which covers a quarter of it.
+#[test]
+fn lichen_inside_other_pieces_is_told_of_and_kept_out() {
+    let desk = desk();
+    let corner = |k: u32| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| f64::from(bit) * 0.5 + 0.25);
+    let corners = (0..8).map(corner);
+    let line = |[x, y, z]: [f64; 3]| format!("v {x} {} {z}\n", y - 0.4);
+    let faces = "f 7 8 6 5\nf 10 9 5 6\nf 11 12 8 7\nf 9 11 7 5\nf 12 10 6 8\nf 9 10 12 11\n";
+    let square = "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nf 1 2 3 4\n";
+    let text = square.to_owned() + &corners.map(line).collect::<String>() + faces;
+    fs::write(desk.path("stand.obj"), text).unwrap();
+    let words = "stand.obj --radius 0.005 --at 0.2,0,0.2 --elements 4000";
+    let told = desk.done(&format!("{words} -o open"));
+    assert!(
+        told.contains("inside other pieces of the mesh") && told.contains("--mask exposed"),
+        "{told}"
+    );
+    let told = desk.done(&format!("{words} --mask exposed -o exposed"));
+    assert!(!told.contains("inside other pieces"), "{told}");
+    let is_inside = |p: &&[f64; 3]| [p[0], p[2]].iter().all(|x| (x - 0.5).abs() < 0.249);
+    let inside = |folder: &str| {
+        elements(&desk, folder)
+            .positions
+            .iter()
+            .filter(is_inside)
+            .count()
+    };
+    assert!(inside("open") > 100 && inside("exposed") == 0);
+    assert_eq!(recipe(&desk, "exposed")["mask"].as_str(), Some("exposed"));
+    desk.done("--recipe exposed -o again");
+    desk.assert_same("again", "exposed");
+    let told = desk.done("rock.obj --elements 20 --mask exposed -o one");
+    assert!(told.contains("white everywhere"), "{told}");
+}
+
 #[test]
 fn what_is_no_mask_is_refused_in_a_line() {
     let desk = desk();

@@ -1,8 +1,13 @@
-//! Whether lichens would start where nobody sees them: on a piece of the mesh, inside or under another one.
+//! Whether lichens would start, or have grown, where nobody sees them: on a piece of the mesh, inside or under another
+//! one.
 
 use rayon::prelude::*;
+use thallus::cluster::Cluster;
 use thallus::growth::Solids;
-use thallus::substrate::{Substrate, SurfacePoint};
+use thallus::run::EXPOSED;
+use thallus::substrate::{Mask, Substrate, SurfacePoint};
+
+use super::number::percent;
 
 /// Other pieces that are nearer than this share of the mesh's diagonal cover what they are above.
 const NEAR: f64 = 0.05;
@@ -28,8 +33,36 @@ pub(super) fn warnings(substrate: &Substrate, seeds: &[SurfacePoint]) -> Vec<Str
     found.into_iter().flatten().collect()
 }
 
-const CURE: &str = "give a place that is seen with --at ('highest', or X,Y,Z), or make the pieces one surface (in \
+const CURE: &str = "give a place that is seen with --at ('highest', or X,Y,Z), say --mask exposed, or make the pieces one surface (in \
                     Blender: the Remesh modifier)";
+
+/// Elements that are looked at, evenly among all.
+const LOOKED_AT: usize = 2000;
+
+/// A share of these is told of from here on.
+const MANY: f64 = 0.01;
+
+/// Says how much of a lichen has grown there, unless that is little.
+pub(super) fn told(substrate: &Substrate, cluster: &Cluster) -> Option<String> {
+    if substrate.mask().is_some_and(Mask::asks_for_exposed) {
+        return None;
+    }
+    let (all, solids) = (cluster.elements(), Solids::of(substrate));
+    let some = all.len().min(LOOKED_AT);
+    let radius = substrate.units().length_to_file(cluster.radius());
+    let looked_at = (0..some)
+        .into_par_iter()
+        .map(|i| &all[i * all.len() / some].at);
+    let buried = looked_at.filter(|at| solids.bury(at, radius)).count();
+    let share = buried as f64 / some.max(1) as f64;
+    (share >= MANY).then(|| {
+        format!(
+            "about {} of the lichen is inside other pieces of the mesh or right beneath them, where nobody sees it: --mask \
+             {EXPOSED} keeps it out",
+            percent((100.0 * share).round() / 100.0)
+        )
+    })
+}
 
 /// Which of all colonies do.
 fn starts(some: usize, all: usize) -> Option<String> {

@@ -128,7 +128,11 @@ impl Job<'_> {
             (_, true) => How::WithoutPicture,
             _ => How::Whole,
         };
-        conclude(&report, how, &folder, self.voice)
+        conclude(&report, how, &folder, self.voice)?;
+        if let Some(told) = buried::told(self.substrate, &growth.cluster) {
+            self.voice.warn(&told);
+        }
+        Ok(())
     }
 
     /// The run with what it has of an earlier one, and its log. The recipe of the earlier one is

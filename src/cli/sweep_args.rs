@@ -95,7 +95,10 @@ pub(crate) struct MergeArgs {
     pub(crate) mesh: Option<PathBuf>,
     /// Where the mask lies now, if the sweep has one; several as they were given to it [default: where the grid says, seen
     /// from here or from the grid]
-    #[arg(long, value_name = "IMAGE|vertex-colors|object:NAME|material:NAME|DIR")]
+    #[arg(
+        long,
+        value_name = "IMAGE|vertex-colors|object:NAME|material:NAME|exposed|DIR"
+    )]
     pub(crate) mask: Vec<String>,
     #[command(flatten)]
     pub(crate) pictures: PictureArgs,

@@ -1,4 +1,4 @@
-//! Where lichen may grow: by a mask on the substrate, which other lichens are part of, and by how steep that is.
+//! Where lichen may grow: by a mask on the substrate, which other lichens and pieces are part of, and by how steep that is.
 //!
 //! The thesis has lichen grow everywhere. Here a walker in contact sticks with P_s times a factor from 0 to 1 at its
 //! place, and where it then comes to rest that may not be 0. So no element has its centre where nothing may grow, and
@@ -56,6 +56,8 @@ pub struct Habitat<'a> {
     cosines: Option<[f64; 2]>,
     /// Of an element.
     radius: f64,
+    /// Whether only what is not buried in other pieces of the mesh is part of it.
+    is_exposed: bool,
 }
 
 impl<'a> Habitat<'a> {
@@ -69,6 +71,7 @@ impl<'a> Habitat<'a> {
             substrate,
             cosines: slope.map(Slope::cosines),
             radius,
+            is_exposed: substrate.mask().is_some_and(Mask::asks_for_exposed),
         }
     }
 
@@ -89,7 +92,8 @@ impl<'a> Habitat<'a> {
         self.substrate.mask().map_or(1.0, |mask| {
             let painted = mask.at(at);
             let has_room = || mask.leaves_room(self.substrate.position(at), self.radius);
-            if painted > 0.0 && has_room() {
+            let is_buried = || self.is_exposed && self.substrate.is_buried(at, self.radius);
+            if painted > 0.0 && has_room() && !is_buried() {
                 painted
             } else {
                 0.0

@@ -2,35 +2,18 @@
 
 use glam::DVec3;
 
-use super::place::plumb;
-use crate::substrate::{Component, Pieces, Substrate, SurfacePoint};
-
-/// Lines along which it is looked whether a place is inside, both ways: along no edge or face that people model.
-const LINES: [DVec3; 3] = [
-    DVec3::new(0.36, 0.48, 0.8),
-    DVec3::new(-0.64, 0.6, -0.48),
-    DVec3::new(0.8, -0.36, 0.48),
-];
-
-/// A sheet that is not closed is on one side of a place, three ways of the six.
-const LEAST_WAYS: usize = 4;
+use crate::substrate::{Component, Substrate, SurfacePoint};
 
 /// The pieces of a mesh, as solids that places may be inside of.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Solids<'a> {
     substrate: &'a Substrate,
-    /// None where there is but one.
-    pieces: Option<Pieces>,
 }
 
 impl<'a> Solids<'a> {
     /// The pieces of a substrate.
     pub fn of(substrate: &'a Substrate) -> Self {
-        let pieces = substrate.components();
-        Self {
-            substrate,
-            pieces: (pieces.len() > 1).then(|| Pieces::new(pieces)),
-        }
+        Self { substrate }
     }
 
     /// Whether a place is inside a solid that another piece of the mesh is: of six ways away from it four at least come
@@ -41,14 +24,17 @@ impl<'a> Solids<'a> {
     /// When the substrate does not have the place's triangle.
     pub fn hide(&self, at: &SurfacePoint) -> bool {
         let place = self.substrate.position(at);
-        let near = self.pieces.as_ref().map(|pieces| pieces.near(place));
-        near.into_iter().flatten().any(|number| {
-            let piece = &self.substrate.components()[number as usize];
-            let [low, high] = piece.bounds;
-            let is_within = place.cmpge(low).all() && place.cmple(high).all();
-            let is_own = piece.triangles.contains(&at.triangle);
-            is_within && !is_own && ways_out(self.substrate, piece, place) >= LEAST_WAYS
-        })
+        self.substrate.is_inside_another(at.triangle, place)
+    }
+
+    /// Whether what is so high above a place, a length in file units, is inside such a solid: an element of that radius
+    /// has no room there.
+    ///
+    /// # Panics
+    /// When the substrate does not have the place's triangle.
+    pub fn bury(&self, at: &SurfacePoint, height: f64) -> bool {
+        let height = self.substrate.units().length_to_local(height);
+        self.substrate.is_buried(at, height)
     }
 
     /// How much of what a place looks at is another piece of the mesh, no farther away than `within`, a length in file
@@ -57,9 +43,6 @@ impl<'a> Solids<'a> {
     /// # Panics
     /// When the substrate does not have the place's triangle.
     pub fn cover(&self, at: &SurfacePoint, within: f64) -> f64 {
-        if self.pieces.is_none() {
-            return 0.0;
-        }
         let within = self.substrate.units().length_to_local(within);
         let place = self.substrate.position(at);
         let own = self.substrate.component_of(at.triangle);
@@ -106,28 +89,11 @@ fn meets_another(
     let near = substrate.triangles_near_line(from, ray, &all);
     let mut others = near.into_iter().filter(|t| !own.triangles.contains(t));
     others.any(|t| {
-        let height = plumb(substrate, t, from, ray).map(|(height, _)| height - from.dot(ray));
+        let height = { substrate.plumb(t, from, ray) }.map(|(height, _)| height - from.dot(ray));
         let looks_back = substrate.normal(t).dot(ray) < 0.0;
         let nearest = if looks_back { -TOUCHING } else { TOUCHING };
         height.is_some_and(|height| height > nearest && height <= within)
     })
-}
-
-/// Along how many ways a piece is left once more often than it is entered.
-fn ways_out(substrate: &Substrate, piece: &Component, place: DVec3) -> usize {
-    let along = |line: DVec3| {
-        let near = substrate.triangles_near_line(place, line, &piece.triangles);
-        let mut surplus = [0, 0];
-        for t in near {
-            if let Some((height, _)) = plumb(substrate, t, place, line) {
-                let is_ahead = height > place.dot(line);
-                let leaves = (substrate.normal(t).dot(line) > 0.0) == is_ahead;
-                surplus[usize::from(is_ahead)] += if leaves { 1 } else { -1 };
-            }
-        }
-        surplus.iter().filter(|surplus| **surplus > 0).count()
-    };
-    LINES.into_iter().map(along).sum()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Where a seed element goes.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
@@ -233,7 +233,7 @@ fn top(substrate: &Substrate) -> SurfacePoint {
     let up = substrate.up();
     let above = |place: DVec3| {
         let below = substrate.triangles_near_line(place, up, &piece.triangles);
-        let hits = { below.into_iter() }.filter_map(|t| plumb(substrate, t, place, up));
+        let hits = { below.into_iter() }.filter_map(|t| substrate.plumb(t, place, up));
         let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
         hits.reduce(higher).map(|(_, at)| at)
     };
@@ -251,22 +251,4 @@ fn nearest_that_looks_up(substrate: &Substrate, piece: &Component, line: DVec3) 
     let centroids = upper.map(|t| substrate.corners(t).iter().sum::<DVec3>() / 3.0);
     let aside = |place: &DVec3| (*place - line).cross(up).length_squared();
     centroids.min_by(|a, b| aside(a).total_cmp(&aside(b)))
-}
-
-/// Height at which a line along `up` through a point meets a triangle, and where.
-pub(super) fn plumb(
-    substrate: &Substrate,
-    triangle: u32,
-    through: DVec3,
-    up: DVec3,
-) -> Option<(f64, SurfacePoint)> {
-    let across = up.any_orthonormal_pair();
-    let flat = |p: DVec3| DVec2::new((p - through).dot(across.0), (p - through).dot(across.1));
-    let corners = substrate.corners(triangle);
-    let [a, b, c] = corners.map(flat);
-    let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
-    let sum: f64 = weights.iter().sum();
-    let inside = sum != 0.0 && weights.iter().all(|w| w * sum >= 0.0);
-    let at = SurfacePoint::from_weights(triangle, weights.map(|w| w / sum));
-    inside.then(|| (substrate.position(&at).dot(up), at))
 }

@@ -9,6 +9,9 @@ pub const NO_MASK: &str = "none";
 /// The mask that is made of the [colours](crate::substrate::Mask::from_colors) in the mesh's file.
 pub const VERTEX_COLORS: &str = "vertex-colors";
 
+/// What stands in place of a mask's file for what is not inside other pieces of the mesh.
+pub const EXPOSED: &str = "exposed";
+
 /// Which mask a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskId {

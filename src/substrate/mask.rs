@@ -50,6 +50,8 @@ enum Paint {
     Image(Image, Vec<Option<[[f32; 2]; 3]>>),
     /// Another lichen: of the room that it leaves.
     Lichen(Neighbour),
+    /// What is not inside another piece of the mesh.
+    Exposed,
 }
 
 /// Why something is no mask for a substrate.
@@ -184,6 +186,17 @@ impl Mask {
         Self::of_layer(substrate, layer)
     }
 
+    /// A mask of what is exposed: no element grows where it would be inside another piece of the mesh, as where bricks are
+    /// put into mortar, or right beneath one.
+    pub fn exposed(substrate: &Substrate) -> Self {
+        let layer = Layer {
+            paint: Paint::Exposed,
+            hash: blake3::hash(b"exposed").to_hex().to_string(),
+            is_white: substrate.components().len() == 1,
+        };
+        Self::of_layer(substrate, layer)
+    }
+
     fn of_layer(substrate: &Substrate, layer: Layer) -> Self {
         Self {
             mesh: substrate.mesh_hash().to_owned(),
@@ -206,7 +219,7 @@ impl Mask {
     }
 
     /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, of which triangles
-    /// are chosen, or of the positions and the radius of another lichen. Hexadecimal.
+    /// are chosen, of the positions and the radius of another lichen, or of the word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
             .iter()
@@ -226,7 +239,7 @@ impl Mask {
     }
 
     /// From 0, where nothing grows, to 1, as it is painted; what room other lichens leave is [another
-    /// question](Self::leaves_room).
+    /// question](Self::leaves_room), and so is [what is exposed](Self::asks_for_exposed).
     ///
     /// # Panics
     /// When the substrate that it was made for has no such triangle.
@@ -235,6 +248,12 @@ impl Mask {
         { self.layers.iter() }
             .map(|layer| layer.paint.at(at))
             .product()
+    }
+
+    /// Whether it asks for what is [exposed](Self::exposed), which [`at`](Self::at) does not say.
+    pub fn asks_for_exposed(&self) -> bool {
+        let is_of_that = |layer: &Arc<Layer>| matches!(layer.paint, Paint::Exposed);
+        self.layers.iter().any(is_of_that)
     }
 
     /// Whether other lichens leave room for an element of this radius; local units.
@@ -257,7 +276,7 @@ impl Paint {
         match self {
             Self::Corners(corners) => corners[triangle].is_some(),
             Self::Image(_, uvs) => uvs[triangle].is_some(),
-            Self::Faces(_) | Self::Lichen(_) => true,
+            Self::Faces(_) | Self::Lichen(_) | Self::Exposed => true,
         }
     }
 
@@ -276,7 +295,7 @@ impl Paint {
                 brightness_of(image.values(place).to_array())
             }),
             Self::Faces(faces) => return f64::from(u8::from(faces[triangle])),
-            Self::Lichen(_) => return 1.0,
+            Self::Lichen(_) | Self::Exposed => return 1.0,
         };
         match brightness {
             Some(x) if x > WHITE => 1.0,

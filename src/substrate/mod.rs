@@ -15,6 +15,7 @@ mod caps;
 mod coarse;
 mod division;
 mod geometry;
+mod inside;
 mod junctions;
 mod load;
 mod mask;
@@ -179,6 +180,8 @@ pub struct Substrate {
     winding: OnceLock<Winding>,
     /// Those of the smooth surface at the corners, once somebody asks for them.
     slope_normals: OnceLock<Vec<[Vec3; 3]>>,
+    /// None where there is but one piece.
+    piece_tree: OnceLock<Option<Pieces>>,
     mask: Option<Mask>,
 }
 
@@ -324,6 +327,7 @@ impl Substrate {
             winds_differently: adjacency.winds_differently,
             winding: OnceLock::new(),
             slope_normals: OnceLock::new(),
+            piece_tree: OnceLock::new(),
             mask: None,
         }
     }
