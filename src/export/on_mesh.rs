@@ -70,7 +70,7 @@ impl Elements {
         let place = |i: usize| {
             let position = self.local(substrate, i);
             let normal = Vec3::from(self.normals[i]).as_dvec3();
-            let place = substrate.nearest_facing(position, normal);
+            let place = substrate.nearest_facing(position, normal, f64::INFINITY);
             let off = place.map(|place| self.distance(substrate, i, &place));
             let problem = match (place, off) {
                 (Some(place), Some(off)) if off <= self.tolerance(substrate, i, &place) => {

@@ -52,6 +52,11 @@ struct Skin<'a> {
     /// How far each vertex is lifted, and how far it may be.
     lifted: Vec<f64>,
     most: Vec<f64>,
+    /// How far each vertex was above the substrate before it was lifted.
+    clear: Vec<f64>,
+    /// How far each triangle of `upper` is beneath, and which vertices have been lifted since that was found.
+    depths: Vec<f64>,
+    has_moved: Vec<bool>,
 }
 
 impl<'a> Skin<'a> {
@@ -62,7 +67,8 @@ impl<'a> Skin<'a> {
             .par_iter()
             .map(|&p| units.to_local(p))
             .collect();
-        let facing: Vec<DVec3> = places.par_iter().map(|&p| facing(substrate, p)).collect();
+        let about = places.par_iter().map(|&p| about(substrate, p));
+        let (facing, clear): (Vec<DVec3>, Vec<f64>) = about.unzip();
         let is_upper = |t: &&[u32; 3]| {
             let out: DVec3 = t.iter().map(|&v| facing[v as usize]).sum();
             across(&places, t).dot(out) > 0.0
@@ -79,16 +85,23 @@ impl<'a> Skin<'a> {
             substrate,
             clearance,
             lifted: vec![0.0; places.len()],
+            depths: vec![0.0; upper.len()],
+            has_moved: vec![true; places.len()],
             places,
             upper,
             most,
+            clear,
         }
     }
 
     /// Lifts once, and says whether anything was beneath.
     fn lift(&mut self) -> bool {
-        let depth = |t: &[u32; 3]| self.depth(t);
-        let depths: Vec<f64> = self.upper.par_iter().map(depth).collect();
+        let both = self.upper.par_iter().zip(&self.depths);
+        let depth = |(t, &known): (&[u32; 3], &f64)| {
+            let is_new = t.iter().any(|&v| self.has_moved[v as usize]);
+            if is_new { self.depth(t) } else { known }
+        };
+        let depths: Vec<f64> = both.map(depth).collect();
         let mut out = vec![(DVec3::ZERO, 0.0f64); self.places.len()];
         for (triangle, &depth) in self.upper.iter().zip(&depths) {
             let across = across(&self.places, triangle);
@@ -102,13 +115,21 @@ impl<'a> Skin<'a> {
             let by = deepest.min(self.most[v] - self.lifted[v]);
             self.places[v] += sum.normalize_or_zero() * by;
             self.lifted[v] += by;
+            self.has_moved[v] = by > 0.0;
         }
-        depths.iter().any(|&depth| depth > 0.0)
+        self.depths = depths;
+        self.depths.iter().any(|&depth| depth > 0.0)
     }
 
     /// How far the deepest of some points of a triangle lies beneath the side of the substrate that looks its way.
     fn depth(&self, triangle: &[u32; 3]) -> f64 {
         let out = across(&self.places, triangle).normalize_or_zero();
+        // What bulges through it is no farther than it is wide.
+        let within = longest(&self.places, triangle) + self.clearance;
+        let is_free = |&v: &u32| self.clear[v as usize] - self.lifted[v as usize] > within;
+        if triangle.iter().any(is_free) {
+            return 0.0;
+        }
         let [a, b, c] = triangle.map(|v| self.places[v as usize]);
         let point = |(i, j): (u32, u32)| {
             let share = |i: u32| f64::from(i) / f64::from(PARTS);
@@ -117,13 +138,14 @@ impl<'a> Skin<'a> {
         let all = (0..=PARTS).flat_map(|i| (0..=PARTS - i).map(move |j| (i, j)));
         let inner = all.filter(|&(i, j)| i.max(j).max(PARTS - i - j) < PARTS);
         inner
-            .map(|at| self.beneath(point(at), out))
+            .map(|at| self.beneath(point(at), out, within))
             .fold(0.0, f64::max)
     }
 
-    /// How far a place lies beneath where lichen may lie over the side of the substrate that looks along a direction.
-    fn beneath(&self, place: DVec3, out: DVec3) -> f64 {
-        let Some(nearest) = self.substrate.nearest_facing(place, out) else {
+    /// How far a place lies beneath where lichen may lie over the side of the substrate that looks along a direction, if
+    /// that is within a distance.
+    fn beneath(&self, place: DVec3, out: DVec3, within: f64) -> f64 {
+        let Some(nearest) = self.substrate.nearest_facing(place, out, within) else {
             return 0.0;
         };
         let above = place - self.substrate.position(&nearest);
@@ -132,9 +154,12 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Where the substrate nearest to a place looks.
-fn facing(substrate: &Substrate, place: DVec3) -> DVec3 {
-    substrate.normal(substrate.nearest(place).0.triangle)
+/// Where the substrate nearest to a place looks, and how far above it the place is; 0 beneath it.
+fn about(substrate: &Substrate, place: DVec3) -> (DVec3, f64) {
+    let (nearest, distance) = substrate.nearest(place);
+    let facing = substrate.normal(nearest.triangle);
+    let is_above = (place - substrate.position(&nearest)).dot(facing) > 0.0;
+    (facing, if is_above { distance } else { 0.0 })
 }
 
 /// Along the normal of a triangle, twice as long as its area.

@@ -89,14 +89,25 @@ impl Bvh {
     pub(super) fn nearest(
         &self,
         p: DVec3,
+        distance_sq: impl FnMut(u32) -> f64,
+    ) -> Option<(u32, f64)> {
+        self.nearest_within(p, f64::INFINITY, distance_sq)
+    }
+
+    /// As [`nearest`](Self::nearest), in boxes no farther away than a limit, squared: what is farther may be found or not.
+    pub(super) fn nearest_within(
+        &self,
+        p: DVec3,
+        limit_sq: f64,
         mut distance_sq: impl FnMut(u32) -> f64,
     ) -> Option<(u32, f64)> {
         let away = |(level, i): Node| (box_distance_sq(&self.levels[level][i], p), (level, i));
         let mut best: Option<(u32, f64)> = None;
-        let mut stack: Vec<(f64, Node)> = self.top().map(away).collect();
+        let mut stack: Vec<(f64, Node)> = Vec::with_capacity(FAN * (self.levels.len() + 1));
+        stack.extend(self.top().map(away));
         farthest_first(&mut stack);
         while let Some((bound, (level, i))) = stack.pop() {
-            if best.is_some_and(|(_, d)| bound > d) {
+            if bound > best.map_or(limit_sq, |(_, d)| d.min(limit_sq)) {
                 continue;
             }
             let Some(below) = level.checked_sub(1) else {

@@ -17,14 +17,21 @@ impl Substrate {
         (self.nearest_in(triangle, p), d.sqrt())
     }
 
-    /// The point nearest to a point in space of the surface that looks along a direction, if any does.
-    pub(crate) fn nearest_facing(&self, p: DVec3, direction: DVec3) -> Option<SurfacePoint> {
+    /// The point nearest to a point in space of the surface that looks along a direction, if any does within a distance,
+    /// local units.
+    pub(crate) fn nearest_facing(
+        &self,
+        p: DVec3,
+        direction: DVec3,
+        within: f64,
+    ) -> Option<SurfacePoint> {
+        let limit_sq = within * within;
         let distance_sq = |t| match self.normal(t).dot(direction) >= 0.0 {
             true => (self.position(&self.nearest_in(t, p)) - p).length_squared(),
             false => f64::INFINITY,
         };
-        let (triangle, d) = self.bvh.nearest(p, distance_sq)?;
-        d.is_finite().then(|| self.nearest_in(triangle, p))
+        let (triangle, d) = self.bvh.nearest_within(p, limit_sq, distance_sq)?;
+        (d.is_finite() && d <= limit_sq).then(|| self.nearest_in(triangle, p))
     }
 
     /// The point of some triangles nearest to a point in space.
