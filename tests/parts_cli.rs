@@ -403,6 +403,12 @@ fn parts_of_gltf_are_named_by_node_mesh_and_material() {
         assert!(told.contains("white everywhere"), "{told}");
     }
     let text = String::from_utf8(desk.read("square.gltf")).unwrap();
+    let alone = "\"nodes\":[{\"mesh\":0";
+    let below = "\"nodes\":[{\"name\":\"Tree\",\"children\":[1]},{\"mesh\":0";
+    let group = text.replacen(alone, below, 1);
+    fs::write(desk.path("group.gltf"), group).unwrap();
+    let told = desk.done("group.gltf --elements 20 --mask object:Tree -o group");
+    assert!(told.contains("white everywhere"), "{told}");
     fs::write(desk.path("odd.gltf"), text.replace("\"Trunk\"", "7")).unwrap();
     let told = desk.done("odd.gltf --elements 20 --mask material:Bark -o odd");
     assert!(told.contains("white everywhere"), "{told}");

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use thallus::bake::{Green, MAPS, Map, MapFile};
+use thallus::bake::{Green, MAPS, Map, MapFile, Settings};
 use thallus::substrate::Selection;
 
 use super::axes::UnitArgs;
@@ -69,7 +69,7 @@ pub(crate) struct MapArgs {
     #[arg(
         long,
         value_name = "TEXELS",
-        default_value_t = 2048,
+        default_value_t = Settings::default().size,
         allow_negative_numbers = true
     )]
     pub(crate) size: u32,
@@ -96,7 +96,7 @@ pub(crate) struct MapArgs {
     #[arg(
         long,
         value_name = "TEXELS",
-        default_value_t = 16,
+        default_value_t = Settings::default().gutter,
         allow_negative_numbers = true
     )]
     pub(crate) gutter: u32,
@@ -104,7 +104,7 @@ pub(crate) struct MapArgs {
     #[arg(
         long,
         value_name = "N",
-        default_value_t = 2,
+        default_value_t = Settings::default().samples,
         allow_negative_numbers = true
     )]
     pub(crate) samples: u32,

@@ -9,7 +9,7 @@ use super::Texturing;
 /// What some triangles of a file are part of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
-    /// What their object is called: by a node and a mesh of glTF, by `o` and `g` of OBJ.
+    /// What their object is called: by a node and a mesh of glTF and the nodes above, by `o` and `g` of OBJ.
     pub objects: Vec<String>,
     /// What their material is called.
     pub material: Option<String>,

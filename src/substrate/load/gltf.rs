@@ -181,6 +181,7 @@ fn parse_document(
     let mut scene = SceneWalk {
         root: &root,
         looks: looks.as_ref(),
+        parents: Vec::new(),
         collector: Collector::new(accessors, looks.is_some()),
     };
     scene.walk()?;
@@ -377,12 +378,22 @@ struct SceneWalk<'a> {
     root: &'a Root<'a>,
     /// Materials, where textures are asked for.
     looks: Option<&'a Looks>,
+    /// Of each node the one that it is a child of.
+    parents: Vec<Option<usize>>,
     collector: Collector<'a>,
 }
+
+/// Nodes above a node whose names choose it too.
+const MOST_ABOVE: usize = 32;
 
 impl<'a> SceneWalk<'a> {
     fn walk(&mut self) -> Parsed<()> {
         let placed = self.placed()?;
+        self.parents = vec![None; self.root.nodes.len()];
+        for &(index, _) in &placed {
+            let children = self.root.nodes[index].children.iter();
+            children.for_each(|&child| self.parents[child] = Some(index));
+        }
         let mut worlds = vec![None; self.root.nodes.len()];
         for &(index, world) in &placed {
             worlds[index] = Some(world);
@@ -491,7 +502,9 @@ impl<'a> SceneWalk<'a> {
             return;
         };
         let material = looks.material_of(mesh, primitive);
-        let part = looks.part_of(node, mesh, material);
+        let above = |&node: &usize| self.parents[node];
+        let line = std::iter::successors(Some(node.0), above).take(1 + MOST_ABOVE);
+        let part = looks.part_of((line, node.1), mesh, material);
         let texturing = self.collector.texturing.as_mut();
         self.collector.of = Of {
             material,

@@ -202,20 +202,29 @@ impl Looks {
         ((material as usize) < self.materials.len()).then_some(material)
     }
 
-    /// What the triangles of a node's primitive are part of; nothing, where nothing has a name.
+    /// What the triangles of a node's primitive are part of, by the node and those above it; nothing, where nothing has a
+    /// name.
     pub(super) fn part_of(
         &self,
-        (node, world): (usize, DAffine3),
+        (mut line, world): (impl Iterator<Item = usize>, DAffine3),
         mesh: usize,
         material: Option<u32>,
     ) -> Option<Part> {
         // What is no text is no name, and no fault of the materials.
         let text = |name: &Value| name.as_str().map(str::to_owned);
-        let node = self.nodes.get(node).and_then(|node| text(&node.name));
+        let mut named = || {
+            Some(
+                self.nodes
+                    .get(line.next()?)
+                    .and_then(|node| text(&node.name)),
+            )
+        };
+        let node = named().flatten();
+        let above: Vec<String> = std::iter::from_fn(named).flatten().collect();
         let mesh = self.meshes.get(mesh).and_then(|mesh| text(&mesh.name));
         let material = material.and_then(|material| self.materials.get(material as usize));
         let part = Part {
-            objects: { node.into_iter().chain(mesh) }.collect(),
+            objects: { node.into_iter().chain(mesh) }.chain(above).collect(),
             material: material.and_then(|material| text(&material.name)),
             frame: Some(world.to_cols_array_2d()),
         };
