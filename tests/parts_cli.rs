@@ -301,7 +301,24 @@ fn each_tile_has_maps_of_its_own() {
     );
     let glb = said_in(&desk.read("tiles/lichened.glb"));
     assert_eq!(names(&glb, "materials"), ["1001", "1012"]);
-    assert!(desk.read("tiles/mask.1001.png") != desk.read("tiles/mask.1012.png"));
+    // Each tile is what its square alone would be.
+    let text = String::from_utf8(desk.read("tiles.obj")).unwrap();
+    let parts = text.replacen("v 0 ", "o First\nv 0 ", 1).replacen(
+        "v 1 0 0\nvt 1.1",
+        "o Second\nv 1 0 0\nvt 1.1",
+        1,
+    );
+    fs::write(desk.path("tiles.obj"), parts).unwrap();
+    for (object, tile) in [("First", "1001"), ("Second", "1012")] {
+        let words = format!("out -o {object} --size 64 --only object:{object}");
+        let alone = desk.call("bake", &words).output().unwrap();
+        assert!(alone.status.success(), "{}", said(&alone));
+        let maps = [
+            format!("tiles/mask.{tile}.png"),
+            format!("{object}/mask.png"),
+        ];
+        assert!(desk.read(&maps[0]) == desk.read(&maps[1]), "{tile}");
+    }
 }
 
 #[test]

@@ -55,7 +55,7 @@ pub(super) fn order(turned: bool) -> [usize; 3] {
     }
 }
 
-/// Those of every triangle that is shown, and some of the others.
+/// Those of every triangle that is shown; of the others [`Frame::NONE`].
 pub(super) fn frames(shown: &Shown) -> Vec<Frame> {
     let mut faces = Faces {
         shown,

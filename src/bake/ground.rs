@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3, Vec3A};
 
+use super::shown::Shown;
 use crate::appearance::{Appearance, InImages};
 use crate::picture::{self, longest_axis};
 use crate::substrate::{Material, Substrate, SurfacePoint, Texturing};
@@ -41,8 +42,25 @@ pub(super) struct Ground<'a> {
     size: f64,
     /// Where the mesh is longest.
     along: Vec3A,
-    /// The mean of what has no place in the layout, once it is asked for.
+}
+
+/// What stands for all that is shown, where there is no triangle.
+pub(super) struct Beyond<'a> {
+    shown: Shown<'a>,
+    /// The first triangle that is shown.
+    pub(super) first: u32,
+    /// The mean colour, once it is asked for.
     mean: OnceLock<Vec3>,
+}
+
+impl<'a> Beyond<'a> {
+    pub(super) fn new(shown: Shown<'a>) -> Self {
+        Self {
+            first: shown.triangles().next().unwrap_or(0),
+            mean: OnceLock::new(),
+            shown,
+        }
+    }
 }
 
 impl<'a> Ground<'a> {
@@ -68,7 +86,6 @@ impl<'a> Ground<'a> {
             middle: 0.5 * (low + high),
             size: (high - low).length(),
             along: longest_axis([low, high].map(|c| c.as_vec3a())),
-            mean: OnceLock::new(),
         })
     }
 
@@ -82,20 +99,22 @@ impl<'a> Ground<'a> {
     /// mean: smaller levels of the texture mix it into their rims.
     pub(super) fn base_color(
         &self,
-        triangle: Option<u32>,
+        (triangle, beyond): (Option<u32>, &Beyond),
         at: &InImages,
         place: impl Fn() -> Option<SurfacePoint>,
     ) -> Vec3 {
         match self.drawn {
             Some(ground @ picture::Ground::Color(_)) => return self.drawn_at(ground, self.middle),
-            Some(ground) => return self.at_or_mean(place(), |at| self.drawn_on(ground, at)),
+            Some(ground) => {
+                return self.at_or_mean(place(), beyond, |at| self.drawn_on(ground, at));
+            }
             None => {}
         }
-        let textured = self.own.textured(triangle.unwrap_or(0), at);
+        let textured = self.own.textured(triangle.unwrap_or(beyond.first), at);
         match (textured, self.own.has_painted_vertices()) {
             (Some(color), false) => color,
-            (Some(color), true) => color * self.at_or_mean(place(), |at| self.painted(at)),
-            (None, _) => self.at_or_mean(place(), |at| self.bare(at)),
+            (Some(color), true) => color * self.at_or_mean(place(), beyond, |at| self.painted(at)),
+            (None, _) => self.at_or_mean(place(), beyond, |at| self.bare(at)),
         }
     }
 
@@ -105,10 +124,15 @@ impl<'a> Ground<'a> {
     }
 
     /// That of a place, or the mean of all.
-    fn at_or_mean(&self, at: Option<SurfacePoint>, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
+    fn at_or_mean(
+        &self,
+        at: Option<SurfacePoint>,
+        beyond: &Beyond,
+        of: impl Fn(&SurfacePoint) -> Vec3,
+    ) -> Vec3 {
         match at {
             Some(at) => of(&at),
-            None => *self.mean.get_or_init(|| self.mean(of)),
+            None => *beyond.mean.get_or_init(|| self.mean(&beyond.shown, of)),
         }
     }
 
@@ -132,13 +156,13 @@ impl<'a> Ground<'a> {
         Vec3::from(ground.albedo(place, self.along)).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
-    /// The mean over places spread evenly over the surface.
-    fn mean(&self, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
+    /// The mean over places spread evenly over what is shown.
+    fn mean(&self, shown: &Shown, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
         const PLACES: f64 = 4096.0;
-        let all = 0..self.substrate.triangles().len() as u32;
-        let apart = all.clone().map(|t| self.substrate.area(t)).sum::<f64>() / PLACES;
+        let all = || shown.triangles();
+        let apart = all().map(|t| self.substrate.area(t)).sum::<f64>() / PLACES;
         let (mut sum, mut count, mut left) = (Vec3::ZERO, 0u32, 0.5 * apart);
-        for t in all {
+        for t in all() {
             left += self.substrate.area(t);
             while left >= apart {
                 left -= apart;
@@ -151,24 +175,27 @@ impl<'a> Ground<'a> {
         sum / count.max(1) as f32
     }
 
-    /// The normal of a triangle's normal texture, where that is laid out in other coordinates than maps are.
+    /// Whether a triangle's normal texture is laid out in other coordinates than maps are.
+    pub(super) fn is_tilted_elsewhere(&self, triangle: u32) -> bool {
+        let material = self.texturing.material_of(self.substrate, triangle);
+        let texture = material.and_then(|material| material.normal_texture);
+        texture.is_some_and(|texture| texture.is_in_second)
+    }
+
+    /// A normal of a triangle tilted as its normal texture says.
     pub(super) fn tilted(&self, triangle: u32, at: &InImages, normal: Vec3) -> Option<Vec3> {
-        let material = self.texturing.material_of(self.substrate, triangle)?;
-        let is_elsewhere = material.normal_texture?.is_in_second;
-        is_elsewhere.then(|| self.own.tilted(triangle, at, normal))?
+        self.own.tilted(triangle, at, normal)
     }
 
     /// Everything else there; its normal in the tangent space of its texture.
-    pub(super) fn surface(&self, triangle: Option<u32>, at: &InImages) -> Surface {
+    pub(super) fn surface(&self, triangle: u32, at: &InImages) -> Surface {
         let mut surface = Surface {
             metallic: 0.0,
             roughness: Material::ROUGH,
             normal: Vec3::Z,
             occlusion: 1.0,
         };
-        let material = self
-            .texturing
-            .material_of(self.substrate, triangle.unwrap_or(0));
+        let material = self.texturing.material_of(self.substrate, triangle);
         let Some(material) = material else {
             return surface;
         };

@@ -28,7 +28,7 @@ pub use map::{MAPS, Map, MapKind};
 pub use write::{Green, MapFile, MapFormat, Meaning};
 
 use frame::{Frame, frames, order};
-use ground::{Ground, Surface};
+use ground::{Beyond, Ground, Surface};
 use layout::{Layout, NONE, WIDEST};
 use occlusion::Horizons;
 use place::Placer;
@@ -171,6 +171,7 @@ pub struct Baked<'a> {
     frames: Vec<Frame>,
     texels: Texels,
     ground: &'a Ground<'a>,
+    beyond: Beyond<'a>,
     veil: Veil,
     texel: f64,
     /// Height of the highest texel, local units.
@@ -317,6 +318,7 @@ impl<'a> Baker<'a> {
             frames,
             texels,
             ground: &self.ground,
+            beyond: Beyond::new(shown),
             veil: Veil::new(&shown),
         })
     }
@@ -370,6 +372,8 @@ impl Baked<'_> {
     /// The axes of the normal map at a place of a triangle: tangent, bitangent and normal, as
     /// interpolated by weight from its corners.
     ///
+    /// Of a triangle that is not [shown](Self::shows) they mean nothing.
+    ///
     /// # Panics
     /// When there is no such triangle.
     pub fn tangent_frame(&self, triangle: u32, weights: [f64; 3]) -> [[f32; 3]; 3] {
@@ -378,11 +382,13 @@ impl Baked<'_> {
             .to_cols_array_2d()
     }
 
-    /// The owner of a texel, if it has one, and where its middle is in images.
+    /// The owner of a texel, if it has one, and where its middle is in images: as the owner has it, whose coordinates may
+    /// lie whole images away.
     fn owner(&self, texel: usize) -> (Option<u32>, InImages) {
         let owner = Some(self.layout.owners[texel]).filter(|&o| o != NONE);
-        let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
-        let Some(weights) = owner.and_then(|owner| self.weights(owner, texel)) else {
+        let placed = owner.and_then(|owner| Some((owner, self.weights(owner, texel)?)));
+        let Some((owner, weights)) = placed else {
+            let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
             return (owner, InImages([Some(uv.to_array()), None]));
         };
         let Shown {
@@ -390,30 +396,36 @@ impl Baked<'_> {
             texturing,
             ..
         } = self.shown;
-        let InImages([_, second]) =
-            InImages::of((substrate, texturing), owner.unwrap_or(0), weights);
-        (owner, InImages([Some(uv.to_array()), second]))
+        let at = InImages::of((substrate, texturing), owner, weights);
+        (Some(owner), at)
     }
 
-    /// The weights of a triangle's corners in the middle of a texel, where the second coordinates are asked for.
+    /// The weights of a triangle's corners in the middle of a texel, if it is in the layout.
     fn weights(&self, triangle: u32, texel: usize) -> Option<[f64; 3]> {
         let corners = self.layout.corners[triangle as usize]?;
         let middle = self.layout.near(&corners, self.layout.middle(texel));
-        (!self.shown.texturing.second_uvs.is_empty()).then(|| layout::weights(&corners, middle))
+        Some(layout::weights(&corners, middle))
     }
 
     /// What the substrate is like at a texel, without its colour.
     fn surface(&self, texel: usize) -> Surface {
         let (owner, at) = self.owner(texel);
-        let mut surface = self.ground.surface(owner, &at);
-        if let Some((owner, weights)) = owner.and_then(|o| Some((o, self.weights(o, texel)?))) {
-            let frame = self.frames[owner as usize];
-            let smooth = frame.axes(weights).z_axis.normalize_or(Vec3::Y);
-            if let Some(normal) = self.ground.tilted(owner, &at, smooth) {
-                surface.normal = frame.to_tangent_space(weights, normal);
-            }
+        let mut surface = self.ground.surface(owner.unwrap_or(self.beyond.first), &at);
+        if let Some(normal) = owner.and_then(|owner| self.tilted(owner, texel, &at)) {
+            surface.normal = normal;
         }
         surface
+    }
+
+    /// Its normal, where its texture has a tangent space of its own.
+    fn tilted(&self, owner: u32, texel: usize, at: &InImages) -> Option<Vec3> {
+        if !self.ground.is_tilted_elsewhere(owner) {
+            return None;
+        }
+        let (frame, weights) = (self.frames[owner as usize], self.weights(owner, texel)?);
+        let smooth = frame.axes(weights).z_axis.normalize_or(Vec3::Y);
+        let normal = self.ground.tilted(owner, at, smooth)?;
+        Some(frame.to_tangent_space(weights, normal))
     }
 
     /// What is seen through what was baked: all of it in one, as its materials say.
@@ -434,7 +446,7 @@ impl Baked<'_> {
     pub fn opacity(&self, x: usize, y: usize) -> f32 {
         assert!(x < self.size(), "column {x} of {}", self.size());
         let (owner, at) = self.owner(y * self.size() + x);
-        let material = owner.and_then(|owner| self.shown.material_of(owner));
+        let material = self.shown.material_of(owner.unwrap_or(self.beyond.first));
         let material = material.map(|number| &self.shown.texturing.materials[number]);
         self.veil.opacity(self.ground, material, &at)
     }
@@ -442,7 +454,7 @@ impl Baked<'_> {
     /// Its colour.
     fn bare_color(&self, texel: usize) -> Vec3 {
         let (owner, at) = self.owner(texel);
-        self.ground.base_color(owner, &at, || {
+        self.ground.base_color((owner, &self.beyond), &at, || {
             let placer = Placer {
                 substrate: self.shown.substrate,
                 layout: &self.layout,

@@ -7,7 +7,7 @@ use crate::substrate::{Substrate, Texturing};
 pub(super) struct Shown<'a> {
     pub(super) substrate: &'a Substrate,
     pub(super) texturing: &'a Texturing,
-    /// By the number that a triangle has in its file, as far as any come; all of them where this is not said.
+    /// By the numbers of triangles in the file: those past its end are not shown. None where all are.
     pub(super) chosen: Option<&'a [bool]>,
 }
 

@@ -8,13 +8,14 @@ use thallus::bake::{BakeError, Baked, Baker, Base, Look, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
+use thallus::run::shell_path;
 use thallus::skin::{Paint, Shape};
-use thallus::substrate::{Substrate, Texturing};
+use thallus::substrate::{Division, NAMELESS, Substrate, Texturing};
 
 use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, Each};
-use super::bake_parts::{MapPart, how_to_divide, parts};
+use super::bake_parts::{MapPart, Parts, how_to_divide};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
 use super::bake_write::{GLB, Writer};
 use super::dress::Dress;
@@ -43,7 +44,8 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     let base = base(args)?;
     let placement = placement(args, &lichens.substrate)?;
     let clusters = lichens.grown.iter().map(|lichen| &lichen.cluster);
-    memory::check_maps(&lichens.substrate, clusters, settings.size)?;
+    let parts = lichens.parts.list().len();
+    memory::check_maps(&lichens.substrate, clusters, (settings.size, parts))?;
     let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
     let folder = Held::listen(folder);
     let seconds = Seconds::loaded(started);
@@ -95,13 +97,14 @@ impl Baking<'_> {
         } = self.lichens;
         let baker = Baker::new(substrate, texturing, &looks, base, settings);
         let baker = baker.map_err(|e| self.failed(e, None))?;
-        for part in parts {
-            let checked = baker.check(part.chosen.as_deref());
+        for part in parts.list() {
+            let checked = baker.check(parts.chosen(part).as_deref());
             checked.map_err(|e| self.failed(e, Some(part)))?;
         }
         self.seconds.bake += started.elapsed().as_secs_f64();
-        for (number, part) in parts.iter().enumerate() {
-            let baked = self.baked(&baker, (number, part))?;
+        for (number, part) in parts.list().iter().enumerate() {
+            let chosen = parts.chosen(part);
+            let baked = self.baked(&baker, (number, part), chosen.as_deref())?;
             let elements = self.lichens.elements_on(&baked);
             self.elements += elements;
             self.warn(part, (elements, &baked));
@@ -122,15 +125,23 @@ impl Baking<'_> {
     fn baked<'b>(
         &mut self,
         baker: &'b Baker,
-        (number, part): (usize, &'b MapPart),
+        (number, part): (usize, &MapPart),
+        chosen: Option<&'b [bool]>,
     ) -> Result<Baked<'b>, Failure> {
         let started = Instant::now();
         let what = match &part.name {
             None => elements(self.lichens.elements()),
-            Some(name) => format!("'{name}' ({} of {})", number + 1, self.lichens.parts.len()),
+            Some(name) => format!(
+                "'{name}' ({} of {})",
+                number + 1,
+                self.lichens.parts.list().len()
+            ),
         };
         let spinner = self.args.run.voice().spinner(&format!("baking {what}"));
-        let baked = part.bake(baker);
+        let baked = match chosen {
+            None => baker.whole(),
+            Some(chosen) => baker.part(chosen),
+        };
         spinner.finish_and_clear();
         self.seconds.bake += started.elapsed().as_secs_f64();
         baked.map_err(|e| self.failed(e, Some(part)))
@@ -160,7 +171,13 @@ impl Baking<'_> {
     /// A part by its name, and how to do without it.
     fn left_out(&self, part: &MapPart) -> Option<String> {
         let name = part.name.as_ref()?;
-        let without = |kind| format!("{kind} '{name}' (to do without it: --only '{kind}:!{name}')");
+        let without = |kind| match name == NAMELESS {
+            true => format!("triangles of no {kind}"),
+            false => {
+                let others = shell_path(Path::new(&format!("{kind}:!{name}")));
+                format!("{kind} '{name}' (to do without it: --only {others})")
+            }
+        };
         Some(match self.args.each[..] {
             [Each::Object] => without("object"),
             [Each::Material] => without("material"),
@@ -194,7 +211,7 @@ impl Baking<'_> {
             ));
         }
         if elements == 0 {
-            self.say_of_mesh(&format!("{of}no lichen grew there, and the maps are bare"));
+            self.say_of_mesh(&format!("{of}no element of the lichen is there"));
         }
         let radii = self.lichens.grown.iter().map(|l| l.cluster.radius());
         let radius = radii.fold(f64::INFINITY, f64::min);
@@ -210,8 +227,9 @@ impl Baking<'_> {
 
     /// What to do where several places share texels.
     fn cure_of_overlaps(&self, part: &MapPart) -> String {
-        let has_tiles = has_tiles(&self.lichens.texturing, part.chosen.as_deref());
-        let otherwise = match has_tiles && !self.args.each.contains(&Each::Tile) {
+        let chosen = self.lichens.parts.chosen(part);
+        let tiles = Division::by_tile(&self.lichens.texturing).count_in(chosen.as_deref());
+        let otherwise = match tiles > 1 && !self.args.each.contains(&Each::Tile) {
             true => {
                 "they reach beyond one image, as UDIM tiles do: --each tile gives each its maps"
             }
@@ -222,7 +240,8 @@ impl Baking<'_> {
     }
 
     fn part_by_part(&self, part: &MapPart) -> Option<String> {
-        how_to_divide(part, &self.args.each, &self.lichens.texturing)
+        let chosen = self.lichens.parts.chosen(part);
+        how_to_divide(chosen.as_deref(), &self.args.each, &self.lichens.texturing)
     }
 
     fn report(&mut self) -> Report {
@@ -252,7 +271,7 @@ struct Lichens {
     substrate: Substrate,
     texturing: Texturing,
     /// What of it has maps of its own.
-    parts: Vec<MapPart>,
+    parts: Parts,
     /// The first, and those that are there also.
     grown: Vec<Lichen>,
 }
@@ -300,7 +319,7 @@ impl Lichens {
             texturing.swap_uv_sets();
             check_has_uvs(&texturing).with_context(|| mesh.display().to_string())?;
         }
-        let parts = parts(args, &texturing).with_context(|| mesh.display().to_string())?;
+        let parts = Parts::of(args, &texturing).with_context(|| mesh.display().to_string())?;
         let (substrate, cluster) = grown.on_turned(substrate, &args.mesh, &mesh)?;
         let first = Lichen::new(
             &substrate,
@@ -396,18 +415,6 @@ fn check_has_uvs(texturing: &Texturing) -> anyhow::Result<()> {
         )),
         false => Ok(()),
     }
-}
-
-/// Whether triangles lie in images beside the first, as in UDIM tiles.
-fn has_tiles(texturing: &Texturing, chosen: Option<&[bool]>) -> bool {
-    // Rows are counted from above, so that tiles above the first have negative ones.
-    let lies_beside = |uvs: &[[f64; 2]; 3]| {
-        let right = uvs.iter().all(|[u, _]| *u >= 1.0);
-        right || uvs.iter().all(|[_, v]| *v <= 0.0)
-    };
-    let is_chosen = |t: usize| chosen.is_none_or(|chosen| chosen.get(t) == Some(&true));
-    let mut uvs = { texturing.uvs.iter().enumerate() }.filter(|(t, _)| is_chosen(*t));
-    uvs.any(|(_, uvs)| uvs.as_ref().is_some_and(lies_beside))
 }
 
 /// Texels wider than this, in element radii, show no elements.

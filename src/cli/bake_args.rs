@@ -27,7 +27,7 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "DIR[,COLORMAP]")]
     pub(crate) also: Vec<String>,
     /// The part of the mesh to make maps of and to put into lichened.glb: object:NAME or material:NAME, as in grow
-    /// --mask. Given several times, what is in all of them
+    /// --mask. May be repeated: only what is in every one of them is baked
     #[arg(long, value_name = "object:NAME|material:NAME")]
     pub(crate) only: Vec<Selection>,
     /// The set of UVs that maps are laid out in, of glTF files that have two: 1 for TEXCOORD_1

@@ -1,61 +1,110 @@
 //! The parts of a mesh that `thallus bake` makes maps of.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
-use thallus::bake::{BakeError, Baked, Baker};
+use thallus::bake::{BakeError, MAPS};
 use thallus::substrate::{Division, Selection, Texturing};
 
 use super::bake_args::{BakeArgs, Each};
 
+/// The parts of a mesh that are asked for.
+pub(crate) struct Parts {
+    /// Nothing where all that is asked for is in the same maps.
+    division: Option<Division>,
+    /// Which triangles of the file; all where nothing is said.
+    only: Option<Vec<bool>>,
+    list: Vec<MapPart>,
+}
+
 /// Triangles that have maps of their own.
-#[derive(Clone)]
 pub(crate) struct MapPart {
-    /// What the part is called; nothing where all that is asked for is in the same maps.
+    /// Its place in the division.
+    number: usize,
+    /// What it is called; nothing where it is all that is asked for.
     pub(crate) name: Option<String>,
     /// What its material is called.
     pub(crate) material: String,
-    /// Which triangles of the file; all where nothing is said.
-    pub(crate) chosen: Option<Vec<bool>>,
     /// What names of its files begin with, and what stands before their extension: `brick_normal.png`, and of tiles
     /// `normal.1001.png`, as programs look for them.
     affixes: [String; 2],
 }
 
-/// The parts that are asked for, none of them without triangles.
-pub(crate) fn parts(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Vec<MapPart>> {
-    let only = chosen(&args.only, texturing)?;
-    let whole = || MapPart {
-        name: None,
-        material: "lichened".to_owned(),
-        chosen: None,
-        affixes: Default::default(),
-    };
-    if args.each.is_empty() {
-        return Ok(vec![MapPart {
-            chosen: only,
-            ..whole()
-        }]);
+/// Parts that have maps in one call.
+const MOST_PARTS: usize = 1000;
+
+impl Parts {
+    /// None of them without triangles.
+    pub(crate) fn of(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Self> {
+        let only = chosen(&args.only, texturing)?;
+        let named = named(&args.each, texturing)?;
+        let tiles = { args.each.contains(&Each::Tile) }.then(|| Division::by_tile(texturing));
+        let division = match (&named, &tiles) {
+            (Some(named), Some(tiles)) => Some(named.and(tiles)),
+            (named, tiles) => named.clone().or(tiles.clone()),
+        };
+        let list = match &division {
+            None => vec![MapPart::whole()],
+            Some(division) => listed(division, only.as_deref(), [named, tiles])?,
+        };
+        Ok(Self {
+            division,
+            only,
+            list,
+        })
     }
-    let named = named(&args.each, texturing)?;
-    let tiles = { args.each.contains(&Each::Tile) }.then(|| Division::by_tile(texturing));
-    let mut parts = divided(vec![whole()], named.as_ref(), |part, name, taken| {
-        part.affixes[0] = format!("{}_", file_stem(name, taken));
-    });
-    parts = divided(parts, tiles.as_ref(), |part, name, _| {
-        part.affixes[1] = format!(".{name}");
-    });
-    if let Some(only) = only {
-        parts.iter_mut().for_each(|part| part.narrow(&only));
-        parts.retain(|part| {
-            part.chosen
-                .as_ref()
-                .is_some_and(|chosen| chosen.contains(&true))
+
+    pub(crate) fn list(&self) -> &[MapPart] {
+        &self.list
+    }
+
+    /// The triangles of the file that are in a part; nothing where all are.
+    pub(crate) fn chosen(&self, part: &MapPart) -> Option<Vec<bool>> {
+        let Some(division) = &self.division else {
+            return self.only.clone();
+        };
+        let mut chosen = division.chosen(part.number);
+        if let Some(only) = &self.only {
+            { chosen.iter_mut().zip(only) }.for_each(|(chosen, only)| *chosen &= *only);
+        }
+        Some(chosen)
+    }
+}
+
+/// The parts of a division among some triangles, by what they are called: by objects and materials, and by tiles.
+fn listed(
+    division: &Division,
+    only: Option<&[bool]>,
+    [named, tiles]: [Option<Division>; 2],
+) -> anyhow::Result<Vec<MapPart>> {
+    let firsts = division.firsts(only).into_iter().enumerate();
+    let there: Vec<(usize, usize)> = firsts.filter_map(|(i, first)| Some((i, first?))).collect();
+    match there.len() {
+        0 => return Err(BakeError::NoUvs.into()),
+        parts if parts > MOST_PARTS => anyhow::bail!(
+            "the mesh has {parts} parts of that kind, and {MOST_PARTS} have maps at once: choose some with --only"
+        ),
+        _ => {}
+    }
+    let (mut taken, mut stems) = (HashSet::new(), HashMap::new());
+    let part = |(number, first): (usize, usize)| {
+        let name = &division.names()[number];
+        let named = named.as_ref().and_then(|named| named.name_of(first));
+        let stem = named.map(|named| {
+            let stem = stems.entry(named.to_owned());
+            format!("{}_", stem.or_insert_with(|| file_stem(named, &mut taken)))
         });
-    }
-    match parts.is_empty() {
-        true => Err(BakeError::NoUvs.into()),
-        false => Ok(parts),
-    }
+        let tile = tiles.as_ref().and_then(|tiles| tiles.name_of(first));
+        MapPart {
+            number,
+            name: Some(name.clone()),
+            material: name.clone(),
+            affixes: [
+                stem.unwrap_or_default(),
+                tile.map_or(String::new(), |tile| format!(".{tile}")),
+            ],
+        }
+    };
+    Ok(there.into_iter().map(part).collect())
 }
 
 /// By objects, by materials, or by both.
@@ -68,41 +117,9 @@ fn named(each: &[Each], texturing: &Texturing) -> anyhow::Result<Option<Division
     })
 }
 
-/// The parts of parts, if these are divided further.
-fn divided(
-    parts: Vec<MapPart>,
-    by: Option<&Division>,
-    call: impl Fn(&mut MapPart, &str, &mut HashSet<String>),
-) -> Vec<MapPart> {
-    let Some(division) = by else {
-        return parts;
-    };
-    let mut taken = HashSet::new();
-    let mut divided = Vec::new();
-    for whole in &parts {
-        for (number, name) in division.names().iter().enumerate() {
-            let mut part = whole.clone();
-            part.narrow(&division.chosen(number));
-            if part
-                .chosen
-                .as_ref()
-                .is_some_and(|chosen| chosen.contains(&true))
-            {
-                let full = part
-                    .name
-                    .map_or(name.clone(), |first| format!("{first} {name}"));
-                (part.material, part.name) = (full.clone(), Some(full));
-                call(&mut part, name, &mut taken);
-                divided.push(part);
-            }
-        }
-    }
-    divided
-}
-
-/// How to give each of a part's materials or objects maps of its own, where it has several and that is not asked for.
+/// How to give each of a part's materials or objects maps of its own, where its triangles have several and that is not asked for.
 pub(crate) fn how_to_divide(
-    part: &MapPart,
+    chosen: Option<&[bool]>,
     each: &[Each],
     texturing: &Texturing,
 ) -> Option<String> {
@@ -112,7 +129,7 @@ pub(crate) fn how_to_divide(
     ];
     let mut missing = { kinds.into_iter() }.filter(|(kind, ..)| !each.contains(kind));
     missing.find_map(|(_, kind, division)| {
-        let several = division.ok()?.count_in(part.chosen.as_deref());
+        let several = division.ok()?.count_in(chosen);
         let too = if each.is_empty() { "" } else { " too" };
         (several > 1).then(|| {
             format!(
@@ -141,33 +158,41 @@ fn chosen(all: &[Selection], texturing: &Texturing) -> anyhow::Result<Option<Vec
     Ok(chosen)
 }
 
-/// Letters of a file's name that are taken from a part's.
-const MOST_LETTERS: usize = 80;
+/// Bytes of a file's name that are taken from a part's: names end at 255 on most systems.
+const MOST_BYTES: usize = 80;
 
-/// A name that every file system has room for, and that no other part has, in whatever case.
+/// What names of a part's files begin with: so that every file system takes them, and that none is another part's, in
+/// whatever case.
 fn file_stem(name: &str, taken: &mut HashSet<String>) -> String {
     let plain = |c: char| match c.is_alphanumeric() || "-._".contains(c) {
         true => c,
         false => '_',
     };
-    let stem: String = name.chars().take(MOST_LETTERS).map(plain).collect();
-    let stem = match stem.starts_with('.') || stem.is_empty() {
-        true => format!("_{stem}"),
-        false => stem,
-    };
+    let mut stem: String = name.chars().map(plain).collect();
+    stem.truncate(stem.floor_char_boundary(MOST_BYTES));
+    if stem.starts_with('.') || stem.is_empty() {
+        stem.insert(0, '_');
+    }
     let numbered = (2..).map(|n| format!("{stem}_{n}"));
+    let files = |stem: &str| {
+        let names = MAPS.iter().map(|map| format!("{stem}_{}", map.name));
+        names.map(|name| name.to_lowercase()).collect::<Vec<_>>()
+    };
+    let is_free = |stem: &String| files(stem).iter().all(|name| !taken.contains(name));
     let mut names = std::iter::once(stem.clone()).chain(numbered);
-    names
-        .find(|name| taken.insert(name.to_lowercase()))
-        .unwrap_or(stem)
+    let found = names.find(is_free).unwrap_or(stem);
+    taken.extend(files(&found));
+    found
 }
 
 impl MapPart {
-    /// To what is also among these.
-    fn narrow(&mut self, to: &[bool]) {
-        match &mut self.chosen {
-            None => self.chosen = Some(to.to_vec()),
-            Some(chosen) => { chosen.iter_mut().zip(to) }.for_each(|(chosen, to)| *chosen &= *to),
+    /// All that is asked for.
+    fn whole() -> Self {
+        Self {
+            number: 0,
+            name: None,
+            material: "lichened".to_owned(),
+            affixes: Default::default(),
         }
     }
 
@@ -175,14 +200,6 @@ impl MapPart {
     pub(crate) fn file_name(&self, map: &str, extension: &str) -> String {
         let [first, last] = &self.affixes;
         format!("{first}{map}{last}.{extension}")
-    }
-
-    /// Bakes it.
-    pub(crate) fn bake<'a>(&'a self, baker: &'a Baker) -> Result<Baked<'a>, BakeError> {
-        match &self.chosen {
-            None => baker.whole(),
-            Some(chosen) => baker.part(chosen),
-        }
     }
 }
 
@@ -212,6 +229,13 @@ mod tests {
         ];
         assert_eq!(stems, expected);
         let long = file_stem(&"ü".repeat(1000), &mut taken);
-        assert!(long.len() < 200, "{}", long.len());
+        assert!((79..=80).contains(&long.len()), "{}", long.len());
+        let mut taken = HashSet::new();
+        let stems = ["Rock", "Rock base"].map(|name| file_stem(name, &mut taken));
+        assert_eq!(
+            stems,
+            ["Rock", "Rock_base_2"],
+            "both would have Rock_base_color.png"
+        );
     }
 }

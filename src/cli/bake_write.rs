@@ -87,6 +87,15 @@ impl<'a> Writer<'a> {
             problem,
         })?;
         self.scene.add(material, baked.meshes());
+        if self.scene.image_bytes() > u32::MAX as usize {
+            let problem = "a .glb ends at 4 GiB, and its images alone need more: make --size smaller, or bake fewer parts at \
+                           once with --only";
+            return Err(OutputError::Io {
+                path: folder.path().join(GLB),
+                doing: "writing",
+                problem: io::Error::new(io::ErrorKind::InvalidInput, problem),
+            });
+        }
         self.parts.push(self.described(part, baked));
         self.files.extend_from_slice(&names);
         Ok(names)

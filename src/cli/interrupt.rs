@@ -156,7 +156,9 @@ impl<T: Send + 'static> Held<T> {
         let what = Arc::new(Mutex::new(Some(what)));
         let held = Arc::clone(&what);
         let stop = Stop::listen_and(move || {
-            if let Some(what) = taken(&held) {
+            // Whoever asks for it meanwhile waits until the program is gone.
+            let mut held = held.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(what) = held.take() {
                 drop(what);
                 quit();
             }
@@ -164,8 +166,7 @@ impl<T: Send + 'static> Held<T> {
         Self { what, stop }
     }
 
-    /// Gives it out for work that looks whether it is told to stop, and takes it back; nothing where Ctrl-C came first or
-    /// meanwhile.
+    /// Lends it to work that looks whether it is told to stop; nothing where Ctrl-C came before or meanwhile.
     pub(crate) fn lend<R>(&self, work: impl FnOnce(&mut T, &Stop) -> R) -> Option<R> {
         let mut what = taken(&self.what)?;
         let done = work(&mut what, &self.stop);

@@ -58,6 +58,9 @@ const TIMED_BYTES: f64 = 2000.0;
 const TEXEL_BYTES: f64 = 30.0;
 const LICHEN_BYTES: f64 = 80.0;
 
+/// Bytes that a texel of a part that is done takes until the file that wears it is written: PNG files of the maps in it.
+const WORN_BYTES: f64 = 4.0;
+
 /// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
 const FELT_BEYOND: f64 = 2.0;
 
@@ -253,17 +256,26 @@ fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {
 pub(super) fn check_maps<'a>(
     substrate: &Substrate,
     clusters: impl Iterator<Item = &'a Cluster>,
-    texels: u32,
+    (texels, parts): (u32, usize),
 ) -> Result<(), Failure> {
     let area: f64 = substrate.components().iter().map(|c| c.area).sum();
     let covered = clusters.map(Cluster::covered_area).sum::<f64>() / area;
-    check_maps_within(available(), texels, covered)
+    check_maps_within(available(), (texels, parts), covered)
 }
 
-fn check_maps_within(free: Option<f64>, texels: u32, covered: f64) -> Result<(), Failure> {
+fn check_maps_within(
+    free: Option<f64>,
+    (texels, parts): (u32, usize),
+    covered: f64,
+) -> Result<(), Failure> {
     let each = TEXEL_BYTES + LICHEN_BYTES * (FELT_BEYOND * covered).min(1.0);
-    let needed = each * f64::from(texels).powi(2);
-    let what = format!("maps of {texels} x {texels} texels");
+    let kept = WORN_BYTES * parts.saturating_sub(1) as f64;
+    let needed = (each + kept) * f64::from(texels).powi(2);
+    let of_parts = match parts {
+        1 => String::new(),
+        several => format!(" for each of {several} parts"),
+    };
+    let what = format!("maps of {texels} x {texels} texels{of_parts}");
     check_within(free, needed, &what, "make --size smaller")
 }
 
@@ -389,9 +401,9 @@ mod tests {
             (Some(3e9), 8192, 0.05),
             (Some(3e9), 4096, 1.0),
         ] {
-            assert!(check_maps_within(free, texels, covered).is_ok());
+            assert!(check_maps_within(free, (texels, 1), covered).is_ok());
         }
-        let refused = check_maps_within(Some(4e9), 8192, 0.7).unwrap_err();
+        let refused = check_maps_within(Some(4e9), (8192, 1), 0.7).unwrap_err();
         assert_eq!(
             refused.reason(),
             "maps of 8192 x 8192 texels need 7.382 GB of memory, and 4 GB are free: make --size smaller"

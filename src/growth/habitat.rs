@@ -67,11 +67,15 @@ impl<'a> Habitat<'a> {
         if slope.is_some() {
             substrate.find_slope_normals();
         }
+        let is_exposed = substrate.mask().is_some_and(Mask::asks_for_exposed);
+        if is_exposed {
+            substrate.piece_tree();
+        }
         Self {
             substrate,
             cosines: slope.map(Slope::cosines),
             radius,
-            is_exposed: substrate.mask().is_some_and(Mask::asks_for_exposed),
+            is_exposed,
         }
     }
 

@@ -13,6 +13,7 @@ pub struct Solids<'a> {
 impl<'a> Solids<'a> {
     /// The pieces of a substrate.
     pub fn of(substrate: &'a Substrate) -> Self {
+        substrate.piece_tree();
         Self { substrate }
     }
 

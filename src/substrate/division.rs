@@ -14,7 +14,7 @@ pub struct Division {
 }
 
 /// What parts of nameless triangles are called.
-const NAMELESS: &str = "unnamed";
+pub const NAMELESS: &str = "unnamed";
 
 impl Division {
     /// By the first name of their objects. Nameless ones are a part called `unnamed`.
@@ -54,7 +54,7 @@ impl Division {
 
     /// By the UDIM tile that the middle of their UVs lies in, in the order of these: 1001 is the image itself, 1002 the
     /// one to its right, and 1011 the one above it. Tiles without such a number are called by column and row, as
-    /// `u-1_v0`. Triangles without UVs are in the first tile that there is.
+    /// `u-1_v0`. Triangles without UVs are in the first tile that there is; where there is none, no triangle is in a part.
     pub fn by_tile(texturing: &Texturing) -> Self {
         let tiles: Vec<Option<Tile>> = { texturing.uvs.iter() }
             .map(|uvs| uvs.as_ref().map(Tile::of))
@@ -63,7 +63,10 @@ impl Division {
         sorted.sort_unstable();
         sorted.dedup();
         let place = |tile: &Tile| sorted.binary_search(tile).unwrap_or(0);
-        let count = texturing.material_of.len().max(tiles.len());
+        let count = match sorted.is_empty() {
+            true => 0,
+            false => texturing.material_of.len().max(tiles.len()),
+        };
         let of = |triangle: usize| tiles.get(triangle)?.as_ref().map(place);
         Self {
             names: sorted.iter().map(Tile::name).collect(),
@@ -71,12 +74,10 @@ impl Division {
         }
     }
 
-    /// The parts of this that lie in each of another's, called after both.
+    /// The parts of this that lie in each of another's, called after both: of two divisions of one file.
     pub fn and(&self, other: &Self) -> Self {
-        let count = self.part_of.len().max(other.part_of.len());
-        let of = |all: &[usize], triangle: usize| all.get(triangle).copied().unwrap_or(0);
-        let pair = |triangle| (of(&self.part_of, triangle), of(&other.part_of, triangle));
-        let mut pairs: Vec<(usize, usize)> = (0..count).map(pair).collect();
+        let both = self.part_of.iter().zip(&other.part_of);
+        let mut pairs: Vec<(usize, usize)> = both.map(|(&one, &two)| (one, two)).collect();
         let part_of = pairs.clone();
         pairs.sort_unstable();
         pairs.dedup();
@@ -91,11 +92,25 @@ impl Division {
 
     /// How many parts some triangles are in, or all of them.
     pub fn count_in(&self, chosen: Option<&[bool]>) -> usize {
+        self.firsts(chosen).iter().flatten().count()
+    }
+
+    /// Of each part the first triangle of the file, among those that are chosen, or all.
+    pub fn firsts(&self, chosen: Option<&[bool]>) -> Vec<Option<usize>> {
         let is_chosen = |t: usize| chosen.is_none_or(|chosen| chosen.get(t) == Some(&true));
-        let mut is_there = vec![false; self.names.len()];
-        let numbered = { self.part_of.iter().enumerate() }.filter(|(t, _)| is_chosen(*t));
-        numbered.for_each(|(_, &part)| is_there[part] = true);
-        is_there.into_iter().filter(|there| *there).count()
+        let mut firsts = vec![None; self.names.len()];
+        for (triangle, &part) in self.part_of.iter().enumerate().rev() {
+            if is_chosen(triangle) {
+                firsts[part] = Some(triangle);
+            }
+        }
+        firsts
+    }
+
+    /// What the part of a triangle of the file is called, if there is one.
+    pub fn name_of(&self, triangle: usize) -> Option<&str> {
+        let part = *self.part_of.get(triangle)?;
+        self.names.get(part).map(String::as_str)
     }
 
     /// What the parts are called, each with a triangle at least.
@@ -210,6 +225,8 @@ mod tests {
             ("unnamed unnamed", vec![2]),
         ];
         assert_eq!(parts(&both), expected);
+        assert_eq!(by_object.firsts(None), [Some(0), Some(1), Some(2), Some(3)]);
+        assert_eq!(by_object.name_of(4), Some("Leaf"));
         assert_eq!(by_object.count_in(None), 4);
         let some = [true, false, false, true];
         assert_eq!(by_object.count_in(Some(&some)), 2);
@@ -244,6 +261,11 @@ mod tests {
             ("1100", vec![5]),
         ];
         assert_eq!(parts(&Division::by_tile(&texturing)), expected);
-        assert_eq!(Division::by_tile(&Texturing::default()).names(), [""; 0]);
+        let bare = Division::by_tile(&Texturing {
+            material_of: vec![None; 3],
+            ..Texturing::default()
+        });
+        assert_eq!((bare.names().len(), bare.count_in(None)), (0, 0));
+        assert_eq!(bare.and(&bare), bare);
     }
 }

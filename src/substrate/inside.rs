@@ -1,10 +1,10 @@
-//! Places inside another piece of a mesh, as where rocks are put together that go through each other.
+//! Whether a place is inside another piece of a mesh, by the triangles on lines through it.
 
 use glam::{DVec2, DVec3};
 
 use super::{Component, Pieces, Substrate, SurfacePoint};
 
-/// Lines along which it is looked whether a place is inside, both ways: along no edge or face that people model.
+/// Directions in which it is tested, both ways, whether a place is inside: parallel to no edge or face that people model.
 const LINES: [DVec3; 3] = [
     DVec3::new(0.36, 0.48, 0.8),
     DVec3::new(-0.64, 0.6, -0.48),
@@ -38,11 +38,15 @@ impl Substrate {
         self.is_inside_another(at.triangle, self.position(at) + height * outwards)
     }
 
-    /// None where there is but one.
-    fn piece_tree(&self) -> Option<&Pieces> {
+    /// None where there is but one. It is made on several threads: outside of the cell, which a thread that waits for the
+    /// others may come to again.
+    pub(crate) fn piece_tree(&self) -> Option<&Pieces> {
+        if let Some(found) = self.piece_tree.get() {
+            return found.as_ref();
+        }
         let all = self.components();
-        let tree = { &self.piece_tree }.get_or_init(|| (all.len() > 1).then(|| Pieces::new(all)));
-        tree.as_ref()
+        let found = (all.len() > 1).then(|| Pieces::new(all));
+        self.piece_tree.get_or_init(|| found).as_ref()
     }
 
     /// Along how many ways a piece is left once more often than it is entered.

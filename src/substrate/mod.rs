@@ -47,7 +47,7 @@ use rayon::prelude::*;
 pub use crate::image::Wrap;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
-pub use division::Division;
+pub use division::{Division, NAMELESS};
 pub use geometry::{Chart, Crossing, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{

@@ -27,7 +27,7 @@ pub(super) enum By {
 
 /// Triangles of a file by the names of their objects or materials: `material:Bark` chooses those of one,
 /// `object:Rock,Stone*` those of several, with `*` for whatever letters, and `material:!Leaves` all but those of one.
-/// What is a name as it stands, with commas, stars and spaces, is that one.
+/// Text that is a name as it stands, commas, stars and spaces included, chooses that name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Selection {
     by: By,

@@ -277,3 +277,25 @@ fn objects_stand_as_their_nodes_do() {
         assert!(along.fold(1.0, f64::min) > 0.999, "{t}");
     }
 }
+
+/// Smaller levels of a texture mix what lies beyond the charts into their rims.
+#[test]
+fn beyond_a_part_is_its_own_material() {
+    let plain_of = |base_color, roughness| Material {
+        base_color,
+        roughness,
+        ..plain()
+    };
+    let red = plain_of([1.0, 0.0, 0.0], 0.25);
+    let blue = plain_of([0.0, 0.0, 1.0], 0.75);
+    let made = made_of(&[red, blue]);
+    let baker = baker(&made, &settings(256, 1));
+    for (part, color, roughness) in [(0, Vec3::X, 0.25), (1, Vec3::Z, 0.75)] {
+        let chosen: Vec<bool> = (0..4).map(|t| t / 2 == part).collect();
+        let baked = baker.part(&chosen).unwrap();
+        assert_eq!(baked.report().triangles, 2);
+        let at = |name: &str| Vec3::from_array(baked.value(map(name), 0, 0));
+        assert_eq!(at("base_color"), color);
+        assert!((at("orm").y - roughness).abs() < 1e-6);
+    }
+}

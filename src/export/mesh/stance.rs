@@ -9,11 +9,11 @@ use crate::export::Placement;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stance {
     /// Its origin.
-    pub origin: [f64; 3],
+    pub(super) origin: [f64; 3],
     /// How its axes are turned: a unit quaternion x, y, z, w.
-    pub rotation: [f64; 4],
+    pub(super) rotation: [f64; 4],
     /// Length of its unit.
-    pub scale: f64,
+    pub(super) scale: f64,
 }
 
 /// How far axes may be from upright on one another, and their lengths from each other, as shares.
@@ -37,6 +37,12 @@ impl Stance {
         let axes = DMat3::from_cols_array_2d(&[x, y, z]);
         let is_somewhere = origin.iter().all(|x| x.is_finite());
         is_somewhere.then(|| turned(&axes).map_or(at_origin, |s| Self { origin, ..s }))
+    }
+
+    /// What tells it from others.
+    pub(super) fn bits(&self) -> [u64; 8] {
+        let ([x, y, z], [a, b, c, d]) = (self.origin, self.rotation);
+        [x, y, z, a, b, c, d, self.scale].map(f64::to_bits)
     }
 
     /// Turned and scaled with its scene.

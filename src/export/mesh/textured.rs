@@ -1,5 +1,7 @@
 //! Objects with materials of textures, as binary glTF 2.0.
 
+use std::collections::HashMap;
+use std::error::Error;
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
@@ -84,15 +86,14 @@ impl TexturedScene {
     pub fn add(&mut self, material: TexturedMaterial, meshes: Vec<(TexturedObject, TexturedMesh)>) {
         let worn = self.materials.len();
         self.materials.push(material);
+        let numbered = self.objects.iter().enumerate();
+        let mut places: HashMap<_, usize> = numbered.map(|(i, o)| (o.key(), i)).collect();
         for (of, mesh) in meshes {
-            let is_same = |o: &&mut TexturedObject| (&o.name, o.stance) == (&of.name, of.stance);
-            match self.objects.iter_mut().find(is_same) {
-                Some(object) => object.meshes.push((worn, mesh)),
-                None => self.objects.push(TexturedObject {
-                    meshes: vec![(worn, mesh)],
-                    ..of
-                }),
+            let place = *places.entry(of.key()).or_insert(self.objects.len());
+            if place == self.objects.len() {
+                self.objects.push(of);
             }
+            self.objects[place].meshes.push((worn, mesh));
         }
     }
 
@@ -109,24 +110,18 @@ impl TexturedScene {
     /// scene.
     ///
     /// # Errors
-    /// Those of `out`; `InvalidData` around a [`MeshError`] when a mesh is not sound; `InvalidInput`
-    /// beyond 4 GiB.
+    /// Those of `out`; `InvalidData` when there is no object, a mesh has a material that is not there, or around a
+    /// [`MeshError`] when one is not sound; `InvalidInput` beyond 4 GiB.
     pub fn write_glb(&self, out: &mut dyn Write) -> io::Result<()> {
-        let meshes = self.objects.iter().flat_map(|object| &object.meshes);
-        {
-            meshes
-                .map(|(_, mesh)| mesh)
-                .try_for_each(TexturedMesh::check)
-        }
-        .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        self.check()?;
         let mut body = Body::default();
         let (nodes, shapes): (Vec<Value>, Vec<Value>) = { self.objects.iter().enumerate() }
             .map(|(number, object)| self.object(number, object, &mut body))
             .unzip();
         for images in self.materials.iter().map(|material| &material.images) {
-            body.image("base_color", &images.base_color);
-            body.image("normal", &images.normal);
-            body.image("orm", &images.orm);
+            for (name, png) in images.named() {
+                body.image(name, png.len());
+            }
         }
         let mut document = document(Value::Null, Value::Null);
         document["nodes"] = self.rooted(nodes).into();
@@ -143,9 +138,36 @@ impl TexturedScene {
         document["images"] = body.images.into();
         document["accessors"] = body.accessors.into();
         document["bufferViews"] = body.views.into();
-        document["buffers"] = json!([{ "byteLength": body.bytes.len() }]);
-        write_head(&document, body.bytes.len(), out)?;
-        out.write_all(&body.bytes)
+        document["buffers"] = json!([{ "byteLength": body.length }]);
+        write_head(&document, body.length, out)?;
+        out.write_all(&body.bytes)?;
+        let images = { self.materials.iter() }.flat_map(|material| material.images.named());
+        for (_, png) in images {
+            out.write_all(png)?;
+            out.write_all(&[0; 3][..padding(png.len())])?;
+        }
+        Ok(())
+    }
+
+    fn check(&self) -> io::Result<()> {
+        let invalid =
+            |e: Box<dyn Error + Send + Sync>| io::Error::new(io::ErrorKind::InvalidData, e);
+        if self.objects.is_empty() {
+            return Err(invalid("there is no object to write".into()));
+        }
+        for (material, mesh) in self.objects.iter().flat_map(|object| &object.meshes) {
+            mesh.check().map_err(|e| invalid(e.into()))?;
+            if *material >= self.materials.len() {
+                return Err(invalid(format!("there is no material {material}").into()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes of the images of all materials.
+    pub fn image_bytes(&self) -> usize {
+        let images = { self.materials.iter() }.flat_map(|material| material.images.named());
+        images.map(|(_, png)| png.len()).sum()
     }
 
     /// All nodes, the scene's first.
@@ -172,7 +194,25 @@ impl TexturedScene {
     }
 }
 
+impl MapImages {
+    /// In the order in which a file has them.
+    fn named(&self) -> [(&'static str, &[u8]); 3] {
+        [
+            ("base_color", &self.base_color),
+            ("normal", &self.normal),
+            ("orm", &self.orm),
+        ]
+    }
+}
+
+/// What tells objects of a scene from one another.
+type Key = (Option<String>, Option<[u64; 8]>);
+
 impl TexturedObject {
+    fn key(&self) -> Key {
+        (self.name.clone(), self.stance.map(|stance| stance.bits()))
+    }
+
     /// Where its node puts it: as it stands, unless float32 would then move vertices.
     fn stored_from(&self) -> Stance {
         let stance = self.stance.unwrap_or(Stance::NONE);
@@ -288,18 +328,30 @@ impl TexturedMaterial {
     }
 }
 
+/// How many bytes are missing to a multiple of four.
+fn padding(length: usize) -> usize {
+    length.next_multiple_of(4) - length
+}
+
 /// A buffer that is being filled, and what describes it.
 #[derive(Default)]
 struct Body {
+    /// Of all but images, which come after it and are not copied.
     bytes: Vec<u8>,
+    /// With them.
+    length: usize,
     views: Vec<Value>,
     accessors: Vec<Value>,
     images: Vec<Value>,
 }
 
 impl Body {
-    fn image(&mut self, name: &str, png: &[u8]) {
-        let view = self.view(None, |bytes| bytes.extend_from_slice(png));
+    /// An image of so many bytes, after which there is nothing but images.
+    fn image(&mut self, name: &str, length: usize) {
+        let view = json!({"buffer": 0, "byteOffset": self.length, "byteLength": length});
+        self.views.push(view);
+        self.length += length + padding(length);
+        let view = self.views.len() - 1;
         let image = json!({"bufferView": view, "mimeType": "image/png", "name": name});
         self.images.push(image);
     }
@@ -310,6 +362,7 @@ impl Body {
         fill(&mut self.bytes);
         let length = self.bytes.len() - start;
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.length = self.bytes.len();
         let mut view = json!({"buffer": 0, "byteOffset": start, "byteLength": length});
         if let Some(target) = target {
             view["target"] = target.into();
