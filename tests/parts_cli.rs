@@ -322,6 +322,36 @@ fn each_tile_has_maps_of_its_own() {
 }
 
 #[test]
+fn a_part_without_uvs_is_left_out_with_a_warning() {
+    let desk = desk();
+    let text = String::from_utf8(desk.read("parts.obj")).unwrap();
+    let plate = "usemtl Plate\nv 0 -1 0\nv 0 -1 1\nv 1 -1 1\nf -3 -2 -1\n";
+    fs::write(desk.path("plate.obj"), text + plate).unwrap();
+    desk.done("plate.obj --radius 0.01 --elements 300 --at random -o plate");
+    let done = desk
+        .call("bake", "plate -o maps --size 64 --each material")
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(
+        said(&done).contains("'Plate' has no UVs with area"),
+        "{}",
+        said(&done)
+    );
+    let glb = said_in(&desk.read("maps/lichened.glb"));
+    assert_eq!(names(&glb, "materials"), ["Brick", "Granite"]);
+    assert!(!desk.path("maps/Plate_mask.png").exists());
+    let words = "plate -o none --size 64 --each object --only material:Plate";
+    let none = desk.call("bake", words).output().unwrap();
+    assert!(
+        said(&none).contains("no UVs to lay maps out in"),
+        "{}",
+        said(&none)
+    );
+    assert!(none.status.code() == Some(1) && !desk.path("none").exists());
+}
+
+#[test]
 fn a_part_that_cannot_be_baked_is_named_with_the_cure() {
     let desk = desk();
     let text = String::from_utf8(desk.read("parts.obj")).unwrap();
@@ -426,7 +456,13 @@ fn parts_of_gltf_are_named_by_node_mesh_and_material() {
     fs::write(desk.path("group.gltf"), group).unwrap();
     let told = desk.done("group.gltf --elements 20 --mask object:Tree -o group");
     assert!(told.contains("white everywhere"), "{told}");
-    fs::write(desk.path("odd.gltf"), text.replace("\"Trunk\"", "7")).unwrap();
+    // A material that cannot be read takes no names with it.
+    let odd = text.replace("\"Trunk\"", "7");
+    let odd = odd.replace(
+        "{\"name\":\"Bark\"}",
+        "{\"name\":\"Bark\",\"alphaCutoff\":\"x\"}",
+    );
+    fs::write(desk.path("odd.gltf"), odd).unwrap();
     let told = desk.done("odd.gltf --elements 20 --mask material:Bark -o odd");
     assert!(told.contains("white everywhere"), "{told}");
     desk.fails(

@@ -80,7 +80,7 @@ struct Baking<'a> {
     seconds: Seconds,
 }
 
-impl Baking<'_> {
+impl<'a> Baking<'a> {
     fn bake(
         &mut self,
         base: &Base,
@@ -97,12 +97,9 @@ impl Baking<'_> {
         } = self.lichens;
         let baker = Baker::new(substrate, texturing, &looks, base, settings);
         let baker = baker.map_err(|e| self.failed(e, None))?;
-        for part in parts.list() {
-            let checked = baker.check(parts.chosen(part).as_deref());
-            checked.map_err(|e| self.failed(e, Some(part)))?;
-        }
+        let laid_out = self.laid_out(&baker)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
-        for (number, part) in parts.list().iter().enumerate() {
+        for (number, part) in laid_out.into_iter().enumerate() {
             let chosen = parts.chosen(part);
             let baked = self.baked(&baker, (number, part), chosen.as_deref())?;
             let elements = self.lichens.elements_on(&baked);
@@ -120,6 +117,31 @@ impl Baking<'_> {
         }
         { baker.notes() }.for_each(|note| self.say_of_mesh(note));
         Ok(())
+    }
+
+    /// The parts that can be baked, unless one is laid out so that it should not be.
+    fn laid_out(&self, baker: &Baker) -> Result<Vec<&'a MapPart>, Failure> {
+        let lichens: &'a Lichens = self.lichens;
+        let parts = &lichens.parts;
+        let mut laid_out = Vec::new();
+        let mut bare = None;
+        for part in parts.list() {
+            match baker.check(parts.chosen(part).as_deref()) {
+                Ok(()) => laid_out.push(part),
+                Err(e @ (BakeError::NoUvs | BakeError::FlatUvs)) if part.name.is_some() => {
+                    bare.get_or_insert(e);
+                    let name = part.name.as_deref().unwrap_or_default();
+                    self.say_of_mesh(&format!(
+                        "'{name}' has no UVs with area: there are no maps of it, and it is not in {GLB}"
+                    ));
+                }
+                Err(e) => return Err(self.failed(e, Some(part))),
+            }
+        }
+        match bare.filter(|_| laid_out.is_empty()) {
+            Some(e) => Err(self.failed(e, None)),
+            None => Ok(laid_out),
+        }
     }
 
     fn baked<'b>(
@@ -411,7 +433,7 @@ fn taken(error: OutputError) -> Failure {
 fn check_has_uvs(texturing: &Texturing) -> anyhow::Result<()> {
     match texturing.uvs.is_empty() {
         true => Err(anyhow::anyhow!(
-            "--uv-set 1: the mesh has no second set of UVs, which is TEXCOORD_1 of a glTF file"
+            "--uv-set 1: the mesh has no second set of UVs that can be read, which is TEXCOORD_1 of a glTF file"
         )),
         false => Ok(()),
     }

@@ -22,19 +22,27 @@ pub(super) fn warnings(substrate: &Substrate, seeds: &[SurfacePoint]) -> Vec<Str
     let (inside, outside): (Vec<SurfacePoint>, Vec<SurfacePoint>) =
         seeds.par_iter().partition(|at| solids.hide(at));
     let under = { outside.par_iter() }.filter(|at| solids.cover(at, near) > COVERED);
-    let all = seeds.len();
+    let (all, cure) = (seeds.len(), cure(substrate));
     let found = [
         starts(inside.len(), all).map(|who| {
-            format!("{who} inside another piece of the mesh: unless that is a room, {CURE}")
+            format!("{who} inside another piece of the mesh: unless that is a room, {cure}")
         }),
         starts(under.count(), all)
-            .map(|who| format!("{who} close under another piece of the mesh: {CURE}")),
+            .map(|who| format!("{who} close under another piece of the mesh: {cure}")),
     ];
     found.into_iter().flatten().collect()
 }
 
-const CURE: &str = "give a place that is seen with --at ('highest', or X,Y,Z), say --mask exposed, or make the pieces one surface (in \
-                    Blender: the Remesh modifier)";
+/// What to do; what is said to be exposed has been looked for already.
+fn cure(substrate: &Substrate) -> &'static str {
+    match substrate.mask().is_some_and(Mask::asks_for_exposed) {
+        true => "give a place that is seen with --at ('highest', or X,Y,Z)",
+        false => {
+            "give a place that is seen with --at ('highest', or X,Y,Z), say --mask exposed, or make the pieces one surface \
+             (in Blender: the Remesh modifier)"
+        }
+    }
+}
 
 /// Elements that are looked at, evenly among all.
 const LOOKED_AT: usize = 2000;

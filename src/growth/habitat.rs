@@ -15,8 +15,11 @@ use crate::walk::trace;
 /// Places looked at to measure how much of a surface is habitat.
 const PLACES: usize = 20_000;
 
-/// The same where none of these is.
+/// Places looked at where none of these is.
 pub(super) const MOST_PLACES: usize = 1 << 20;
+
+/// As many where each is looked for in other pieces of the mesh, which takes some ten microseconds.
+const MOST_EXPOSED: usize = 1 << 15;
 
 /// What rounding may do to the cosine of a slope: normals are kept in 32 bits.
 const ROUNDED: f64 = 1e-6;
@@ -106,7 +109,8 @@ impl<'a> Habitat<'a> {
     }
 
     /// Share of the area of the pieces that some triangles are in on which lichen may grow, as far as 20,000 places
-    /// tell; 0 only where it may on none of a million.
+    /// tell; 0 only where it may on none of a million, or of 32,768 if it has to be
+    /// [exposed](Mask::exposed).
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -142,7 +146,7 @@ impl<'a> Habitat<'a> {
 
     /// The place nearest to one, through space, of those looked at on which lichen may grow, and a room's length (local
     /// units) from them in eight directions too: with the first of these rooms for which there is one on its own piece,
-    /// or else on another. None where there is none among a million.
+    /// or else on another. None where there is none among as many places as for the [share](Self::share).
     pub fn nearest(&self, to: &SurfacePoint, rooms: &[f64]) -> Option<SurfacePoint> {
         let all = 0..self.substrate.triangles().len() as u32;
         let piece = self.substrate.component_of(to.triangle).triangles.clone();
@@ -172,7 +176,7 @@ impl<'a> Habitat<'a> {
     }
 
     /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried; one of a
-    /// million if there is none among them.
+    /// million if there is none among them, or of 32,768 if it has to be exposed.
     fn suited_places(&self, among: impl Iterator<Item = u32>) -> (Vec<SurfacePoint>, usize) {
         let area = AreaSampler::new(self.substrate, among);
         let mut stream = Stream::new(0, Purpose::Habitat, 0);
@@ -182,7 +186,11 @@ impl<'a> Habitat<'a> {
         if !suited.is_empty() {
             return (suited, PLACES);
         }
-        let mut more = (PLACES..MOST_PLACES).map(|_| place());
-        (more.find(is_suited).into_iter().collect(), MOST_PLACES)
+        let most = match self.is_exposed {
+            true => MOST_EXPOSED,
+            false => MOST_PLACES,
+        };
+        let mut more = (PLACES..most).map(|_| place());
+        (more.find(is_suited).into_iter().collect(), most)
     }
 }

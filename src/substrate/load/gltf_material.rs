@@ -25,7 +25,7 @@ pub(super) struct Looks {
     #[serde(default)]
     meshes: Vec<MeshLooks>,
     #[serde(default)]
-    materials: Vec<JsonMaterial>,
+    materials: Vec<Said>,
     #[serde(default)]
     textures: Vec<JsonTexture>,
     #[serde(default)]
@@ -56,11 +56,25 @@ struct PrimitiveLooks {
     material: Option<u32>,
 }
 
+/// A material and its name, which does not depend on whether the rest can be read.
+#[derive(Deserialize)]
+#[serde(from = "Value")]
+struct Said {
+    name: Value,
+    material: Result<JsonMaterial, String>,
+}
+
+impl From<Value> for Said {
+    fn from(said: Value) -> Self {
+        let name = said.get("name").cloned().unwrap_or_default();
+        let material = serde_json::from_value(said).map_err(|e| e.to_string());
+        Self { name, material }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct JsonMaterial {
-    #[serde(default)]
-    name: Value,
     #[serde(default)]
     pbr_metallic_roughness: MetallicRoughness,
     normal_texture: Option<TextureInfo>,
@@ -78,7 +92,7 @@ impl JsonMaterial {
     fn alpha(&self) -> Alpha {
         match self.alpha_mode.as_str() {
             Some("MASK") => Alpha::Mask {
-                cutoff: self.alpha_cutoff.unwrap_or(0.5),
+                cutoff: self.alpha_cutoff.unwrap_or(0.5).max(0.0),
             },
             Some("BLEND") => Alpha::Blend,
             _ => Alpha::Opaque,
@@ -246,10 +260,19 @@ impl Looks {
             places: vec![None; self.images.len()],
             out,
         };
-        for (material, used) in self.materials.iter().zip(used) {
-            let read = images.material(material, used);
+        for (said, used) in self.materials.iter().zip(used) {
+            let name = said.name.as_str().unwrap_or("without a name");
+            let read = match &said.material {
+                Ok(material) => images.material((material, name), used),
+                Err(problem) => {
+                    let note = format!("material {name} cannot be read ({problem})");
+                    images.out.notes.push(note);
+                    Material::default()
+                }
+            };
             images.out.materials.push(read);
         }
+        out.notes.extend(out.missing_set());
     }
 }
 
@@ -268,12 +291,11 @@ fn share(factor: f32) -> f32 {
 }
 
 impl Images<'_> {
-    fn material(&mut self, material: &JsonMaterial, used: bool) -> Material {
+    fn material(&mut self, (material, name): (&JsonMaterial, &str), used: bool) -> Material {
         let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, opacity] = pbr.base_color_factor;
         let color = [r, g, b].map(share);
         if used && material.emissive_factor.iter().any(|&x| x > 0.0) {
-            let name = material.name.as_str().unwrap_or("without a name");
             let note = format!("material {name} gives light of its own, which is passed over");
             self.out.notes.push(note);
         }
