@@ -8,6 +8,8 @@
 //!
 //! Boxes are f32, padded by a few units in the last place, so that they hold the f64 triangles.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
@@ -72,14 +74,29 @@ impl Bvh {
 
     /// Calls `leaf` with the triangles under every box of the first level that passes `enter` with all boxes
     /// about it.
-    pub(super) fn visit(&self, enter: impl Fn(&Aabb) -> bool, mut leaf: impl FnMut(u32)) {
+    pub(super) fn visit(&self, enter: impl Fn(&Aabb) -> bool, leaf: impl FnMut(u32)) {
+        self.visit_among(&(0..self.triangles as u32), enter, leaf);
+    }
+
+    /// As [`visit`](Self::visit), of the triangles of a range alone.
+    pub(super) fn visit_among(
+        &self,
+        among: &Range<u32>,
+        enter: impl Fn(&Aabb) -> bool,
+        mut leaf: impl FnMut(u32),
+    ) {
+        let [start, end] = [among.start, among.end].map(|t| t as usize);
+        let has_some = |(level, i): Node| {
+            let under = FAN.pow(level as u32 + 1);
+            i * under < end && (i + 1) * under > start
+        };
         let mut stack: Vec<Node> = self.top().rev().collect();
         while let Some((level, i)) = stack.pop() {
-            if !enter(&self.levels[level][i]) {
+            if !has_some((level, i)) || !enter(&self.levels[level][i]) {
                 continue;
             }
             match level.checked_sub(1) {
-                None => self.triangles_of(i).for_each(&mut leaf),
+                None => { self.triangles_of(i).filter(|t| among.contains(t)) }.for_each(&mut leaf),
                 Some(below) => stack.extend(self.boxes_of(below, i).rev()),
             }
         }
@@ -219,6 +236,26 @@ mod tests {
             let all: Vec<u32> = (0..triangles.len() as u32).collect();
             assert_eq!(visited(&bvh, |_| true), all);
             assert!(bvh.levels.iter().rev().skip(1).all(|l| l.len() > FAN));
+        }
+    }
+
+    #[test]
+    fn of_a_range_those_are_visited_that_are_of_all() {
+        let mut stream = Stream::new(12, Purpose::Walker, 0);
+        for (vertices, triangles) in some_meshes() {
+            let bvh = Bvh::new(&vertices, &triangles);
+            let count = triangles.len() as f64;
+            for _ in 0..50 {
+                let [a, b] = [(); 2].map(|()| ((count + 1.0) * stream.uniform()) as u32);
+                let among = a.min(b)..a.max(b);
+                let here = somewhere(&mut stream);
+                let enter = |b: &Aabb| box_distance_sq(b, here) < 0.1;
+                let mut found = Vec::new();
+                bvh.visit_among(&among, enter, |t| found.push(t));
+                let mut all = visited(&bvh, enter);
+                all.retain(|t| among.contains(t));
+                assert_eq!(found, all, "{among:?}");
+            }
         }
     }
 

@@ -103,8 +103,8 @@ impl Substrate {
             padded_box(a.min(b).min(c), a.max(b).max(c))
         };
         let mut found = Vec::new();
-        self.bvh.visit(&passes, |t| {
-            if among.contains(&t) && passes(&own(t)) {
+        self.bvh.visit_among(among, &passes, |t| {
+            if passes(&own(t)) {
                 found.push(t);
             }
         });
