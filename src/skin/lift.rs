@@ -52,8 +52,6 @@ struct Skin<'a> {
     /// How far each vertex is lifted, and how far it may be.
     lifted: Vec<f64>,
     most: Vec<f64>,
-    /// How far each vertex was above the substrate before it was lifted.
-    clear: Vec<f64>,
     /// How far each triangle of `upper` is beneath, and which vertices have been lifted since that was found.
     depths: Vec<f64>,
     has_moved: Vec<bool>,
@@ -67,8 +65,7 @@ impl<'a> Skin<'a> {
             .par_iter()
             .map(|&p| units.to_local(p))
             .collect();
-        let about = places.par_iter().map(|&p| about(substrate, p));
-        let (facing, clear): (Vec<DVec3>, Vec<f64>) = about.unzip();
+        let facing: Vec<DVec3> = places.par_iter().map(|&p| facing(substrate, p)).collect();
         let is_upper = |t: &&[u32; 3]| {
             let out: DVec3 = t.iter().map(|&v| facing[v as usize]).sum();
             across(&places, t).dot(out) > 0.0
@@ -90,7 +87,6 @@ impl<'a> Skin<'a> {
             places,
             upper,
             most,
-            clear,
         }
     }
 
@@ -126,10 +122,6 @@ impl<'a> Skin<'a> {
         let out = across(&self.places, triangle).normalize_or_zero();
         // What bulges through it is no farther than it is wide.
         let within = longest(&self.places, triangle) + self.clearance;
-        let is_free = |&v: &u32| self.clear[v as usize] - self.lifted[v as usize] > within;
-        if triangle.iter().any(is_free) {
-            return 0.0;
-        }
         let [a, b, c] = triangle.map(|v| self.places[v as usize]);
         let point = |(i, j): (u32, u32)| {
             let share = |i: u32| f64::from(i) / f64::from(PARTS);
@@ -154,12 +146,9 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Where the substrate nearest to a place looks, and how far above it the place is; 0 beneath it.
-fn about(substrate: &Substrate, place: DVec3) -> (DVec3, f64) {
-    let (nearest, distance) = substrate.nearest(place);
-    let facing = substrate.normal(nearest.triangle);
-    let is_above = (place - substrate.position(&nearest)).dot(facing) > 0.0;
-    (facing, if is_above { distance } else { 0.0 })
+/// Where the substrate nearest to a place looks.
+fn facing(substrate: &Substrate, place: DVec3) -> DVec3 {
+    substrate.normal(substrate.nearest(place).0.triangle)
 }
 
 /// Along the normal of a triangle, twice as long as its area.

@@ -15,9 +15,8 @@ const LINES: [DVec3; 3] = [
 const LEAST_WAYS: usize = 4;
 
 impl Substrate {
-    /// Whether a place is inside a solid that a piece of the mesh is, other than that of a triangle: of six ways away from
-    /// it four at least come out of that once more often than they go in. So the solid may have holes; one with its faces
-    /// to the inside is a room.
+    /// Whether a place is inside a solid that a piece of the mesh is, other than that of a triangle, as
+    /// [`Solids::hide`](crate::growth::Solids::hide) says.
     pub(crate) fn is_inside_another(&self, than: u32, place: DVec3) -> bool {
         let near = self.piece_tree().map(|pieces| pieces.near(place));
         near.into_iter().flatten().any(|number| {

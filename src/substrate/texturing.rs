@@ -144,23 +144,6 @@ impl Texturing {
         uvs_at(&self.second_uvs, substrate, triangle)
     }
 
-    /// That textures are laid out in a second set of coordinates, where no triangle has one.
-    pub(super) fn missing_set(&self) -> Option<String> {
-        let textures = |m: &Material| {
-            [
-                m.base_color_texture,
-                m.metallic_roughness_texture,
-                m.normal_texture,
-                m.occlusion_texture,
-            ]
-        };
-        let mut textures = self.materials.iter().flat_map(textures).flatten();
-        let is_missing = self.second_uvs.is_empty() && textures.any(|t| t.is_in_second);
-        is_missing.then(|| {
-            "textures are laid out in TEXCOORD_1, which no mesh has or can be read, and are passed over".to_owned()
-        })
-    }
-
     /// Makes the second set of coordinates the first, in which maps are laid out; textures stay where they are.
     pub fn swap_uv_sets(&mut self) {
         std::mem::swap(&mut self.uvs, &mut self.second_uvs);

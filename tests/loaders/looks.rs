@@ -3,7 +3,7 @@
 use super::gltf_doc::*;
 use super::*;
 use serde_json::json;
-use thallus::substrate::{Texturing, load_textured};
+use thallus::substrate::{Alpha, Material, Texturing, load_textured};
 
 /// Files of these names in a folder; the first is the mesh.
 pub(crate) fn textured(files: &[(&str, &[u8])]) -> (Texturing, TempDir) {
@@ -155,6 +155,61 @@ fn factors_of_gltf_materials_stay_in_their_range() {
     let color = [1.0, 0.0, 0.5];
     assert_eq!([material.base_color, material.bare_color], [color; 2]);
     assert_eq!((material.metallic, material.roughness), (1.0, 0.0));
+}
+
+#[test]
+fn textures_of_gltf_may_be_in_the_second_set_where_there_is_one() {
+    let mut doc = Doc::new();
+    let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.25, 1.0]];
+    let bytes: Vec<u8> = { places.as_flattened().iter() }
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let uvs = doc.accessor(&bytes, FLOAT, "VEC2", 3);
+    let png = base64(PNG);
+    doc.json["images"] = json!([{"uri": format!("data:image/png;base64,{png}")}]);
+    doc.json["textures"] = json!([{"source": 0}]);
+    let texture = json!({"index": 0, "texCoord": 1});
+    let leaf = json!({
+        "pbrMetallicRoughness": {"baseColorTexture": texture},
+        "alphaMode": "MASK", "alphaCutoff": -1, "doubleSided": true,
+    });
+    doc.json["materials"] = json!([leaf, {"name": "Odd", "alphaCutoff": "x"}]);
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs, "TEXCOORD_1": uvs});
+    doc.show(json!({"attributes": attributes, "material": 0}), json!({}));
+    let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+    let places = Some(places.map(|uv| uv.map(f64::from)));
+    assert_eq!(
+        (&texturing.uvs, &texturing.second_uvs),
+        (&vec![places], &vec![places])
+    );
+    let [leaf, odd] = &texturing.materials[..] else {
+        panic!("{:?}", texturing.materials)
+    };
+    assert!(
+        leaf.base_color_texture
+            .is_some_and(|texture| texture.is_in_second)
+    );
+    assert_eq!(
+        (leaf.alpha, leaf.is_double_sided),
+        (Alpha::Mask { cutoff: 0.0 }, true)
+    );
+    assert_eq!(*odd, Material::default());
+    let [note] = &texturing.notes[..] else {
+        panic!("{:?}", texturing.notes)
+    };
+    assert!(note.starts_with("material Odd cannot be read"), "{note}");
+    // A set that is too short is none.
+    doc.json["accessors"][uvs]["count"] = json!(2);
+    let attributes = json!({"POSITION": positions, "TEXCOORD_1": uvs});
+    doc.json["meshes"][0]["primitives"][0]["attributes"] = attributes;
+    let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+    assert_eq!(texturing.materials[0].base_color_texture, None);
+    let told = texturing.notes.concat();
+    assert!(
+        told.contains("base colour texture is in TEXCOORD_1, which no mesh has"),
+        "{told}"
+    );
 }
 
 const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";

@@ -272,7 +272,6 @@ impl Looks {
             };
             images.out.materials.push(read);
         }
-        out.notes.extend(out.missing_set());
     }
 }
 
@@ -324,6 +323,13 @@ impl Images<'_> {
         if set > 1 {
             let note = format!(
                 "a {what} texture is in TEXCOORD_{set} and is passed over: only the first two sets are read"
+            );
+            self.out.notes.push(note);
+            return None;
+        }
+        if set == 1 && self.out.second_uvs.is_empty() {
+            let note = format!(
+                "the {what} texture is in TEXCOORD_1, which no mesh has or can be read, and is passed over"
             );
             self.out.notes.push(note);
             return None;
