@@ -70,6 +70,12 @@ impl Image {
         f32::from(least.copied().unwrap_or(0)) / 255.0
     }
 
+    /// The least opacity of a texel.
+    pub(crate) fn least_opacity(&self) -> f32 {
+        let least = self.alpha.iter().flatten().min();
+        f32::from(least.copied().unwrap_or(255)) / 255.0
+    }
+
     /// Linear light at a place from (0, 0), the upper left corner, to (1, 1), and repeated beyond.
     pub(crate) fn color(&self, uv: [f64; 2]) -> Vec3 {
         self.bilinear(uv, |rgb| Vec3::from_array(rgb.map(to_linear)))

@@ -3,6 +3,8 @@
 mod common;
 #[path = "habitat/exposed.rs"]
 mod exposed;
+#[path = "habitat/opaque.rs"]
+mod opaque;
 #[path = "common/png.rs"]
 mod png;
 

@@ -10,6 +10,7 @@ use std::fs;
 
 use desk::{Desk, assert_refused, assert_refused_in_a_line, said};
 use png::{TEXELS, image};
+use serde_json::json;
 use thallus::export::{Elements, read_elements};
 
 /// A desk with a square of side 1 in the plane y = 0, whose image is x by z, and a mask: white where x is from 0.1 to
@@ -258,6 +259,120 @@ fn lichen_inside_other_pieces_is_told_of_and_kept_out() {
     desk.assert_same("again", "exposed");
     let told = desk.done("rock.obj --elements 20 --mask exposed -o one");
     assert!(told.contains("white everywhere"), "{told}");
+}
+
+/// A square of side 1 in the plane y = 0 as glTF, whose material is cut out of an image: what is left of x = 0.5 is there.
+fn write_leaf(desk: &Desk, name: &str, alpha_mode: &str) {
+    let corners: [[f32; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0],
+    ];
+    let uvs = corners.map(|[x, _, z]| [x, z]);
+    let numbers = corners.as_flattened().iter().chain(uvs.as_flattened());
+    let mut bytes: Vec<u8> = numbers.flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
+    fs::write(desk.path("leaf.bin"), bytes).unwrap();
+    let texels = [[60, 160, 60, 255], [60, 160, 60, 0]].repeat(2);
+    let mut image = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut image, 2, 2);
+    encoder.set_color(::png::ColorType::Rgba);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(texels.as_flattened()).unwrap();
+    writer.finish().unwrap();
+    fs::write(desk.path("leaf.png"), image).unwrap();
+    let view = |offset, length| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
+    let accessor = |view, component, count, kind| json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
+    let mut positions = accessor(0, 5126, 4, "VEC3");
+    positions["min"] = json!([0, 0, 0]);
+    positions["max"] = json!([1, 0, 1]);
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0,
+        }]}],
+        "materials": [{
+            "alphaMode": alpha_mode,
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        }],
+        "textures": [{"source": 0, "sampler": 0}],
+        "samplers": [{"wrapS": 33071, "wrapT": 33071}],
+        "images": [{"uri": "leaf.png"}],
+        "accessors": [positions, accessor(1, 5126, 4, "VEC2"), accessor(2, 5123, 6, "SCALAR")],
+        "bufferViews": [view(0, 48), view(48, 32), view(80, 12)],
+        "buffers": [{"uri": "leaf.bin", "byteLength": 92}],
+    });
+    fs::write(desk.path(name), document.to_string()).unwrap();
+}
+
+#[test]
+fn lichen_on_what_is_cut_out_is_told_of_and_kept_out() {
+    let desk = desk();
+    write_leaf(&desk, "leaf.gltf", "MASK");
+    write_leaf(&desk, "card.gltf", "OPAQUE");
+    let words = |mesh: &str| format!("{mesh} --radius 0.004 --elements 600 --at 0.45,0,0.5");
+    const TOLD: &str = "50 % of the surface is cut out of images or transparent, and lichen grows there too: --mask opaque";
+    let told = desk.done(&format!("{} -o open", words("leaf.gltf")));
+    assert!(told.contains(TOLD), "{told}");
+    let checked = desk.call("check", "leaf.gltf").output().unwrap();
+    assert!(String::from_utf8_lossy(&checked.stdout).contains(TOLD));
+    let told = desk.done(&format!("{} -o card", words("card.gltf")));
+    assert!(!told.contains("cut out"), "{told}");
+    // The same lichen, but the card is larger than the leaf.
+    desk.assert_same_elements("open", "card");
+    assert_ne!(desk.read("open/preview.png"), desk.read("card/preview.png"));
+
+    let told = desk.done(&format!("{} --mask opaque -o opaque", words("leaf.gltf")));
+    assert!(!told.contains("cut out"), "{told}");
+    let rightmost = |folder: &str| {
+        let positions = elements(&desk, folder).positions;
+        positions.iter().map(|p| p[0]).fold(0.0, f64::max)
+    };
+    assert!(rightmost("open") > 0.52 && rightmost("opaque") <= 0.501);
+    assert_eq!(recipe(&desk, "opaque")["mask"].as_str(), Some("opaque"));
+    desk.done("--recipe opaque -o again");
+    desk.assert_same("again", "opaque");
+    let told = desk.done(&format!("{} --mask opaque -o white", words("card.gltf")));
+    assert!(told.contains("white everywhere"), "{told}");
+}
+
+/// Seen from above, the leaf covers half of what its card covers, and lichen covers what it covers.
+#[test]
+fn pictures_show_what_is_cut_out_as_cut_out() {
+    let desk = desk();
+    let covered = |mesh: &str, mode: &str, ground: &str| {
+        write_leaf(&desk, mesh, mode);
+        let run = format!("{mode}-{}", ground.len());
+        desk.done(&format!(
+            "{mesh} --radius 0.004 --elements 5 --at 0.2,0,0.5 -o {run}"
+        ));
+        let camera = r#"{"eye":[0.5,3,0.5],"target":[0.5,0,0.5],"up":[0,0,-1],"opening":40}"#;
+        let flags = "--size 96x96 --background transparent --what points --samples 64";
+        let words = format!("{run} -o {run}.png --camera {camera} {flags} --ground {ground}");
+        let output = desk.call("render", &words).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let file =
+            std::io::BufReader::new(fs::File::open(desk.path(&format!("{run}.png"))).unwrap());
+        let mut reader = ::png::Decoder::new(file).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let alpha = pixels.as_chunks::<4>().0.iter().map(|p| f64::from(p[3]));
+        alpha.sum::<f64>() / 255.0
+    };
+    let card = covered("card.gltf", "OPAQUE", "mesh");
+    for (mode, ground) in [
+        ("MASK", "mesh"),
+        ("MASK", "stone"),
+        ("MASK", "leaf.png"),
+        ("BLEND", "mesh"),
+    ] {
+        let share = covered("leaf.gltf", mode, ground) / card;
+        assert!((share - 0.5).abs() < 0.02, "{mode} {ground}: {share}");
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::image::Image;
 use crate::picture::{Coat, Finish};
-use crate::substrate::{Material, Substrate, SurfacePoint, Texture, Texturing};
+use crate::substrate::{Alpha, Material, Substrate, SurfacePoint, Texture, Texturing};
 
 /// The colours, materials and textures of a substrate.
 pub struct Appearance<'a> {
@@ -16,6 +16,8 @@ pub struct Appearance<'a> {
     images: Vec<Option<Image>>,
     /// Instead of the materials' colours, in the layout of the mesh.
     instead: Option<Image>,
+    /// Whether nothing of it is known but where it is open.
+    is_shape: bool,
     /// What could not be read, in words for the user.
     notes: Vec<String>,
 }
@@ -84,11 +86,26 @@ impl<'a> Appearance<'a> {
         texturing: &'a Texturing,
         bytes: &[u8],
     ) -> Result<Self, String> {
-        let bare = Self {
+        let shape = Self {
             notes: Vec::new(),
-            ..Self::with(substrate, texturing, |_| false)
+            is_shape: false,
+            ..Self::of_shape(substrate, texturing)
         };
-        bare.with_image(bytes)
+        shape.with_image(bytes)
+    }
+
+    /// Of all that the file says of a substrate's looks only what is seen through it: the rest is for the scene to say.
+    pub fn of_shape(substrate: &'a Substrate, texturing: &'a Texturing) -> Self {
+        let open = texturing
+            .materials
+            .iter()
+            .filter(|m| m.alpha != Alpha::Opaque);
+        let images = open.filter_map(|material| material.base_color_texture);
+        let images: BTreeSet<usize> = images.map(|texture| texture.image).collect();
+        Self {
+            is_shape: true,
+            ..Self::with(substrate, texturing, |image| images.contains(&image))
+        }
     }
 
     fn with(
@@ -110,6 +127,7 @@ impl<'a> Appearance<'a> {
             texturing,
             images,
             instead: None,
+            is_shape: false,
             notes,
         }
     }
@@ -195,19 +213,16 @@ impl<'a> Appearance<'a> {
         let texture = texture.as_ref()?;
         let uv = at.by(texture)?;
         let image = self.images.get(texture.image)?.as_ref()?;
-        let place = texture.transform.map(|[a, b, c]| a * uv[0] + b * uv[1] + c);
-        Some((image, texture.strength, image.wrapped(place, texture.wrap)))
+        Some((image, texture.strength, texture.place(image, uv)))
     }
 
     /// A normal of a triangle tilted as a normal texture says.
     pub(crate) fn tilted(&self, triangle: u32, at: &InImages, normal: Vec3) -> Option<Vec3> {
         let material = self.texturing.material_of(self.substrate, triangle)?;
         let relief = self.relief(material, at)?;
-        let uvs = match material.normal_texture?.is_in_second {
-            false => self.texturing.uvs_of(self.substrate, triangle),
-            true => self.texturing.second_uvs_of(self.substrate, triangle),
-        };
-        let [right, top] = axes(self.substrate.corners(triangle), &uvs?)?;
+        let texture = material.normal_texture?;
+        let uvs = self.texturing.uvs_for(&texture, self.substrate, triangle)?;
+        let [right, top] = axes(self.substrate.corners(triangle), &uvs)?;
         let along = |axis: Vec3| (axis - normal * normal.dot(axis)).try_normalize();
         (along(right)? * relief.x + along(top)? * relief.y + normal * relief.z).try_normalize()
     }
@@ -215,6 +230,9 @@ impl<'a> Appearance<'a> {
 
 impl Finish for Appearance<'_> {
     fn at(&self, triangle: u32, weights: [f32; 3], normal: [f32; 3]) -> Option<Coat> {
+        if self.is_shape {
+            return None;
+        }
         let at = SurfacePoint::from_weights(triangle, weights.map(f64::from));
         let in_images = InImages::of((self.substrate, self.texturing), triangle, at.weights());
         let (textured, painted) = (self.textured(triangle, &in_images), self.painted(&at));
@@ -224,6 +242,21 @@ impl Finish for Appearance<'_> {
         Some(Coat {
             albedo: albedo.to_array(),
             normal: tilted.unwrap_or(smooth).to_array(),
+        })
+    }
+
+    fn has_openings(&self) -> bool {
+        let is_open = |material: &Material| material.alpha != Alpha::Opaque;
+        self.texturing.materials.iter().any(is_open)
+    }
+
+    fn is_open(&self, triangle: u32, weights: [f32; 3], chance: f32) -> bool {
+        let material = self.texturing.material_of(self.substrate, triangle);
+        let may_be_open = |material: &&Material| material.alpha != Alpha::Opaque;
+        material.filter(may_be_open).is_some_and(|material| {
+            let at = SurfacePoint::from_weights(triangle, weights.map(f64::from));
+            let at = InImages::of((self.substrate, self.texturing), triangle, at.weights());
+            material.is_open(self.opacity(material, &at), chance)
         })
     }
 }

@@ -158,21 +158,9 @@ impl<'a> Ground<'a> {
 
     /// The mean over places spread evenly over what is shown.
     fn mean(&self, shown: &Shown, of: impl Fn(&SurfacePoint) -> Vec3) -> Vec3 {
-        const PLACES: f64 = 4096.0;
-        let all = || shown.triangles();
-        let apart = all().map(|t| self.substrate.area(t)).sum::<f64>() / PLACES;
-        let (mut sum, mut count, mut left) = (Vec3::ZERO, 0u32, 0.5 * apart);
-        for t in all() {
-            left += self.substrate.area(t);
-            while left >= apart {
-                left -= apart;
-                let [u, v] = evenly_spread(count);
-                let weights = [1.0 - u, u * (1.0 - v), u * v];
-                sum += of(&SurfacePoint::from_weights(t, weights));
-                count += 1;
-            }
-        }
-        sum / count.max(1) as f32
+        const PLACES: usize = 4096;
+        let places = self.substrate.spread_over(|| shown.triangles(), PLACES);
+        places.iter().map(of).sum::<Vec3>() / places.len().max(1) as f32
     }
 
     /// Whether a triangle's normal texture is laid out in other coordinates than maps are.
@@ -211,13 +199,4 @@ impl<'a> Ground<'a> {
         }
         surface
     }
-}
-
-/// The n-th place of a triangle in a sequence that fills it evenly: the share of the way from a corner and the share of
-/// the way across there (R2, M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018).
-fn evenly_spread(n: u32) -> [f64; 2] {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    let n = f64::from(n) + 0.5;
-    let [s, t] = [n / PLASTIC, n / (PLASTIC * PLASTIC)].map(f64::fract);
-    [s.sqrt(), t]
 }

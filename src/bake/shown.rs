@@ -31,9 +31,7 @@ impl Shown<'_> {
 
     /// The place of a triangle's material in those of the file, if it has one that is there.
     pub(super) fn material_of(&self, triangle: u32) -> Option<usize> {
-        let source = self.substrate.source_triangle(triangle) as usize;
-        let material = self.texturing.material_of.get(source).copied().flatten()? as usize;
-        (material < self.texturing.materials.len()).then_some(material)
+        self.texturing.material_at(self.substrate, triangle)
     }
 
     /// UVs of a triangle that is shown, if it has any.

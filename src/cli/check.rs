@@ -5,11 +5,12 @@ use std::path::Path;
 
 use serde::Serialize;
 use thallus::substrate::{
-    LoadError, Loaded, PieceReport, Substrate, SubstrateError, SubstrateReport, UpAxis, load_soup,
-    load_textured,
+    LoadError, Loaded, PieceReport, Substrate, SubstrateError, SubstrateReport, Texturing, UpAxis,
+    load_soup, load_textured,
 };
 
 use super::args::CheckArgs;
+use super::cutout::Cutout;
 use super::failure::Failure;
 use super::memory::Room;
 use super::mesh_file::load_error;
@@ -20,13 +21,13 @@ use super::{terminal, warnings};
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     start_threads(None)?;
     let room = Room::now();
-    let (loaded, named) = match load(&args.mesh) {
+    let (loaded, texturing) = match load(&args.mesh) {
         Ok(loaded) => loaded,
         Err(error) => return no_surface(args, &error.into()),
     };
     room.check(&args.mesh, &loaded)?;
     match Substrate::from_loaded(loaded) {
-        Ok(substrate) => surface(args, &substrate, &named),
+        Ok(substrate) => surface(args, &substrate, &texturing),
         Err(error) => no_surface(args, &error),
     }
 }
@@ -47,10 +48,14 @@ struct Name {
 }
 
 /// A mesh, and what its triangles have. Faulty UVs are as good as none: lichen grows without.
-fn load(mesh: &Path) -> Result<(Loaded, Named), LoadError> {
-    let Ok((loaded, texturing)) = load_textured(mesh) else {
-        return Ok((load_soup(mesh)?, Named::default()));
-    };
+fn load(mesh: &Path) -> Result<(Loaded, Texturing), LoadError> {
+    match load_textured(mesh) {
+        Ok(loaded) => Ok(loaded),
+        Err(_) => Ok((load_soup(mesh)?, Texturing::default())),
+    }
+}
+
+fn named(texturing: &Texturing) -> Named {
     let names = |names: Vec<(&str, usize)>| {
         let name = |(name, triangles): (&str, usize)| Name {
             name: name.to_owned(),
@@ -58,30 +63,32 @@ fn load(mesh: &Path) -> Result<(Loaded, Named), LoadError> {
         };
         names.into_iter().map(name).collect()
     };
-    let named = Named {
+    Named {
         with_uvs: texturing.uvs.iter().flatten().count(),
         objects: names(texturing.objects()),
         materials: names(texturing.named_materials()),
-    };
-    Ok((loaded, named))
+    }
 }
 
 /// A file that holds a surface, on which there may still be no room.
-fn surface(args: &CheckArgs, substrate: &Substrate, named: &Named) -> Result<(), Failure> {
+fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Result<(), Failure> {
+    let named = named(texturing);
     let radius = substrate.auto_radius();
-    let warnings = warnings::warnings(substrate, radius);
+    let mut warnings = warnings::warnings(substrate, radius);
+    let cutout = Cutout::of(substrate, texturing);
+    warnings.extend(cutout.and_then(|cutout| cutout.warning(substrate, |_| true)));
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
         true => Answer {
             up: Some(substrate.up_axis()),
             uv_triangles: named.with_uvs,
-            objects: named.objects.clone(),
-            materials: named.materials.clone(),
+            objects: named.objects,
+            materials: named.materials,
             ..Answer::surface(substrate.report(), radius, &warnings, unfit.is_none())
         }
         .say()?,
         false => {
-            let rows = rows(substrate, named);
+            let rows = rows(substrate, &named);
             terminal::say_text(&text(&args.mesh, &rows, &warnings, unfit.is_none()))?;
         }
     }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use thallus::appearance::Appearance;
 use thallus::input;
-use thallus::picture::Ground;
+use thallus::picture::{Finish, Ground};
 use thallus::substrate::{Substrate, Texturing};
 
 use super::failure::Failure;
-use super::mesh_file::{load, load_textured};
+use super::mesh_file::{load, load_cut_out, load_textured};
 use super::render_args::ground;
 use super::terminal::Voice;
 
@@ -50,7 +50,7 @@ pub(super) fn load_dressed(
     voice: Voice,
 ) -> Result<(Substrate, Texturing), Failure> {
     if let Some(Dress::Drawn(_)) = dress {
-        return Ok((load(file)?, Texturing::default()));
+        return load_cut_out(file);
     }
     match (dress, load_textured(file)) {
         (None, Err(fault)) => {
@@ -62,7 +62,7 @@ pub(super) fn load_dressed(
     }
 }
 
-/// The mesh's own looks, where it is to be drawn by them.
+/// The mesh's own looks, where it is to be drawn by them, or what of it is open.
 pub(super) fn appearance<'a>(
     dress: Option<&Dress>,
     (substrate, texturing): (&'a Substrate, &'a Texturing),
@@ -70,8 +70,11 @@ pub(super) fn appearance<'a>(
     voice: Voice,
 ) -> Result<Option<Appearance<'a>>, Failure> {
     let mesh = mesh.display();
+    let shape = || Some(Appearance::of_shape(substrate, texturing)).filter(Finish::has_openings);
     let own = match dress {
-        Some(Dress::Drawn(_)) => return Ok(None),
+        Some(Dress::Drawn(_)) => {
+            return Ok(shape());
+        }
         Some(Dress::Image(file)) => {
             if texturing.uvs.iter().all(Option::is_none) {
                 return Err(Failure::Failed(anyhow::anyhow!(
@@ -89,7 +92,7 @@ pub(super) fn appearance<'a>(
     own.notes().for_each(tell);
     let says_nothing = texturing.materials.is_empty() && texturing.colors.is_empty();
     match dress {
-        None => Ok(Some(own).filter(Appearance::has_colors)),
+        None => Ok(Some(own).filter(Appearance::has_colors).or_else(shape)),
         Some(Dress::Own) if says_nothing => Err(Failure::Failed(anyhow::anyhow!(
             "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
                  name an image in the layout of its UVs"

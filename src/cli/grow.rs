@@ -6,11 +6,13 @@ use std::time::Instant;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
-    Execution, GrowError, Growth, Recipe, Run, RunReport, Settings, Stopped, Timings, shell_path,
+    Execution, GrowError, Growth, OPAQUE, Recipe, Run, RunReport, Settings, Stopped, Timings,
+    shell_path,
 };
-use thallus::substrate::Substrate;
+use thallus::substrate::{Substrate, SurfacePoint};
 
 use super::args::GrowArgs;
+use super::cutout::Cutout;
 use super::failure::Failure;
 use super::foreseen::MOST_COVERED;
 use super::memory::After;
@@ -44,7 +46,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let recipe_file = args.recipe_file();
     let ready = load(&mesh, &settings, recipe_file.as_slice(), voice)?;
     mask::check_spares(output.path(), &ready.mask_layers)?;
-    let (substrate, seconds) = (ready.substrate, ready.seconds);
+    let (substrate, cutout, seconds) = (ready.substrate, ready.cutout, ready.seconds);
     named_mesh::warn_of_nameless(&mesh, voice);
     let named = mesh_name(&args, &settings, &mesh, output.path());
     let settings = Settings {
@@ -67,6 +69,7 @@ pub(crate) fn grow(args: GrowArgs) -> Result<(), Failure> {
     let job = Job {
         args: &args,
         substrate: &substrate,
+        cutout: cutout.as_ref(),
         recipe: &recipe,
         execution: &execution,
         voice,
@@ -91,6 +94,7 @@ fn tell(args: &GrowArgs, substrate: &Substrate, recipe: &Recipe, voice: Voice) {
 struct Job<'a> {
     args: &'a GrowArgs,
     substrate: &'a Substrate,
+    cutout: Option<&'a Cutout>,
     recipe: &'a Recipe,
     execution: &'a Execution,
     voice: Voice,
@@ -114,6 +118,7 @@ impl Job<'_> {
         ended::spare_finished(&folder, &growth)?;
         let finished = Finished {
             substrate: self.substrate,
+            cutout: self.cutout,
             recipe: self.recipe,
             growth: &growth,
             log: &log,
@@ -323,6 +328,8 @@ pub(super) struct Ready {
     pub(super) substrate: Substrate,
     /// Where the layers of its mask were found.
     pub(super) mask_layers: Vec<String>,
+    /// What of it is seen, if not all is.
+    pub(super) cutout: Option<Cutout>,
     seconds: Timings,
 }
 
@@ -355,6 +362,13 @@ pub(super) fn load(
         precompute,
         ..Timings::default()
     };
+    let cutout = Cutout::of(&substrate, &texturing);
+    if !settings.mask_layers().iter().any(|layer| layer == OPAQUE) {
+        let mask = found.as_ref().map(|found| &found.mask);
+        let grows = |at: &SurfacePoint| mask.is_none_or(|mask| mask.at(at) > 0.0);
+        let warning = { cutout.as_ref() }.and_then(|cutout| cutout.warning(&substrate, grows));
+        warning.iter().for_each(|warning| voice.warn(warning));
+    }
     let (mask, mask_layers) = match found {
         Some(found) => (Some(found.mask), found.layers),
         None => (None, Vec::new()),
@@ -362,6 +376,7 @@ pub(super) fn load(
     Ok(Ready {
         substrate: substrate.with_up(settings.mesh_up).with_mask(mask),
         mask_layers,
+        cutout,
         seconds,
     })
 }

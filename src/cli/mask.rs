@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::input;
-use thallus::run::{EXPOSED, NO_MASK, Settings, SettingsError, VERTEX_COLORS};
+use thallus::run::{EXPOSED, NO_MASK, OPAQUE, Settings, SettingsError, VERTEX_COLORS};
 use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
@@ -39,7 +39,7 @@ fn is_lichen(layer: &Path) -> bool {
 
 /// Whether a layer is something in the mesh's own file.
 fn is_of_mesh(layer: &str) -> bool {
-    [VERTEX_COLORS, EXPOSED].contains(&layer) || Selection::is_meant(layer)
+    [VERTEX_COLORS, EXPOSED, OPAQUE].contains(&layer) || Selection::is_meant(layer)
 }
 
 /// Where a layer may be: seen from here, or else as the mesh is found that one of these recipes names. As it is named,
@@ -125,7 +125,8 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
     let layers = settings.mask_layers();
     if layers.iter().any(String::is_empty) {
         return Err(Failure::usage(
-            "--mask is empty: name an image, vertex-colors, object:NAME, material:NAME, exposed, the folder of a run, or none",
+            "--mask is empty: name an image, vertex-colors, object:NAME, material:NAME, exposed, opaque, the folder of a run, or \
+             none",
         ));
     }
     for layer in layers.iter().filter(|layer| Selection::is_meant(layer)) {
@@ -154,6 +155,12 @@ fn layer_of(
     }
     if layer == EXPOSED {
         return Ok(Mask::exposed(substrate));
+    }
+    if layer == OPAQUE {
+        let tell = |note| voice.warn(&format!("{}: {note}", mesh.display()));
+        texturing.notes.iter().for_each(tell);
+        let mask = Mask::opaque(substrate, texturing);
+        return Ok(mask.with_context(|| format!("{}: {OPAQUE}", mesh.display()))?);
     }
     if Selection::is_meant(layer) {
         let selection: Selection = layer.parse().map_err(anyhow::Error::new)?;
@@ -199,8 +206,8 @@ fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
         (Some(name), _) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
         (_, ErrorKind::NotFound) => {
             format!(
-                "give the path of an image or of a run's folder, {VERTEX_COLORS}, object:NAME, material:NAME, {EXPOSED}, or \
-                 {NO_MASK}"
+                "give the path of an image or of a run's folder, {VERTEX_COLORS}, object:NAME, material:NAME, {EXPOSED}, \
+                 {OPAQUE}, or {NO_MASK}"
             )
         }
         _ => "name it with --mask".to_owned(),

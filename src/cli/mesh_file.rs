@@ -11,7 +11,7 @@ use super::memory::Room;
 pub(super) struct MeshFile<'a> {
     path: &'a Path,
     loaded: Loaded,
-    /// What it says about textures, if that was asked for.
+    /// What it says about textures, if that was asked for, or if something is seen through them.
     texturing: Texturing,
 }
 
@@ -22,7 +22,12 @@ impl<'a> MeshFile<'a> {
             true => substrate::load_textured(path),
             false => load_soup(path).map(|loaded| (loaded, Texturing::default())),
         };
-        let (loaded, texturing) = read.map_err(|e| failed(path, &e.into()))?;
+        let (loaded, mut texturing) = read.map_err(|e| failed(path, &e.into()))?;
+        if loaded.speaks_of_openings && !is_textured {
+            // Nobody has asked for textures, so no fault in them keeps lichen from growing.
+            let looks = substrate::load_textured(path);
+            texturing = looks.map(|(_, looks)| looks).unwrap_or_default();
+        }
         room.check(path, &loaded)?;
         Ok(Self {
             path,
@@ -39,8 +44,12 @@ impl<'a> MeshFile<'a> {
 
 /// The surface in a mesh file.
 pub(super) fn load(path: &Path) -> Result<Substrate, Failure> {
-    let (substrate, _) = MeshFile::read(path, false)?.surface()?;
-    Ok(substrate)
+    Ok(load_cut_out(path)?.0)
+}
+
+/// The same, with what the file says about textures where something is seen through them.
+pub(super) fn load_cut_out(path: &Path) -> Result<(Substrate, Texturing), Failure> {
+    MeshFile::read(path, false)?.surface()
 }
 
 /// The same, with what the file says about textures.

@@ -20,6 +20,7 @@ mod bake_write;
 mod buried;
 mod check;
 mod control_group;
+mod cutout;
 mod dress;
 mod ended;
 mod export;

@@ -11,6 +11,7 @@ use thallus::picture::age_color;
 use thallus::run::{Execution, Growth, Recipe, RunReport, Settings, Timings};
 use thallus::substrate::Substrate;
 
+use super::cutout::Cutout;
 use super::failure::Failure;
 use super::preview::preview;
 
@@ -25,6 +26,8 @@ pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, PREVIEW, LOG, REPORT];
 /// A finished run.
 pub(crate) struct Finished<'a> {
     pub(crate) substrate: &'a Substrate,
+    /// What of it is seen, if not all is.
+    pub(crate) cutout: Option<&'a Cutout>,
     pub(crate) recipe: &'a Recipe,
     pub(crate) growth: &'a Growth,
     pub(crate) log: &'a LogWriter,
@@ -64,7 +67,12 @@ impl Finished<'_> {
     fn write_preview(&self, folder: &mut OutputDir, width: u32) -> Result<(), OutputError> {
         let told_before = self.execution.is_cancelled();
         let stopped = || !told_before && self.execution.is_cancelled();
-        match preview(self.substrate, &self.growth.cluster, width, &stopped) {
+        match preview(
+            (self.substrate, self.cutout),
+            &self.growth.cluster,
+            width,
+            &stopped,
+        ) {
             Some(preview) => folder.write(PREVIEW, |out| out.write_all(&preview)),
             None => Ok(()),
         }

@@ -9,6 +9,7 @@ use thallus::picture::{
 };
 use thallus::substrate::{Substrate, SurfacePoint};
 
+use super::cutout::{Cutout, finish};
 use super::failure::Failure;
 use super::memory;
 
@@ -18,7 +19,7 @@ const SAMPLES: u32 = 4;
 /// The substrate with its lichen coloured by age, as PNG of this width and three quarters of it
 /// in height. None if it is told to stop meanwhile.
 pub(crate) fn preview(
-    substrate: &Substrate,
+    (substrate, cutout): (&Substrate, Option<&Cutout>),
     cluster: &Cluster,
     width: u32,
     stopped: &(dyn Fn() -> bool + Sync),
@@ -27,6 +28,7 @@ pub(crate) fn preview(
     let discs = by_age(substrate, cluster);
     let world = World::new(&Scene {
         discs: &discs,
+        finish: finish(cutout),
         ..bare(substrate, &stone)
     });
     let settings = Settings {

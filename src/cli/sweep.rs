@@ -50,6 +50,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
     let grow::Ready {
         substrate,
         mask_layers,
+        cutout,
         ..
     } = grow::load(&mesh, &grid.base, &named_by, voice)?;
     grid.base.mask = mask::named(&grid.base, &mask_layers, &output.join(record::GRID));
@@ -67,6 +68,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         .map_or(Ok(()), |shard| sweep_part::mark(output, shard))?;
     let sweep = Sweep {
         substrate: &substrate,
+        cutout: cutout.as_ref(),
         grid: &grid,
         plan: &plan,
         folder: output,
@@ -416,6 +418,7 @@ impl Sweep<'_> {
         };
         let page = Page {
             substrate: self.substrate,
+            cutout: self.cutout,
             grid: self.grid,
             plan: self.plan,
             folder: self.folder,

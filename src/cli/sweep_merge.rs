@@ -46,6 +46,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let grow::Ready {
         substrate,
         mask_layers,
+        cutout,
         ..
     } = grow::load(&mesh, &grid.base, &named_by, voice)?;
     grid.base.mask = mask::named(&grid.base, &mask_layers, &args.output.join(GRID));
@@ -62,6 +63,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     let outcomes = outcomes(&sources, &args.output, &plan);
     let page = Page {
         substrate: &substrate,
+        cutout: cutout.as_ref(),
         grid: &grid,
         plan: &plan,
         folder: &args.output,

@@ -10,6 +10,7 @@ use thallus::run::{StopRule, Stopped, shell_path};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan, Results, mean_of, page};
 
+use super::cutout::Cutout;
 use super::failure::Failure;
 use super::number::{count, duration, elements, plural, short};
 use super::sweep_picture::Pictures;
@@ -49,6 +50,8 @@ const EARLY: [Early; 3] = [
 /// Everything that is known of a sweep whose runs have ended.
 pub(super) struct Page<'a> {
     pub(super) substrate: &'a Substrate,
+    /// What of it is seen, if not all is.
+    pub(super) cutout: Option<&'a Cutout>,
     pub(super) grid: &'a Grid,
     pub(super) plan: &'a Plan,
     pub(super) folder: &'a Path,

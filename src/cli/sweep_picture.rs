@@ -16,6 +16,7 @@ use thallus::picture::{
 use thallus::skin::{self, Paint, Shape};
 use thallus::sweep::{Axis, CellPicture, Layout, Results, captions, title};
 
+use super::cutout::finish;
 use super::failure::Failure;
 use super::number::plural;
 use super::output::ELEMENTS;
@@ -273,6 +274,7 @@ impl Sight {
         let all = LazyCell::new(|| {
             World::new(&Scene {
                 discs: &discs,
+                finish: finish(page.cutout),
                 ..bare(page.substrate, stone)
             })
         });
@@ -364,6 +366,7 @@ fn picture(
     let world = World::new(&Scene {
         skins: &skins,
         ground: style.ground,
+        finish: finish(page.cutout),
         ..bare(page.substrate, stone)
     });
     let settings = Settings {

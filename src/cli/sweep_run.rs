@@ -15,6 +15,7 @@ use thallus::run::{Execution, Recipe, Run, Stopped, Timings};
 use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
+use super::cutout::Cutout;
 use super::failure::Failure;
 use super::memory::After;
 use super::output::Finished;
@@ -26,6 +27,8 @@ use super::{memory, number, resume};
 /// A sweep that is ready to run.
 pub(super) struct Sweep<'a> {
     pub(super) substrate: &'a Substrate,
+    /// What of it is seen, if not all is.
+    pub(super) cutout: Option<&'a Cutout>,
     pub(super) grid: &'a Grid,
     pub(super) plan: &'a Plan,
     pub(super) folder: &'a Path,
@@ -171,6 +174,7 @@ impl Sweep<'_> {
         }
         let finished = Finished {
             substrate: self.substrate,
+            cutout: self.cutout,
             recipe,
             growth: &growth,
             log: &log,

@@ -15,6 +15,7 @@ mod image;
 mod legend;
 mod marked;
 mod material;
+mod openings;
 mod render;
 mod sample;
 mod shade;
@@ -104,6 +105,17 @@ pub trait Finish: Sync {
     /// At a place of a triangle, by the number it has in [`Stone::new`] and by weights of its corners, where the smooth
     /// surface has this unit normal. None where nothing is known: there it is the scene's [`Ground`].
     fn at(&self, triangle: u32, weights: [f32; 3], normal: [f32; 3]) -> Option<Coat>;
+
+    /// Whether rays go through any place of it. By default none does.
+    fn has_openings(&self) -> bool {
+        false
+    }
+
+    /// Whether a ray goes through a place, by the triangle and the weights of [`at`](Self::at). `chance` is evenly spread
+    /// between 0 and 1: of what is half transparent, places with an opacity above it stop the ray.
+    fn is_open(&self, _triangle: u32, _weights: [f32; 3], _chance: f32) -> bool {
+        false
+    }
 }
 
 impl fmt::Debug for dyn Finish + '_ {

@@ -11,10 +11,10 @@ use super::wide::{Group, Ray, Tree, WIDTH, WORTH_OPTIMIZING};
 use super::{Coat, Disc, Finish, Ground, Painted, Scene, Stage, color, longest_axis};
 
 /// Distance, in sizes of the scene, at which a ray starts over a triangle that it left.
-const CLEAR: f32 = 4e-6;
+pub(super) const CLEAR: f32 = 4e-6;
 
 /// Triangles made ready for rays, those without an area left out.
-struct Mesh {
+pub(super) struct Mesh {
     groups: Vec<Triangles>,
     tree: Tree,
     boxed: [Vec3A; 2],
@@ -81,7 +81,7 @@ impl From<Vec3A> for Starts {
 
 /// A substrate made ready for rays, for all pictures of it. On a fine mesh that takes longer than a picture.
 pub struct Stone {
-    mesh: Mesh,
+    pub(super) mesh: Mesh,
     /// At the corners of the triangles that are not left out.
     normals: Vec<[Vec3; 3]>,
     /// What numbers these had, if any is left out.
@@ -117,7 +117,7 @@ impl Stone {
     }
 
     /// The number that a triangle was given with.
-    fn number(&self, spot: &Spot) -> u32 {
+    pub(super) fn number(&self, spot: &Spot) -> u32 {
         let numbers = self.numbers.as_ref();
         numbers.map_or(spot.number, |numbers| numbers[spot.number as usize])
     }
@@ -135,12 +135,14 @@ impl Stone {
 
 /// A scene made ready for rays, for all pictures of it; parts that cannot be drawn are left out.
 pub struct World<'a> {
-    stone: &'a Stone,
+    pub(super) stone: &'a Stone,
     skins: Vec<(Mesh, &'a Painted<'a>)>,
     granules: Granules,
     /// What the substrate is drawn as, and where it is longest.
     pub(super) ground: (Ground, Vec3A),
     finish: Option<&'a dyn Finish>,
+    /// The same, if rays go through any place of it.
+    pub(super) openings: Option<&'a dyn Finish>,
     pub(super) up: Vec3A,
     /// The diagonal of the box about everything; 1 where there is nothing.
     pub(super) size: f32,
@@ -171,6 +173,7 @@ impl<'a> World<'a> {
         let mut world = Self {
             ground: (scene.ground, longest_axis(stone.mesh.boxed)),
             finish: scene.finish,
+            openings: scene.finish.filter(|finish| finish.has_openings()),
             stone,
             skins,
             granules,
@@ -223,7 +226,7 @@ impl<'a> World<'a> {
     pub(super) fn hit(&self, origin: Vec3A, direction: Vec3A) -> Option<Hit> {
         let mut ray = Ray::new(origin, direction);
         let mut first = None;
-        if let Some(spot) = self.stone.mesh.first(&mut ray) {
+        if let Some(spot) = self.first_stone(&mut ray) {
             first = Some(Thing::Stone(spot));
         }
         for (k, (mesh, _)) in self.skins.iter().enumerate() {
@@ -249,7 +252,7 @@ impl<'a> World<'a> {
     /// What is in the way of a ray: stone, or lichen, or nothing.
     pub(super) fn in_way(&self, from: &Starts, direction: Vec3A) -> InWay {
         let ray = Ray::new(from.stone, direction);
-        if self.stone.mesh.blocks(&ray) {
+        if self.stone_blocks(&ray) {
             return InWay::Stone;
         }
         let ray = ray.starting_at(from.lichen);
@@ -262,7 +265,7 @@ impl<'a> World<'a> {
 
     /// Whether the substrate is in the way of a ray.
     pub(super) fn is_behind(&self, origin: Vec3A, direction: Vec3A) -> bool {
-        self.stone.mesh.blocks(&Ray::new(origin, direction))
+        self.stone_blocks(&Ray::new(origin, direction))
     }
 
     /// Whether the substrate is between two places.
@@ -270,7 +273,7 @@ impl<'a> World<'a> {
         let (direction, end) = (to - from).normalize_and_length();
         let mut ray = Ray::new(from, direction);
         ray.end = end;
-        self.stone.mesh.blocks(&ray)
+        self.stone_blocks(&ray)
     }
 
     fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
@@ -365,12 +368,12 @@ enum Thing {
 }
 
 /// A place on a triangle.
-struct Spot {
+pub(super) struct Spot {
     /// The triangle's number.
-    number: u32,
+    pub(super) number: u32,
     corners: [Vec3A; 3],
     /// Of the corners.
-    weights: [f32; 3],
+    pub(super) weights: [f32; 3],
 }
 
 /// A ray where it met something.
@@ -409,7 +412,7 @@ impl Mesh {
     }
 
     /// Where a ray meets it first, and to where it is cut.
-    fn first(&self, ray: &mut Ray) -> Option<Spot> {
+    pub(super) fn first(&self, ray: &mut Ray) -> Option<Spot> {
         let mut first = None;
         self.tree.meet(ray, |ray, group| {
             if let Some(touch) = self.groups[group].first(ray) {
@@ -427,7 +430,7 @@ impl Mesh {
         })
     }
 
-    fn blocks(&self, ray: &Ray) -> bool {
+    pub(super) fn blocks(&self, ray: &Ray) -> bool {
         let is_met = |ray: &Ray, group: usize| self.groups[group].block(ray);
         self.tree.any(ray, is_met)
     }

@@ -12,6 +12,9 @@ pub const VERTEX_COLORS: &str = "vertex-colors";
 /// What stands in place of a mask's file for what is not inside other pieces of the mesh.
 pub const EXPOSED: &str = "exposed";
 
+/// What stands in place of a mask's file for what [materials](crate::substrate::Mask::opaque) do not leave open.
+pub const OPAQUE: &str = "opaque";
+
 /// Which mask a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskId {

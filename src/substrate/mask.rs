@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::neighbour::Neighbour;
+use super::openings::Openings;
 use super::{Selection, SelectionError, Substrate, SurfacePoint, Texturing};
 use crate::image::{Image, Wrap};
 
@@ -52,6 +53,8 @@ enum Paint {
     Lichen(Neighbour),
     /// What is not inside another piece of the mesh.
     Exposed,
+    /// What its materials do not leave open.
+    Seen(Openings),
 }
 
 /// Why something is no mask for a substrate.
@@ -197,6 +200,21 @@ impl Mask {
         Self::of_layer(substrate, layer)
     }
 
+    /// A mask of what the materials of the mesh's file do not leave open: nothing grows where leaves are cut out of an
+    /// image (`alphaMode` `MASK`, below the cutoff), and on glass (`BLEND`, an opacity below one half).
+    ///
+    /// # Errors
+    /// When an image that says what is open cannot be read.
+    pub fn opaque(substrate: &Substrate, texturing: &Texturing) -> Result<Self, MaskError> {
+        let openings = Openings::new(substrate, texturing).map_err(MaskError::Image)?;
+        let layer = Layer {
+            is_white: openings.are_none(),
+            hash: openings.hash(texturing),
+            paint: Paint::Seen(openings),
+        };
+        Ok(Self::of_layer(substrate, layer))
+    }
+
     fn of_layer(substrate: &Substrate, layer: Layer) -> Self {
         Self {
             mesh: substrate.mesh_hash().to_owned(),
@@ -219,7 +237,8 @@ impl Mask {
     }
 
     /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, of which triangles
-    /// are chosen, of the positions and the radius of another lichen, or of the word `exposed`. Hexadecimal.
+    /// are chosen, of the positions and the radius of another lichen, of what says where materials are open, or of the
+    /// word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
             .iter()
@@ -276,7 +295,7 @@ impl Paint {
         match self {
             Self::Corners(corners) => corners[triangle].is_some(),
             Self::Image(_, uvs) => uvs[triangle].is_some(),
-            Self::Faces(_) | Self::Lichen(_) | Self::Exposed => true,
+            Self::Faces(_) | Self::Lichen(_) | Self::Exposed | Self::Seen(_) => true,
         }
     }
 
@@ -295,6 +314,7 @@ impl Paint {
                 brightness_of(image.values(place).to_array())
             }),
             Self::Faces(faces) => return f64::from(u8::from(faces[triangle])),
+            Self::Seen(openings) => return f64::from(u8::from(!openings.has(at))),
             Self::Lichen(_) | Self::Exposed => return 1.0,
         };
         match brightness {
@@ -315,7 +335,7 @@ fn brightness_of(color: [f32; 3]) -> f32 {
 }
 
 /// The mean of a triangle's corners by weight.
-fn mean(corners: [f32; 3], at: &SurfacePoint) -> f32 {
+pub(super) fn mean(corners: [f32; 3], at: &SurfacePoint) -> f32 {
     let weighted = std::iter::zip(corners, at.weights()).map(|(x, weight)| f64::from(x) * weight);
     weighted.sum::<f64>() as f32
 }

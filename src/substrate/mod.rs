@@ -20,6 +20,7 @@ mod junctions;
 mod load;
 mod mask;
 mod neighbour;
+mod openings;
 mod order;
 mod pairing;
 mod parts;
@@ -30,6 +31,7 @@ mod search;
 mod simplify;
 mod smooth;
 mod soup;
+mod spread;
 mod surface_point;
 mod texturing;
 mod units;
@@ -215,7 +217,9 @@ impl Substrate {
     /// # Panics
     /// When a corner is not among the positions, which no loader lets through.
     pub fn from_loaded(loaded: Loaded) -> Result<Self, SubstrateError> {
-        let Loaded { soup, hash, format } = loaded;
+        let Loaded {
+            soup, hash, format, ..
+        } = loaded;
         let substrate = Self::cleaned(soup)?;
         Ok(Self {
             hash,

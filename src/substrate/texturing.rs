@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Part, Substrate};
-use crate::image::Wrap;
+use crate::image::{Image, Wrap};
 
 /// Texture coordinates, normals, colours and materials, by the number that a triangle has in the file
 /// ([`Substrate::source_triangle`](super::Substrate::source_triangle)).
@@ -97,6 +97,23 @@ pub struct Texture {
 impl Material {
     /// Roughness of stone, where nothing says it.
     pub(crate) const ROUGH: f32 = 0.85;
+
+    /// Whether all is seen through it where the opacity is this; of what is blended, where it is less than `least`.
+    pub(crate) fn is_open(&self, opacity: f32, least: f32) -> bool {
+        match self.alpha {
+            Alpha::Opaque => false,
+            Alpha::Mask { cutoff } => opacity < cutoff,
+            Alpha::Blend => opacity < least,
+        }
+    }
+}
+
+impl Texture {
+    /// Where coordinates are in the image, as its texels are asked for.
+    pub(crate) fn place(&self, image: &Image, [u, v]: [f64; 2]) -> [f64; 2] {
+        let place = self.transform.map(|[a, b, c]| a * u + b * v + c);
+        image.wrapped(place, self.wrap)
+    }
 }
 
 /// White stone without textures.
@@ -142,6 +159,19 @@ impl Texturing {
     /// As [`uvs_of`](Self::uvs_of), of the second set.
     pub fn second_uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
         uvs_at(&self.second_uvs, substrate, triangle)
+    }
+
+    /// Those of the two in which a texture is laid out.
+    pub(crate) fn uvs_for(
+        &self,
+        texture: &Texture,
+        substrate: &Substrate,
+        triangle: u32,
+    ) -> Option<[[f64; 2]; 3]> {
+        match texture.is_in_second {
+            false => self.uvs_of(substrate, triangle),
+            true => self.second_uvs_of(substrate, triangle),
+        }
     }
 
     /// Makes the second set of coordinates the first, in which maps are laid out; textures stay where they are.
@@ -199,9 +229,14 @@ impl Texturing {
 
     /// The material of a substrate's triangle, if it has one.
     pub fn material_of(&self, substrate: &Substrate, triangle: u32) -> Option<&Material> {
+        Some(&self.materials[self.material_at(substrate, triangle)?])
+    }
+
+    /// The place in `materials` of the material of a substrate's triangle, if it has one that is there.
+    pub(crate) fn material_at(&self, substrate: &Substrate, triangle: u32) -> Option<usize> {
         let source = substrate.source_triangle(triangle) as usize;
-        let material = self.material_of.get(source).copied().flatten()?;
-        self.materials.get(material as usize)
+        let material = self.material_of.get(source).copied().flatten()? as usize;
+        (material < self.materials.len()).then_some(material)
     }
 
     /// Adds a part, for triangles that come; the last one again where that is the same.

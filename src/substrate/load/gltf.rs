@@ -65,6 +65,11 @@ pub(super) fn parse_glb(
     parse_document(json, chunk, Format::Glb, base, hasher, texturing)
 }
 
+/// The JSON of a GLB file, if that is one.
+pub(super) fn json_of(glb: &[u8]) -> Option<&[u8]> {
+    open_container(glb).ok().map(|(json, _)| json)
+}
+
 /// The JSON and the binary chunk of a GLB file.
 fn open_container(bytes: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
     let fault = |at: usize, problem: String, cure: &str| {

@@ -17,6 +17,12 @@ use super::encoded_image;
 use super::gltf_buffers::Buffers;
 use super::gltf_schema::or_absent;
 
+/// Whether a document has modes of alpha other than that which is usual, as far as words tell.
+pub(super) fn speaks_of_openings(json: &[u8]) -> bool {
+    let has = |word: &[u8]| json.windows(word.len()).any(|found| found == word);
+    has(b"\"alphaMode\"") && (has(b"\"MASK\"") || has(b"\"BLEND\""))
+}
+
 /// Materials, and which primitives have them.
 #[derive(Default, Deserialize)]
 pub(super) struct Looks {

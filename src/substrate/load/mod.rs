@@ -76,6 +76,8 @@ pub struct Loaded {
     pub hash: String,
     /// What its content turned out to be, or, of bytes, what it was said to be.
     pub format: Format,
+    /// Whether its text speaks of materials that are seen through: [`load_textured`] tells which.
+    pub speaks_of_openings: bool,
 }
 
 /// Reads a mesh file of any supported format.
@@ -141,6 +143,11 @@ fn parse_loaded(
         soup,
         hash: hasher.finalize().to_hex().to_string(),
         format,
+        speaks_of_openings: match format {
+            Format::Gltf => gltf_material::speaks_of_openings(bytes),
+            Format::Glb => gltf::json_of(bytes).is_some_and(gltf_material::speaks_of_openings),
+            Format::Obj | Format::Stl | Format::Ply => false,
+        },
     })
 }
 
@@ -203,6 +210,7 @@ fn stream_stl(file: impl Read) -> Parsed<Loaded> {
         soup,
         hash: hasher.finalize().to_hex().to_string(),
         format: Format::Stl,
+        speaks_of_openings: false,
     })
 }
 

@@ -1,0 +1,63 @@
+//! A mesh that is cut out of images, or transparent, in places, where lichen would hang in the air.
+
+use thallus::picture::{Coat, Finish};
+use thallus::run::OPAQUE;
+use thallus::substrate::{Mask, Substrate, SurfacePoint, Texturing};
+
+use super::number::percent;
+
+/// What its materials do not leave open: that is seen of it in pictures that do not show its materials.
+pub(crate) struct Cutout(Mask);
+
+/// Places that are looked at.
+const PLACES: usize = 8192;
+
+/// A share of these is told of from here on.
+const MANY: f64 = 0.005;
+
+impl Cutout {
+    /// None where all is seen, or where what says so cannot be read.
+    pub(super) fn of(substrate: &Substrate, texturing: &Texturing) -> Option<Self> {
+        let opaque = Mask::opaque(substrate, texturing).ok()?;
+        (!opaque.is_white()).then_some(Self(opaque))
+    }
+
+    /// Says how much of the surface is open, where lichen `grows`, and what to do.
+    pub(super) fn warning(
+        &self,
+        substrate: &Substrate,
+        grows: impl Fn(&SurfacePoint) -> bool,
+    ) -> Option<String> {
+        let mut places = substrate.spread(PLACES);
+        places.retain(grows);
+        let open = places.iter().filter(|at| self.0.at(at) == 0.0).count();
+        let share = open as f64 / places.len().max(1) as f64;
+        (share >= MANY).then(|| {
+            format!(
+                "{} of the surface is cut out of images or transparent, and lichen grows there too: --mask {OPAQUE} keeps \
+                 it off",
+                percent((100.0 * share).round().max(1.0) / 100.0)
+            )
+        })
+    }
+}
+
+impl Finish for Cutout {
+    fn at(&self, _: u32, _: [f32; 3], _: [f32; 3]) -> Option<Coat> {
+        None
+    }
+
+    fn has_openings(&self) -> bool {
+        true
+    }
+
+    fn is_open(&self, triangle: u32, weights: [f32; 3], _: f32) -> bool {
+        let at = SurfacePoint::from_weights(triangle, weights.map(f64::from));
+        self.0.at(&at) == 0.0
+    }
+}
+
+/// As a scene takes it.
+pub(super) fn finish(cutout: Option<&Cutout>) -> Option<&dyn Finish> {
+    cutout.map(|cutout| cutout as &dyn Finish)
+}
