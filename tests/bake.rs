@@ -13,7 +13,9 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use thallus::appearance::Appearance;
-use thallus::bake::{BakeError, Baked, Baker, Base, Look, MAPS, Map, MapFile, MapFormat, Settings};
+use thallus::bake::{
+    BakeError, Baked, Baker, Base, Look, MAPS, Map, MapFile, MapFormat, Settings, judge,
+};
 use thallus::cluster::{Cluster, Element};
 use thallus::export::{MapImages, TexturedScene};
 use thallus::picture::{Finish, Ground};

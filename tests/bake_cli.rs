@@ -346,7 +346,7 @@ fn layouts_with_faults_are_told() {
         fs::write(desk.path("tiles.obj"), folded_in_tiles(u, v)).unwrap();
         let output = bake(&desk, "out -o tiles --mesh tiles.obj --size 128 --force");
         let said = desk::said(&output);
-        assert!(said.contains("UDIM"), "{u} {v}: {said}");
+        assert!(said.contains("with --each tile"), "{u} {v}: {said}");
     }
     let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
     fs::write(desk.path("repeats.obj"), repeats).unwrap();

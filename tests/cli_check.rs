@@ -156,7 +156,7 @@ fn vertices_far_off_are_told_with_a_radius_only_where_a_run_takes_it() {
     }
 }
 
-const KEYS: [&str; 20] = [
+const KEYS: [&str; 21] = [
     "triangles_read",
     "triangles",
     "vertices",
@@ -172,6 +172,7 @@ const KEYS: [&str; 20] = [
     "auto_radius",
     "up",
     "uv_triangles",
+    "maps",
     "objects",
     "materials",
     "repairs",

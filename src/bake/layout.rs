@@ -43,7 +43,7 @@ const FLAT: f64 = 1e-9;
 
 /// How far inside two triangles a texel's middle must be to count as shared, in texels: neighbours
 /// share their edge.
-const SHARED: f64 = 0.01;
+pub(super) const SHARED: f64 = 0.01;
 
 /// How far beyond its edge a triangle that has no texel's middle can still be the nearest one that
 /// bilinear sampling comes to.
@@ -227,7 +227,7 @@ impl Layout {
 }
 
 /// How many times over triangles may cover the image: more are a texture that many parts share.
-const MOST_IMAGES: f64 = 32.0;
+pub(super) const MOST_IMAGES: f64 = 32.0;
 
 /// How many images wide a triangle may be. Layouts exceed the image by rounding and by careless
 /// scaling, one from the wild by 1.8 %: the strip that comes in again is then under the triangle twice,
@@ -239,6 +239,27 @@ pub(super) fn check(shown: &Shown, size: usize) -> Result<(), BakeError> {
     corners(shown, size).map(drop)
 }
 
+/// The corners of a triangle in texels, if it has an area there, of an image with so many in a row.
+pub(super) fn corners_of(
+    shown: &Shown,
+    triangle: u32,
+    size: f64,
+) -> Result<Option<Corners>, BakeError> {
+    let Some(uvs) = shown.uvs_of(triangle) else {
+        return Ok(None);
+    };
+    let corners = uvs.map(|uv| DVec2::from(uv) * size - 0.5);
+    let [low, high] = bounds(&corners);
+    let tiles = (high - low).max_element() / size;
+    match tiles > WIDEST {
+        true => Err(BakeError::Repeats {
+            triangle: shown.substrate.source_triangle(triangle),
+            tiles,
+        }),
+        false => Ok(Some(corners).filter(|c| doubled_area(c).abs() > FLAT)),
+    }
+}
+
 /// The triangles' corners in texels, and that none is much larger than the image.
 fn corners(shown: &Shown, size: usize) -> Result<Vec<Option<Corners>>, BakeError> {
     let scale = size as f64;
@@ -246,21 +267,11 @@ fn corners(shown: &Shown, size: usize) -> Result<Vec<Option<Corners>>, BakeError
     let mut found = Vec::with_capacity(all as usize);
     let (mut missing, mut images) = (0, 0.0);
     for t in 0..all {
-        let uvs = shown.uvs_of(t);
-        missing += usize::from(uvs.is_none());
-        let corners = uvs.map(|uvs| uvs.map(|uv| DVec2::from(uv) * scale - 0.5));
-        if let Some(corners) = corners {
-            let [low, high] = bounds(&corners);
-            let tiles = (high - low).max_element() / scale;
-            if tiles > WIDEST {
-                return Err(BakeError::Repeats {
-                    triangle: shown.substrate.source_triangle(t),
-                    tiles,
-                });
-            }
-            images += 0.5 * doubled_area(&corners).abs() / (scale * scale);
-        }
-        found.push(corners.filter(|c| doubled_area(c).abs() > FLAT));
+        missing += usize::from(shown.uvs_of(t).is_none());
+        let corners = corners_of(shown, t, scale)?;
+        let area = corners.map_or(0.0, |corners| 0.5 * doubled_area(&corners).abs());
+        images += area / (scale * scale);
+        found.push(corners);
     }
     match found.iter().all(Option::is_none) {
         true if missing < found.len() => Err(BakeError::FlatUvs),
@@ -332,7 +343,7 @@ fn near_in_row([a, b]: [DVec2; 2], row: f64, distance: f64) -> [f64; 2] {
 
 /// Columns and rows of the texels whose middles are under a triangle, and a few beside them: as many
 /// as its area and its height say, whatever its box.
-fn under(corners: Corners) -> impl Iterator<Item = (i64, i64)> {
+pub(super) fn under(corners: Corners) -> impl Iterator<Item = (i64, i64)> {
     const ROUND_OFF: f64 = 1e-6;
     let [low, high] = bounds(&corners);
     let rows = low.y.ceil() as i64..=high.y.floor() as i64;
@@ -358,7 +369,7 @@ fn under(corners: Corners) -> impl Iterator<Item = (i64, i64)> {
 }
 
 /// Distance from the nearest side's line, positive inside.
-fn inside(corners: &Corners, p: DVec2) -> f64 {
+pub(super) fn inside(corners: &Corners, p: DVec2) -> f64 {
     let turn = doubled_area(corners).signum();
     let side = |k: usize| {
         let (a, b) = (corners[k], corners[(k + 1) % 3]);

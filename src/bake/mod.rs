@@ -10,6 +10,7 @@
 
 mod frame;
 mod ground;
+mod judge;
 mod layout;
 mod map;
 mod mesh;
@@ -23,6 +24,7 @@ mod write;
 use glam::{DVec2, Vec3};
 
 pub use ground::Base;
+pub use judge::{LayoutJudgement, judge};
 pub use layout::Overlaps;
 pub use map::{MAPS, Map, MapKind};
 pub use write::{Green, MapFile, MapFormat, Meaning};
@@ -40,6 +42,9 @@ use crate::appearance::InImages;
 use crate::cluster::Cluster;
 use crate::skin::{Paint, Relief, Shape, SkinError};
 use crate::substrate::{Alpha, Substrate, Texturing};
+
+/// Texels in a row of the largest maps.
+pub const MOST_TEXELS: u32 = 8192;
 
 /// How large and how fine maps are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,15 +75,15 @@ const QUANTISED: f64 = 200.0;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakeError {
-    /// The mesh has no texture coordinates.
+    /// There are no texture coordinates.
     #[error(
-        "the mesh has no UVs to lay maps out in: unwrap it in the program that made it (in Blender: \
+        "there are no UVs to lay maps out in: unwrap the mesh in the program that made it (in Blender: \
          Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
     )]
     NoUvs,
-    /// The mesh has texture coordinates, but no triangle has area in them.
+    /// There are texture coordinates, but no triangle has area in them.
     #[error(
-        "no triangle has area in the mesh's UVs, so there is no place for lichen in a map: unwrap the mesh (in Blender: \
+        "no triangle has area in the UVs, so there is no place for lichen in a map: unwrap the mesh (in Blender: \
          Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
     )]
     FlatUvs,
@@ -129,6 +134,17 @@ pub enum BakeError {
     Base(String),
 }
 
+impl BakeError {
+    /// Whether triangles share texels that would have some of their own in another layout.
+    pub fn is_of_sharing(&self) -> bool {
+        match self {
+            Self::Repeats { tiles, .. } => *tiles <= QUANTISED,
+            Self::Stacked { .. } => true,
+            _ => false,
+        }
+    }
+}
+
 impl Settings {
     /// Checks that every number is in its range.
     ///
@@ -136,7 +152,7 @@ impl Settings {
     /// [`BakeError::Range`] for the first that is not.
     pub fn check(&self) -> Result<(), BakeError> {
         let ranges = [
-            ("size (in texels)", self.size, 16, 8192),
+            ("size (in texels)", self.size, 16, MOST_TEXELS),
             ("gutter (in texels)", self.gutter, 2, 64),
             ("samples", self.samples, 1, 8),
         ];

@@ -4,18 +4,19 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use thallus::bake::{BakeError, Baked, Baker, Base, Look, Settings};
+use thallus::bake::{BakeError, Baked, Baker, Base, Look, MOST_TEXELS, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
 use thallus::run::shell_path;
 use thallus::skin::{Paint, Shape};
-use thallus::substrate::{Division, NAMELESS, Substrate, Texturing};
+use thallus::substrate::{NAMELESS, Substrate, Texturing};
 
 use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, Each};
-use super::bake_parts::{MapPart, Parts, how_to_divide};
+use super::bake_flags::{Flags, Settled, WASTED, are_few, cure};
+use super::bake_parts::{MapPart, Parts};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
 use super::bake_write::{GLB, Writer};
 use super::dress::Dress;
@@ -24,7 +25,7 @@ use super::grown::{Grown, Origin};
 use super::interrupt::Held;
 use super::memory;
 use super::mesh_file::load_textured;
-use super::number::{count, elements, plural};
+use super::number::{count, elements, plural, short};
 use super::output::check_names_folder;
 use super::run_args::start_threads;
 use super::skin_args::{ColorArgs, ReliefArgs};
@@ -175,12 +176,11 @@ impl<'a> Baking<'a> {
             (Some(Dress::Image(image)), BakeError::Base(_)) => image,
             _ => &self.lichens.mesh,
         };
-        let cure = match &error {
-            BakeError::Stacked { .. } => part.and_then(|part| self.part_by_part(part)),
-            _ => None,
-        };
+        let cure = part
+            .filter(|_| error.is_of_sharing())
+            .map(|part| self.cure(part));
         let error = match cure {
-            Some(cure) => anyhow::anyhow!("{error}; {cure}"),
+            Some(cure) => anyhow::anyhow!("{error}, or: {cure}"),
             None => error.into(),
         };
         let error = match part.and_then(|part| self.left_out(part)) {
@@ -216,13 +216,14 @@ impl<'a> Baking<'a> {
         let report = baked.report();
         let of = { part.name.as_ref() }.map_or(String::new(), |name| format!("'{name}': "));
         let shared = report.overlaps;
-        if shared.texels > 0 {
-            let share = 100.0 * shared.texels as f64 / report.covered.max(1) as f64;
+        let share = shared.texels as f64 / report.covered.max(1) as f64;
+        if !are_few(share) {
+            let share = 100.0 * share;
             let overlap = plural(shared.triangles, "triangle overlaps", "triangles overlap");
             self.say_of_mesh(&format!(
                 "{of}{overlap} in the UVs: {share:.1} % of the texels in use show \
                  one place of the surface and stand for several; {}",
-                self.cure_of_overlaps(part)
+                self.cure(part)
             ));
         }
         if report.not_shown > 0 {
@@ -240,30 +241,33 @@ impl<'a> Baking<'a> {
         let radius = self.lichens.substrate.units().length_to_file(radius);
         if report.texel > COARSE * radius {
             let radii = report.texel / radius;
+            let used = report.covered as f64 / report.texels as f64;
             self.args.run.voice().warn(&format!(
-                "{of}a texel is {radii:.1} element radii wide: single elements do not show; a larger --size \
-                 shows more"
+                "{of}a texel is {radii:.1} element radii wide: single elements do not show; {}",
+                how_to_show_more(used, self.args.maps.size)
             ));
         }
     }
 
-    /// What to do where several places share texels.
-    fn cure_of_overlaps(&self, part: &MapPart) -> String {
-        let chosen = self.lichens.parts.chosen(part);
-        let tiles = Division::by_tile(&self.lichens.texturing).count_in(chosen.as_deref());
-        let otherwise = match tiles > 1 && !self.args.each.contains(&Each::Tile) {
-            true => {
-                "they reach beyond one image, as UDIM tiles do: --each tile gives each its maps"
-            }
-            false => "unwrap the mesh without overlaps",
+    /// What to do where several places of a part share texels: what has been tried and serves, or else is sure to.
+    fn cure(&self, part: &MapPart) -> String {
+        let Lichens {
+            substrate,
+            texturing,
+            parts,
+            ..
+        } = self.lichens;
+        let chosen = parts.chosen(part);
+        let settled = Settled {
+            each: &self.args.each,
+            is_second: self.args.uv_set == 1,
+            chosen: chosen.as_deref(),
         };
-        self.part_by_part(part)
-            .unwrap_or_else(|| otherwise.to_owned())
-    }
-
-    fn part_by_part(&self, part: &MapPart) -> Option<String> {
-        let chosen = self.lichens.parts.chosen(part);
-        how_to_divide(chosen.as_deref(), &self.args.each, &self.lichens.texturing)
+        let best = Flags::best(substrate, texturing, settled);
+        match best.ok().and_then(|best| best.that_serve()) {
+            Some(flags) => format!("with {flags} no place of it shares texels with another"),
+            None => cure(texturing, settled.is_second).to_owned(),
+        }
     }
 
     fn report(&mut self) -> Report {
@@ -441,3 +445,17 @@ fn check_has_uvs(texturing: &Texturing) -> anyhow::Result<()> {
 
 /// Texels wider than this, in element radii, show no elements.
 const COARSE: f64 = 2.0;
+
+/// Of an image whose UVs use this share.
+fn how_to_show_more(used: f64, size: u32) -> String {
+    match used {
+        wasted if wasted < WASTED => format!(
+            "the UVs use {} % of the image: pack them to be larger",
+            short(100.0 * used)
+        ),
+        _ if size < MOST_TEXELS => "a larger --size shows more".to_owned(),
+        _ => "--size is the largest that there is: lay the UVs out over several tiles, objects or materials, and give \
+              each its maps with --each"
+            .to_owned(),
+    }
+}

@@ -30,7 +30,7 @@ pub(crate) struct MapPart {
 }
 
 /// Parts that have maps in one call.
-const MOST_PARTS: usize = 1000;
+pub(super) const MOST_PARTS: usize = 1000;
 
 impl Parts {
     /// None of them without triangles.
@@ -114,29 +114,6 @@ fn named(each: &[Each], texturing: &Texturing) -> anyhow::Result<Option<Division
     Ok(match (objects.transpose()?, materials.transpose()?) {
         (Some(objects), Some(materials)) => Some(objects.and(&materials)),
         (objects, materials) => objects.or(materials),
-    })
-}
-
-/// How to give each of a part's materials or objects maps of its own, where its triangles have several and that is not asked for.
-pub(crate) fn how_to_divide(
-    chosen: Option<&[bool]>,
-    each: &[Each],
-    texturing: &Texturing,
-) -> Option<String> {
-    let kinds = [
-        (Each::Material, "material", Division::by_material(texturing)),
-        (Each::Object, "object", Division::by_object(texturing)),
-    ];
-    let mut missing = { kinds.into_iter() }.filter(|(kind, ..)| !each.contains(kind));
-    missing.find_map(|(_, kind, division)| {
-        let several = division.ok()?.count_in(chosen);
-        let too = if each.is_empty() { "" } else { " too" };
-        (several > 1).then(|| {
-            format!(
-                "where each of its {several} {kind}s has a layout of its own, --each {kind}{too} gives each its maps, and \
-                 --only {kind}:NAME makes those of one (thallus check names them)"
-            )
-        })
     })
 }
 

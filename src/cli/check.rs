@@ -10,6 +10,7 @@ use thallus::substrate::{
 };
 
 use super::args::CheckArgs;
+use super::check_maps::Maps;
 use super::cutout::Cutout;
 use super::failure::Failure;
 use super::memory::Room;
@@ -77,18 +78,20 @@ fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Re
     let mut warnings = warnings::warnings(substrate, radius);
     let cutout = Cutout::of(substrate, texturing);
     warnings.extend(cutout.and_then(|cutout| cutout.warning(substrate, |_| true)));
+    let maps = Maps::of(substrate, texturing);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
         true => Answer {
             up: Some(substrate.up_axis()),
             uv_triangles: named.with_uvs,
+            maps: maps.as_ref().ok().and_then(Option::as_ref),
             objects: named.objects,
             materials: named.materials,
             ..Answer::surface(substrate.report(), radius, &warnings, unfit.is_none())
         }
         .say()?,
         false => {
-            let rows = rows(substrate, &named);
+            let rows = rows(substrate, &named, &maps);
             terminal::say_text(&text(&args.mesh, &rows, &warnings, unfit.is_none()))?;
         }
     }
@@ -133,7 +136,7 @@ fn text(mesh: &Path, rows: &[Row], warnings: &[String], fit: bool) -> String {
     lines.join("\n") + "\n"
 }
 
-fn rows(substrate: &Substrate, named: &Named) -> Vec<Row> {
+fn rows(substrate: &Substrate, named: &Named, maps: &Result<Option<Maps>, String>) -> Vec<Row> {
     let report = substrate.report();
     let radius = substrate.auto_radius();
     let [low, high] = report.bounding_box;
@@ -165,6 +168,11 @@ fn rows(substrate: &Substrate, named: &Named) -> Vec<Row> {
             format!("{} (diagonal / 2000)", short(radius)),
         ),
     ];
+    match maps {
+        Ok(None) => {}
+        Ok(Some(maps)) => rows.push(("maps", maps.told(radius))),
+        Err(problem) => rows.push(("maps", problem.clone())),
+    }
     let lists = [("objects", &named.objects), ("materials", &named.materials)];
     let lists = lists.into_iter().filter(|(_, names)| names.len() > 1);
     rows.extend(lists.map(|(kind, names)| (kind, listed(names))));
@@ -270,6 +278,8 @@ struct Answer<'a> {
     auto_radius: Option<f64>,
     up: Option<UpAxis>,
     uv_triangles: usize,
+    /// Null where `thallus bake` can make none.
+    maps: Option<&'a Maps>,
     objects: Vec<Name>,
     materials: Vec<Name>,
     repairs: &'a [String],

@@ -107,9 +107,14 @@ impl Division {
         firsts
     }
 
+    /// The place among [`names`](Self::names) of the part of a triangle of the file, if there is one.
+    pub(crate) fn place_of(&self, triangle: usize) -> Option<usize> {
+        self.part_of.get(triangle).copied()
+    }
+
     /// What the part of a triangle of the file is called, if there is one.
     pub fn name_of(&self, triangle: usize) -> Option<&str> {
-        let part = *self.part_of.get(triangle)?;
+        let part = self.place_of(triangle)?;
         self.names.get(part).map(String::as_str)
     }
 

@@ -1,5 +1,7 @@
 //! Squares in layouts: what lies beyond them, colours, pictures, and what cannot be baked.
 
+use thallus::substrate::{Division, Part};
+
 use super::*;
 
 /// A square of two triangles for each list of UVs.
@@ -308,4 +310,81 @@ fn uvs_are_read_from_every_format_that_has_them() {
         places.join("\n")
     );
     assert_eq!(written(&text, "a.ply").1.uvs, expected);
+}
+
+/// Judging agrees with baking, by as much as an image of 512 texels tells less than one of 64 misses.
+#[test]
+fn a_layout_is_judged_as_it_is_baked() {
+    let (low, high) = (square(0.05, 0.45), square(0.55, 0.95));
+    for (uvs, few) in [
+        (vec![low, high], true),
+        (vec![low, low], false),
+        (vec![low, square(0.25, 0.65)], false),
+        (vec![square(1.05, 1.45), high], true),
+        (vec![square(1.05, 1.45), low], false),
+    ] {
+        let (substrate, texturing) = written(&squares(&uvs), "squares.obj");
+        let judged = judge(&substrate, &texturing, (None, None)).unwrap();
+        let growth = grow(&substrate, &recipe(0.01, 2), &Execution::default(), &mut ());
+        let made = Made {
+            cluster: growth.unwrap().cluster,
+            substrate,
+            texturing,
+        };
+        let baker = baker(&made, &settings(256, 1));
+        let report = baker.whole().unwrap().report();
+        let covered = report.covered as f64;
+        let shared = report.overlaps.texels as f64 / covered;
+        assert!(
+            (judged.overlapping - shared).abs() < 0.02,
+            "{judged:?} {shared}"
+        );
+        assert_eq!(judged.overlapping == 0.0, few, "{judged:?}");
+        let used = covered / report.texels as f64;
+        assert!((judged.used - used).abs() < 0.02, "{judged:?} {used}");
+        assert!((judged.side / (256.0 * report.texel) - 1.0).abs() < 0.02);
+        assert_eq!((judged.images, judged.not_shown), (1, 0));
+    }
+}
+
+#[test]
+fn parts_of_a_division_are_judged_apart() {
+    let low = square(0.1, 0.9);
+    let flat = [[0.5, 0.5]; 4];
+    let (substrate, mut texturing) = written(&squares(&[low, low, flat]), "squares.obj");
+    texturing.parts = ["a", "b"]
+        .map(|name| Part {
+            material: Some(name.to_owned()),
+            ..Part::default()
+        })
+        .to_vec();
+    texturing.part_of = [0, 0, 1, 1, 1, 1].map(Some).to_vec();
+    let by_material = Division::by_material(&texturing).unwrap();
+    let judged = |division, chosen: Option<&[bool]>| {
+        judge(&substrate, &texturing, (division, chosen)).unwrap()
+    };
+    assert!(judged(None, None).overlapping > 0.95);
+    let apart = judged(Some(&by_material), None);
+    assert_eq!(
+        (apart.images, apart.overlapping, apart.not_shown),
+        (2, 0.0, 2)
+    );
+    assert!((apart.used - 0.64).abs() < 0.01, "{apart:?}");
+    let first = judged(None, Some(&[true, true]));
+    assert_eq!(
+        (first.images, first.overlapping, first.not_shown),
+        (1, 0.0, 0)
+    );
+    let (substrate, texturing) = written(&squares(&[flat]), "squares.obj");
+    let flat = judge(&substrate, &texturing, (None, None));
+    assert_eq!(flat, Err(BakeError::FlatUvs));
+    let (substrate, texturing) = written(&squares(&[square(0.0, 2.0)]), "squares.obj");
+    let wide = judge(&substrate, &texturing, (None, None));
+    assert!(matches!(wide, Err(BakeError::Repeats { .. })), "{wide:?}");
+    let (substrate, texturing) = written(&squares(&[square(0.0, 1.0); 40]), "squares.obj");
+    let stacked = judge(&substrate, &texturing, (None, None));
+    assert!(
+        matches!(stacked, Err(BakeError::Stacked { .. })),
+        "{stacked:?}"
+    );
 }

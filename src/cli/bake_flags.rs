@@ -1,0 +1,167 @@
+//! With which flags `thallus bake` gives each place of a mesh texels of its own.
+
+use thallus::bake::{BakeError, LayoutJudgement, judge};
+use thallus::substrate::{Division, Substrate, Texturing};
+
+use super::bake_args::Each;
+use super::bake_parts::MOST_PARTS;
+
+/// The flags with the fewest overlaps, the first of several.
+pub(super) struct Flags {
+    /// As they are written, all of their kind.
+    pub(super) words: &'static str,
+    pub(super) judged: LayoutJudgement,
+    /// Share of the texels in use that stand for several places with the flags that are there; none where there are no maps.
+    pub(super) without: Option<f64>,
+}
+
+/// What is settled.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Settled<'a> {
+    pub(super) each: &'a [Each],
+    /// Whether maps are laid out in the file's second set of coordinates.
+    pub(super) is_second: bool,
+    /// By triangles of the file.
+    pub(super) chosen: Option<&'a [bool]>,
+}
+
+/// Overlaps of no more than this share of the texels in use are as good as none.
+const FEW: f64 = 1e-3;
+
+/// A layout that shows less than this share of an image wastes it.
+pub(super) const WASTED: f64 = 0.02;
+
+/// Whether so many overlaps are as good as none.
+pub(super) fn are_few(share: f64) -> bool {
+    share <= FEW
+}
+
+/// What may be written, in the order in which it is proposed.
+const CHOICES: [(&str, &[Each]); 6] = [
+    ("--uv-set 1", &[]),
+    ("--each material", &[Each::Material]),
+    ("--each object", &[Each::Object]),
+    ("--each tile", &[Each::Tile]),
+    (
+        "--each object --each material",
+        &[Each::Object, Each::Material],
+    ),
+    ("--each material --each tile", &[Each::Material, Each::Tile]),
+];
+
+impl Flags {
+    /// Those that add to what is settled.
+    ///
+    /// # Errors
+    /// Why there are no maps, whatever the flags.
+    pub(super) fn best(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        settled: Settled,
+    ) -> Result<Self, BakeError> {
+        let now = divided(texturing, settled.each);
+        let now = judge(substrate, texturing, (now.as_ref(), settled.chosen));
+        let without = now.as_ref().ok().map(|now| now.overlapping);
+        let mut best = now.map(|judged| ("", judged));
+        for (words, each) in CHOICES {
+            if best
+                .as_ref()
+                .is_ok_and(|(_, best)| are_few(best.overlapping))
+            {
+                break;
+            }
+            let adds = settled.each.iter().all(|kind| each.contains(kind));
+            let found = adds.then(|| judged(each, substrate, texturing, settled));
+            let Some(judged) = found.flatten() else {
+                continue;
+            };
+            let is_better =
+                |(_, best): &(_, LayoutJudgement)| judged.overlapping < best.overlapping;
+            if best.as_ref().map_or(true, is_better) {
+                best = Ok((words, judged));
+            }
+        }
+        best.map(|(words, judged)| Self {
+            words,
+            judged,
+            without,
+        })
+    }
+
+    /// Those of them that serve, if any are needed.
+    pub(super) fn that_serve(&self) -> Option<&'static str> {
+        (!self.words.is_empty() && are_few(self.judged.overlapping)).then_some(self.words)
+    }
+}
+
+/// What to do where no flags serve.
+pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
+    if is_second {
+        return "unwrap that set of UVs without overlaps";
+    }
+    match texturing
+        .materials
+        .iter()
+        .any(|m| m.base_color_texture.is_some())
+    {
+        true => {
+            "give the mesh a second set of UVs without overlaps, which leaves its textures where they are, and bake with \
+             --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV Project)"
+        }
+        false => {
+            "unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"
+        }
+    }
+}
+
+/// Nothing where they ask for what there is not, or for no more than there is.
+fn judged(
+    each: &[Each],
+    substrate: &Substrate,
+    texturing: &Texturing,
+    settled: Settled,
+) -> Option<LayoutJudgement> {
+    if each.is_empty() {
+        let is_there = !settled.is_second && texturing.second_uvs.iter().any(Option::is_some);
+        let second = || Texturing {
+            uvs: texturing.second_uvs.clone(),
+            ..Texturing::default()
+        };
+        let judged = is_there.then(|| judge(substrate, &second(), (None, settled.chosen)));
+        return judged?.ok();
+    }
+    if each.contains(&Each::Tile) && repeats_images(texturing) {
+        return None;
+    }
+    let division = divided(texturing, each)?;
+    let is_possible = (2..=MOST_PARTS).contains(&division.count_in(settled.chosen));
+    is_possible.then(|| judge(substrate, texturing, (Some(&division), settled.chosen)).ok())?
+}
+
+/// By all of some kinds; nothing where there are none, or the file has no such names.
+fn divided(texturing: &Texturing, each: &[Each]) -> Option<Division> {
+    let by = |each: &Each| match each {
+        Each::Object => Division::by_object(texturing).ok(),
+        Each::Material => Division::by_material(texturing).ok(),
+        Each::Tile => Some(Division::by_tile(texturing)),
+    };
+    let all: Option<Vec<Division>> = each.iter().map(by).collect();
+    all?.into_iter().reduce(|a, b| a.and(&b))
+}
+
+/// Whether an image lies on several tiles: so it is repeated, and they are none of UDIM's, which have an image each.
+fn repeats_images(texturing: &Texturing) -> bool {
+    let tiles = Division::by_tile(texturing);
+    let mut tile_of = vec![None; texturing.images.len()];
+    let mut triangles = texturing.material_of.iter().enumerate();
+    triangles.any(|(triangle, material)| {
+        let image = || {
+            let material = texturing.materials.get((*material)? as usize)?;
+            let texture = material.base_color_texture?;
+            (!texture.is_in_second).then_some(texture.image)
+        };
+        let at = image().and_then(|image| tile_of.get_mut(image));
+        let tile = tiles.name_of(triangle);
+        at.is_some_and(|at| at.get_or_insert(tile) != &tile)
+    })
+}
