@@ -289,7 +289,7 @@ fn maps_are_made_of_one_part() {
     desk.done("parts.obj --radius 0.01 --elements 900 --at random --colonies 9 -o all");
     let whole = desk.call("bake", "all -o maps --size 64").output().unwrap();
     assert!(
-        said(&whole).contains("--only material:NAME"),
+        said(&whole).contains("with --each object no place"),
         "{}",
         said(&whole)
     );

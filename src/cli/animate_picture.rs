@@ -247,7 +247,7 @@ impl<'a> Shots<'a> {
         let looks = (&lichen.substrate, &lichen.texturing);
         let aspect = width as f32 / height as f32;
         let camera = view.camera.camera(&lichen.substrate, &grown, aspect)?;
-        let camera = view.zoomed(&camera, middle(&discs[0]), aspect);
+        let camera = view.zoomed(&camera, &grown, (middle(&discs[0]), aspect));
         warn_unseen(&camera, &grown, aspect, args.run.voice());
         drop(grown);
         Ok(Self {

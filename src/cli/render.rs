@@ -12,7 +12,7 @@ use serde::Serialize;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, TriMesh, write_file_atomically};
 use thallus::picture::{
-    Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Sight, Structure, World,
+    Camera, Detail, Disc, Finish, Image, Key, Painted, Scene, Settings, Structure, World,
     draw_legend, number, round_below,
 };
 use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles};
@@ -439,25 +439,6 @@ struct Taken {
 }
 
 impl Shot<'_> {
-    /// The camera brought nearer to the middle of all lichens; where that is bare, as between two of them, to that of
-    /// the first that it then sees.
-    fn zoomed(&self, camera: &Camera, world: &World, aspect: f32) -> Camera {
-        let shot = &self.args.view.shot;
-        let at = |discs: &[Disc]| shot.zoomed(camera, middle(discs), aspect);
-        let zoomed = at(&self.colored.discs);
-        if self.lichens.grown.len() == 1 || zoomed.sight(world, aspect) == Sight::Seen {
-            return zoomed;
-        }
-        let mut rest = &self.colored.discs[..];
-        let mut each = self.lichens.grown.iter().map(|lichen| {
-            let (discs, others) = rest.split_at(lichen.cluster.len());
-            rest = others;
-            at(discs)
-        });
-        each.find(|camera| camera.sight(world, aspect) == Sight::Seen)
-            .unwrap_or(zoomed)
-    }
-
     /// Tells when the lichens have their shapes.
     fn take(&self, dressed: impl FnOnce()) -> Result<Taken, Failure> {
         let (view, voice) = (&self.args.view, self.args.run.voice());
@@ -474,7 +455,8 @@ impl Shot<'_> {
         let granular = LazyCell::new(|| World::new(&Scene { discs, ..bare }));
         let aspect = view.size.aspect();
         let camera = view.shot.camera.camera(substrate, &granular, aspect)?;
-        let camera = self.zoomed(&camera, &granular, aspect);
+        let middle = middle(discs);
+        let camera = view.shot.zoomed(&camera, &granular, (middle, aspect));
         warn_unseen(&camera, &granular, aspect, voice);
         let settings = self.settings();
         let picture = |world: &World| thallus::picture::render(world, &camera, &settings);

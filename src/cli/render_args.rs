@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use thallus::picture::{Background, Camera, Ground, unwritable};
+use thallus::picture::{Background, Camera, Ground, World, unwritable};
 use thallus::skin::parse_color;
 
 use super::args::choice;
@@ -104,17 +104,17 @@ pub(crate) struct ShotArgs {
 }
 
 impl ShotArgs {
-    /// The camera brought nearer to the middle of a lichen. Unless it was given it is moved sideways too, as
-    /// far as that would leave the picture otherwise.
-    pub(super) fn zoomed(&self, camera: &Camera, middle: [f32; 3], aspect: f32) -> Camera {
-        const OFF_CENTRE: f32 = 0.4;
-        let zoomed = camera.zoomed(camera.depth(middle), self.zoom);
-        match &self.camera {
-            View::Auto | View::Side { .. } if self.zoom > 1.0 => {
-                zoomed.centred(middle, aspect, OFF_CENTRE)
-            }
-            _ => zoomed,
-        }
+    /// The camera brought nearer: to what it sees of lichens, unless it was given, or that is nothing; else to their middle.
+    pub(super) fn zoomed(
+        &self,
+        camera: &Camera,
+        world: &World,
+        (middle, aspect): ([f32; 3], f32),
+    ) -> Camera {
+        let is_free = matches!(self.camera, View::Auto | View::Side { .. }) && self.zoom > 1.0;
+        let nearer = { is_free }.then(|| camera.nearer(world, aspect, self.zoom));
+        let to_middle = || camera.zoomed(camera.depth(middle), self.zoom);
+        nearer.flatten().unwrap_or_else(to_middle)
     }
 }
 

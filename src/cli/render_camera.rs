@@ -200,7 +200,8 @@ impl CameraText {
             eye: to_file(eye),
             target: to_file(target),
             up: Some(camera.above().map(f64::from)),
-            opening: camera.opening(),
+            // What is beyond that is rounding.
+            opening: (1e4 * camera.opening()).round() / 1e4,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Choosing where to take the picture from.
 
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
 use rayon::prelude::*;
 
 use super::Camera;
@@ -99,22 +99,80 @@ pub enum Sight {
 impl Camera {
     /// What pictures of this width over height show of a world's granules.
     pub fn sight(&self, world: &World, aspect: f32) -> Sight {
-        let is_inside = |dome: &&Dome| {
-            let place = self.project(dome.center().into(), aspect);
-            place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
-        };
-        let is_open = |dome: &Dome| {
-            let clear = clear_of(dome, world);
-            !world.is_between(dome.center() + dome.normal() * clear, self.eye)
-        };
-        let mut inside = world.domes().iter().filter(is_inside).peekable();
+        let domes = world.domes().iter();
+        let mut inside = { domes }
+            .filter(|dome| self.frames(dome, aspect).is_some())
+            .peekable();
         if inside.peek().is_none() {
             return Sight::Past;
         }
-        match inside.any(is_open) {
+        match inside.any(|dome| self.meets(dome, world)) {
             true => Sight::Seen,
             false => Sight::Hidden,
         }
+    }
+
+    /// This camera brought nearer to granules that it sees, so that they are about `factor` times as large, for pictures of
+    /// this width over height: to one that has as many others about it as any, or nearly, and of these to the one nearest to
+    /// the middle of what it sees. It stays on this side of the substrate. None where it sees none.
+    ///
+    /// # Panics
+    /// When the factor is not above 0.
+    pub fn nearer(&self, world: &World, aspect: f32, factor: f32) -> Option<Self> {
+        assert!(factor > 0.0, "{factor} times as near");
+        let target = self.crowded(world, aspect, 0.35 / factor)?;
+        let center = target.center();
+        let depth = self.depth(center.into());
+        let centred = self
+            .zoomed(depth, factor)
+            .centred(center.into(), aspect, 0.0);
+        let on_the_way = Self {
+            eye: center + (self.eye - center) / factor,
+            ..*self
+        };
+        Some(match centred.meets(target, world) {
+            true => centred,
+            false => on_the_way,
+        })
+    }
+
+    /// Of the granules that it sees one with others about it, as far away as this share of the picture.
+    fn crowded<'w>(&self, world: &'w World, aspect: f32, share: f32) -> Option<&'w Dome> {
+        let step = world.domes().len() / LOOKED_AT + 1;
+        let some = { world.domes() }.par_iter().step_by(step);
+        let seen = some.filter_map(|dome| {
+            let place = self.frames(dome, aspect)?;
+            self.meets(dome, world).then_some((place, dome))
+        });
+        let seen: Vec<(Vec2, &Dome)> = seen.collect();
+        let about = |place: Vec2| {
+            let is_near =
+                |(other, _): &&(Vec2, &Dome)| (*other - place).abs().max_element() < share;
+            seen.iter().filter(is_near).count()
+        };
+        let counts: Vec<usize> = seen.par_iter().map(|(place, _)| about(*place)).collect();
+        let enough = counts.iter().max()? * 19 / 20;
+        let middle = seen.iter().map(|(place, _)| *place).sum::<Vec2>() / seen.len() as f32;
+        let crowded = seen
+            .iter()
+            .zip(counts)
+            .filter(|&(_, count)| count >= enough);
+        let off = |(place, _): &(Vec2, &Dome)| place.distance_squared(middle);
+        let nearest = crowded.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
+        nearest.map(|((_, dome), _)| *dome)
+    }
+
+    /// Where a granule is in the picture, if it is.
+    fn frames(&self, dome: &Dome, aspect: f32) -> Option<Vec2> {
+        let place = self.project(dome.center().into(), aspect)?;
+        let is_inside = place.iter().all(|x| (0.0..=1.0).contains(x));
+        is_inside.then_some(place.into())
+    }
+
+    /// Whether no substrate is before a granule.
+    fn meets(&self, dome: &Dome, world: &World) -> bool {
+        let clear = clear_of(dome, world);
+        !world.is_between(dome.center() + dome.normal() * clear, self.eye)
     }
 }
 

@@ -418,3 +418,45 @@ fn azimuth_and_elevation_are_those_of_the_documentation() {
         "{x} {y}"
     );
 }
+
+/// A ball of radius 1 with granules all over it: what is nearest to the eye is at 1, and to go to the middle of them all
+/// would be to go inside.
+#[test]
+fn to_go_nearer_is_to_go_to_what_is_seen_and_not_inside() {
+    let (vertices, triangles) = sphere(24);
+    let stone = Stone::new(&vertices, &triangles);
+    let disc = |center: &[f32; 3]| Disc {
+        center: *center,
+        normal: *center,
+        radius: 0.02,
+        color: [200; 3],
+    };
+    let all: Vec<Disc> = vertices.iter().map(disc).collect();
+    let dense = |disc: &&Disc| disc.center[0] > 0.0 && disc.center[1].abs() < 0.3;
+    let side: Vec<Disc> = all.iter().filter(dense).copied().collect();
+    for (discs, factors) in [(&all, [1.5, 4.0, 40.0]), (&side, [1.5, 4.0, 40.0])] {
+        let world = World::new(&Scene {
+            discs,
+            ..Scene::bare(&stone, UP)
+        });
+        let camera = Camera::from_side(&world, 1.5, 40.0, 20.0);
+        for factor in factors {
+            let nearer = camera
+                .nearer(&world, 1.5, factor)
+                .expect("granules in sight");
+            let eye = glam::Vec3::from(nearer.eye());
+            assert!(eye.length() > 1.0, "{factor}: {eye}");
+            assert_eq!(nearer.sight(&world, 1.5), Sight::Seen, "{factor}");
+            let apart = |camera: &Camera| {
+                let eye = glam::Vec3::from(camera.eye());
+                let each = discs.iter().map(|disc| eye.distance(disc.center.into()));
+                each.fold(f32::INFINITY, f32::min)
+            };
+            let as_near = apart(&camera) / apart(&nearer) / factor;
+            assert!((0.4..2.5).contains(&as_near), "{factor}: {as_near}");
+        }
+    }
+    let none = World::new(&Scene::bare(&stone, UP));
+    let camera = Camera::from_side(&none, 1.5, 40.0, 20.0);
+    assert!(camera.nearer(&none, 1.5, 2.0).is_none());
+}
