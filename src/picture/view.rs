@@ -136,7 +136,8 @@ impl Camera {
         })
     }
 
-    /// Of the granules that it sees one with others about it, as far away as this share of the picture.
+    /// Of the granules that it sees one with others about it, as far away as this share of the picture. On a side that is
+    /// turned away they lie closer together in the picture, and count for less.
     fn crowded<'w>(&self, world: &'w World, aspect: f32, share: f32) -> Option<&'w Dome> {
         let step = world.domes().len() / LOOKED_AT + 1;
         let some = { world.domes() }.par_iter().step_by(step);
@@ -145,13 +146,17 @@ impl Camera {
             self.meets(dome, world).then_some((place, dome))
         });
         let seen: Vec<(Vec2, &Dome)> = seen.collect();
-        let about = |place: Vec2| {
-            let is_near =
-                |(other, _): &&(Vec2, &Dome)| (*other - place).abs().max_element() < share;
-            seen.iter().filter(is_near).count()
+        let shown = |dome: &Dome| {
+            let towards = (self.eye - dome.center()).normalize_or_zero();
+            dome.normal().dot(towards).max(0.0)
         };
-        let counts: Vec<usize> = seen.par_iter().map(|(place, _)| about(*place)).collect();
-        let enough = counts.iter().max()? * 19 / 20;
+        let about = |place: Vec2| {
+            let is_near = |other: &Vec2| (*other - place).abs().max_element() < share;
+            let near = seen.iter().filter(|(other, _)| is_near(other));
+            near.map(|(_, dome)| shown(dome)).sum::<f32>()
+        };
+        let counts: Vec<f32> = seen.par_iter().map(|(place, _)| about(*place)).collect();
+        let enough = 0.95 * counts.iter().copied().reduce(f32::max)?;
         let middle = seen.iter().map(|(place, _)| *place).sum::<Vec2>() / seen.len() as f32;
         let crowded = seen
             .iter()
