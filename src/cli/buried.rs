@@ -9,19 +9,12 @@ use thallus::substrate::{Mask, Substrate, SurfacePoint};
 
 use super::number::percent;
 
-/// Other pieces that are nearer than this share of the mesh's diagonal cover what they are above.
-const NEAR: f64 = 0.05;
-
-/// Of all that a place looks at, more than it may be another piece.
-const COVERED: f64 = 0.9;
-
 /// Says so, and what to do.
 pub(super) fn warnings(substrate: &Substrate, seeds: &[SurfacePoint]) -> Vec<String> {
     let solids = Solids::of(substrate);
-    let near = NEAR * substrate.units().diagonal();
     let (inside, outside): (Vec<SurfacePoint>, Vec<SurfacePoint>) =
         seeds.par_iter().partition(|at| solids.hide(at));
-    let under = { outside.par_iter() }.filter(|at| solids.cover(at, near) > COVERED);
+    let under = { outside.par_iter() }.filter(|at| solids.is_under(at));
     let (all, cure) = (seeds.len(), cure(substrate));
     let found = [
         starts(inside.len(), all).map(|who| {

@@ -4,12 +4,15 @@
 //! place, and where it then comes to rest that may not be 0. So no element has its centre where nothing may grow, and
 //! where something may the law is that of the thesis, but for a mask that is grey.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use glam::DVec2;
 use libm::cos;
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
-use crate::substrate::{Mask, Substrate, SurfacePoint};
+use crate::substrate::{Component, Mask, Substrate, SurfacePoint};
 use crate::walk::trace;
 
 /// Places looked at to measure how much of a surface is habitat.
@@ -23,6 +26,34 @@ const MOST_EXPOSED: usize = 1 << 15;
 
 /// What rounding may do to the cosine of a slope: normals are kept in 32 bits.
 const ROUNDED: f64 = 1e-6;
+
+/// What a place is to be near to.
+pub(super) enum Goal {
+    /// A place, on its own piece of the mesh if that has habitat.
+    Near(SurfacePoint),
+    /// What is highest on the mesh.
+    Summit,
+}
+
+impl Goal {
+    /// The triangles on which a place is looked for, and those where there is none.
+    fn among(&self, substrate: &Substrate) -> Vec<Range<u32>> {
+        let all = 0..substrate.triangles().len() as u32;
+        match self {
+            Self::Near(goal) => vec![substrate.component_of(goal.triangle).triangles.clone(), all],
+            Self::Summit => vec![all],
+        }
+    }
+
+    /// The less, the better a place is.
+    fn distance(&self, substrate: &Substrate, at: &SurfacePoint) -> f64 {
+        let place = substrate.position(at);
+        match self {
+            Self::Near(goal) => place.distance_squared(substrate.position(goal)),
+            Self::Summit => -place.dot(substrate.up()),
+        }
+    }
+}
 
 /// How steep the surface may be that lichen grows on: angles between its smooth normal and up, in degrees. 0 is level,
 /// 90 upright, 180 the underside of something level.
@@ -148,16 +179,37 @@ impl<'a> Habitat<'a> {
     /// units) from them in eight directions too: with the first of these rooms for which there is one on its own piece,
     /// or else on another. None where there is none among as many places as for the [share](Self::share).
     pub fn nearest(&self, to: &SurfacePoint, rooms: &[f64]) -> Option<SurfacePoint> {
-        let all = 0..self.substrate.triangles().len() as u32;
-        let piece = self.substrate.component_of(to.triangle).triangles.clone();
-        let goal = self.substrate.position(to);
-        let distance = |at: &SurfacePoint| self.substrate.position(at).distance_squared(goal);
-        [piece, all].into_iter().find_map(|among| {
+        self.best(&Goal::Near(*to), rooms, |places| places)
+    }
+
+    /// The best place for a goal, of those that a choice leaves of all that lie by how good they are; with rooms as for the
+    /// [nearest](Self::nearest).
+    pub(super) fn best(
+        &self,
+        goal: &Goal,
+        rooms: &[f64],
+        choose: impl Fn(Vec<SurfacePoint>) -> Vec<SurfacePoint>,
+    ) -> Option<SurfacePoint> {
+        goal.among(self.substrate).into_iter().find_map(|among| {
             let mut places = self.suited_places(among).0;
-            places.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let off = |at: &SurfacePoint| goal.distance(self.substrate, at);
+            places.sort_by(|a, b| off(a).total_cmp(&off(b)));
+            let places = choose(places);
             let with = |room: f64| places.iter().find(|at| self.has_room(at, room));
             rooms.iter().find_map(|&room| with(room)).copied()
         })
+    }
+
+    /// The piece of the mesh with the most room for lichen, if there is any.
+    pub(super) fn widest_piece(&self) -> Option<&'a Component> {
+        let all = 0..self.substrate.triangles().len() as u32;
+        let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+        for at in self.suited_places(all).0 {
+            let piece = self.substrate.component_of(at.triangle);
+            *counts.entry(piece.triangles.start).or_default() += 1;
+        }
+        let most = counts.into_iter().rev().max_by_key(|&(_, count)| count);
+        most.map(|(first, _)| self.substrate.component_of(first))
     }
 
     /// Whether lichen may grow so far from a place in eight directions.

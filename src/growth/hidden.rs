@@ -38,6 +38,23 @@ impl<'a> Solids<'a> {
         self.substrate.is_buried(at, height)
     }
 
+    /// Whether nobody sees a place: it is [inside](Self::hide) another piece, or close [under](Self::cover) one.
+    ///
+    /// # Panics
+    /// When the substrate does not have the place's triangle.
+    pub fn conceal(&self, at: &SurfacePoint) -> bool {
+        self.hide(at) || self.is_under(at)
+    }
+
+    /// Whether other pieces that are nearer than a twentieth of the mesh's diagonal are more than nine tenths of what a
+    /// place looks at.
+    ///
+    /// # Panics
+    /// When the substrate does not have the place's triangle.
+    pub fn is_under(&self, at: &SurfacePoint) -> bool {
+        self.cover(at, NEAR * self.substrate.units().diagonal()) > COVERED
+    }
+
     /// How much of what a place looks at is another piece of the mesh, no farther away than `within`, a length in file
     /// units: from 0 to 1, by 24 directions.
     ///
@@ -57,6 +74,12 @@ impl<'a> Solids<'a> {
         rays.filter(meets).count() as f64 / f64::from(RAYS)
     }
 }
+
+/// Other pieces that are nearer than this share of the mesh's diagonal cover what they are above.
+const NEAR: f64 = 0.05;
+
+/// Of all that a place looks at, more than it may be another piece.
+const COVERED: f64 = 0.9;
 
 /// Directions in which it is looked what covers a place.
 const RAYS: u32 = 24;

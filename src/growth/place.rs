@@ -148,7 +148,7 @@ impl SeedPlace {
         colony: u64,
     ) -> Result<SurfacePoint, PlaceError> {
         match self {
-            Self::Top => Ok(top(substrate)),
+            Self::Top => Ok(top(substrate, &substrate.components()[0])),
             Self::Point(p) => nearest_to(substrate, *p),
             Self::Triangle { triangle, uv } => in_triangle(substrate, *triangle, *uv),
             Self::Highest => Ok(highest(substrate)),
@@ -227,8 +227,8 @@ fn highest(substrate: &Substrate) -> SurfacePoint {
     SurfacePoint::from_weights(best.1, weights)
 }
 
-fn top(substrate: &Substrate) -> SurfacePoint {
-    let piece = &substrate.components()[0];
+/// Where a plumb line through the middle of a piece first meets it from above, or what is nearest to that.
+pub(super) fn top(substrate: &Substrate, piece: &Component) -> SurfacePoint {
     let middle = (piece.bounds[0] + piece.bounds[1]) * 0.5;
     let up = substrate.up();
     let above = |place: DVec3| {

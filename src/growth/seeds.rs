@@ -4,11 +4,13 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Habitat;
+use super::habitat::Goal;
 use super::hidden::Solids;
 use super::launch::AreaSampler;
-use super::place::{PlaceError, SeedPlace, TRIES};
+use super::place::{PlaceError, SeedPlace, TRIES, top};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Substrate, SurfacePoint};
 use crate::walk::{Ball, Connectivity};
@@ -19,7 +21,8 @@ impl SeedPlace {
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
     /// the mesh, or is [inside another](Solids::hide), and as seldom kept as a walker sticks in that
     /// [habitat](Habitat::at). `Top`, `Highest` and `Center` are the [nearest place](Habitat::nearest) where something
-    /// may grow, with room about it if there is any. Distances are those through space, but elements on two faces of a
+    /// may grow, with room about it if there is any, and which no other piece [conceals](Solids::conceal) unless that is
+    /// so wherever something may grow. Distances are those through space, but elements on two faces of a
     /// sheet do not overlap.
     ///
     /// # Errors
@@ -68,6 +71,9 @@ const FARTHEST: i64 = 1 << 60;
 /// the habitat, or in a gap of another lichen. The greatest of these for which there are places.
 const ROOMS: [f64; 3] = [40.0, LEAST_ROOM, 0.0];
 
+/// Places that are asked whether they are seen.
+const LOOKED_AT: usize = 1024;
+
 /// With so many it stays where it is.
 const LEAST_ROOM: f64 = 10.0;
 
@@ -99,26 +105,68 @@ impl Seeds<'_> {
         Ok(())
     }
 
-    /// A place that was found for one, or where nothing may grow there or has no room, and it was not asked for as it is,
-    /// the nearest to it with room about it, or without if there is none.
+    /// A place that was found for one, if something may grow there. Where it was asked for by its name, and nothing may, or
+    /// has no room, or nobody would see it, the best place for that name.
     fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
-        let is_named = !matches!(place, SeedPlace::Point(_) | SeedPlace::Triangle { .. });
-        let room = LEAST_ROOM * self.radius;
-        if self.habitat.at(&at) > 0.0 && (!is_named || self.habitat.has_room(&at, room)) {
+        if !matches!(place, SeedPlace::Point(_) | SeedPlace::Triangle { .. }) {
+            return self.named(place, at).ok_or(PlaceError::NoHabitat);
+        }
+        if self.habitat.at(&at) > 0.0 {
             return Ok(at);
         }
-        let nearest = |rooms: &[f64]| self.habitat.nearest(&at, rooms);
         let in_file = |at: SurfacePoint| {
             let units = self.substrate.units();
             units.to_file(self.substrate.position(&at)).to_array()
         };
-        match is_named {
-            true => nearest(&ROOMS.map(|radii| radii * self.radius)).ok_or(PlaceError::NoHabitat),
-            false => Err(PlaceError::Barren {
-                place: place.to_string(),
-                nearest: nearest(&[0.0]).map(in_file),
-            }),
+        Err(PlaceError::Barren {
+            place: place.to_string(),
+            nearest: self.habitat.nearest(&at, &[0.0]).map(in_file),
+        })
+    }
+
+    /// Of a place by its name that, or the best instead: with room about it if there is any, in sight if there is any.
+    fn named(&self, place: &SeedPlace, at: SurfacePoint) -> Option<SurfacePoint> {
+        let room = LEAST_ROOM * self.radius;
+        let suits =
+            |at: &SurfacePoint| self.habitat.at(at) > 0.0 && self.habitat.has_room(at, room);
+        let at = match place {
+            SeedPlace::Top if !suits(&at) => self.top_of_habitat(at),
+            _ => at,
+        };
+        if suits(&at) && !self.solids.conceal(&at) {
+            return Some(at);
         }
+        let goal = match place {
+            SeedPlace::Highest => Goal::Summit,
+            _ => Goal::Near(at),
+        };
+        let rooms = ROOMS.map(|radii| radii * self.radius);
+        let best = |rooms: &[f64], is_seen: bool| {
+            let choose = |all| if is_seen { self.in_sight(all) } else { all };
+            self.habitat.best(&goal, rooms, choose)
+        };
+        best(&rooms, true)
+            .or_else(|| suits(&at).then_some(at))
+            .or_else(|| best(&rooms, false))
+    }
+
+    /// The top of the mesh, or, where its piece has no habitat, of the piece with the most.
+    fn top_of_habitat(&self, at: SurfacePoint) -> SurfacePoint {
+        if self.habitat.share([at.triangle].into_iter()) > 0.0 {
+            return at;
+        }
+        let widest = self.habitat.widest_piece();
+        widest.map_or(at, |piece| top(self.substrate, piece))
+    }
+
+    /// Of places in some order those that are seen. Of many not all are looked at.
+    fn in_sight(&self, places: Vec<SurfacePoint>) -> Vec<SurfacePoint> {
+        if self.substrate.components().len() == 1 {
+            return places;
+        }
+        let step = places.len() / LOOKED_AT + 1;
+        let some = places.into_par_iter().step_by(step);
+        some.filter(|at| !self.solids.conceal(at)).collect()
     }
 
     /// Gives the next one this place.

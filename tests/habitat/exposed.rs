@@ -1,6 +1,7 @@
 //! What is inside other pieces of a mesh is kept out by a mask.
 
 use thallus::cluster::Element;
+use thallus::substrate::Part;
 
 use super::*;
 
@@ -84,4 +85,79 @@ fn what_is_inside_other_pieces_is_not_exposed() {
 fn all_of_one_piece_is_exposed() {
     assert!(Mask::exposed(&cubes(&[DVec3::ZERO])).is_white());
     assert!(!Mask::exposed(&cubes(&[DVec3::ZERO, 3.0 * DVec3::X])).is_white());
+}
+
+/// Two cubes on the ground, the first of which stands in the way of where a seed would go.
+#[test]
+fn a_seed_that_is_named_goes_where_it_is_seen() {
+    // The large cube's top is inside a smaller one, which nothing else is in.
+    let middles = [DVec3::ZERO, DVec3::new(0.0, 0.5, 0.0)];
+    let substrate = cubes(&middles);
+    let seed = |place: SeedPlace| {
+        let recipe = Recipe {
+            at: vec![place],
+            ..common::recipe(0.002, 10)
+        };
+        let at = recipe.seeds(&substrate).expect("a place")[0];
+        substrate.units().to_file(substrate.position(&at))
+    };
+    let is_inside = |p: DVec3| middles.iter().any(|m| depth(p, *m) > 1e-6);
+    let as_named = SeedPlace::Top.locate(&substrate, 1, 0).expect("a place");
+    let as_named = substrate.units().to_file(substrate.position(&as_named));
+    assert!(is_inside(as_named), "{as_named}");
+    let top = seed(SeedPlace::Top);
+    assert!(!is_inside(top) && top.distance(as_named) < 0.75, "{top}");
+    // What is asked for by its place is left there.
+    let inside = seed(SeedPlace::Point(as_named.to_array()));
+    assert!(inside.distance(as_named) < 1e-9, "{inside}");
+}
+
+/// A mask that leaves only one piece of several has lichen start on top of that one.
+#[test]
+fn the_top_and_what_is_highest_are_those_of_the_habitat() {
+    let middles = [
+        DVec3::ZERO,
+        DVec3::new(3.0, 0.0, 0.0),
+        DVec3::new(6.0, 0.4, 0.0),
+    ];
+    let substrate = cubes(&middles);
+    let texturing = Texturing {
+        parts: [0, 1, 2]
+            .map(|k| Part {
+                objects: vec![format!("cube{k}")],
+                ..Part::default()
+            })
+            .to_vec(),
+        part_of: (0..36).map(|t| Some(t / 12)).collect(),
+        ..Texturing::default()
+    };
+    let only = |name: &str| {
+        let selection = format!("object:{name}").parse().expect("a selection");
+        let mask = Mask::from_selection(&substrate, &texturing, &selection).expect("a mask");
+        let id = MaskId {
+            layers: vec![name.to_owned()],
+            hashes: mask.hashes().into_iter().map(str::to_owned).collect(),
+        };
+        (mask, id)
+    };
+    for (name, middle) in [("cube1", middles[1]), ("cube2", middles[2])] {
+        let (mask, id) = only(name);
+        let substrate = cubes(&middles).with_mask(Some(mask));
+        let seed = |place: SeedPlace| {
+            let recipe = Recipe {
+                at: vec![place],
+                mask: Some(id.clone()),
+                ..common::recipe(0.002, 10)
+            };
+            let at = recipe.seeds(&substrate).expect("a place")[0];
+            substrate.units().to_file(substrate.position(&at)) - middle
+        };
+        let top = seed(SeedPlace::Top);
+        assert!(
+            top.distance(DVec3::new(0.0, 0.5, 0.0)) < 1e-6,
+            "{name}: {top}"
+        );
+        let highest = seed(SeedPlace::Highest);
+        assert!(highest.y > 0.499, "{name}: {highest}");
+    }
 }
