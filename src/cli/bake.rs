@@ -402,7 +402,7 @@ fn base(args: &BakeArgs) -> Result<Base, Failure> {
         Some(Dress::Image(file)) => {
             let failed = || {
                 format!(
-                    "{}: reading the image of the base colour failed",
+                    "--base {}: reading the image of the base colour failed; check the path",
                     file.display()
                 )
             };

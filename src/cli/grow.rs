@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use indicatif::ProgressBar;
 use thallus::export::{OutputDir, OutputError};
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
@@ -126,7 +127,9 @@ impl Job<'_> {
             seconds,
             preview: (self.args.preview > 0).then_some(self.args.preview),
         };
+        let spinner = { self.args.preview > 0 }.then(|| self.voice.spinner("taking the picture"));
         let written = finished.write(output);
+        spinner.iter().for_each(ProgressBar::finish_and_clear);
         let report = written.map_err(|error| resume::cut_short(error, &folder, &log))?;
         let how = match (growth.stopped, self.execution.is_cancelled()) {
             (Stopped::Cancelled, _) => How::CutShort,
@@ -202,6 +205,14 @@ fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
         ));
     }
     let flags = args.settings();
+    let [said, there] = [&flags, &recipe].map(|settings| settings.mask_layers().len());
+    if (1..there).contains(&said) && args.resume.is_none() {
+        voice.note(&format!(
+            "{} has {there} masks, and --mask names {}: the others are left out",
+            path.display(),
+            count(said as u64)
+        ));
+    }
     let mask_hash = match args.resume {
         Some(_) => resume::mask_hash(&flags, &recipe)?,
         None => None,

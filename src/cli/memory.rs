@@ -80,6 +80,17 @@ pub(super) enum After {
     Sweep,
 }
 
+impl After {
+    /// What a picture takes on one thread.
+    fn seconds(self) -> f64 {
+        const A_PIXEL: f64 = 4e-6;
+        match self {
+            Self::Preview(pixels) => A_PIXEL * pixels as f64,
+            Self::Nothing | Self::Sweep => 0.0,
+        }
+    }
+}
+
 /// Tells what a long run takes that goes on with so many elements, which have been read, and refuses what does not
 /// fit.
 pub(super) fn check(
@@ -104,7 +115,7 @@ pub(super) fn check(
     let triangles = count(substrate.triangles().len() as u64);
     let what = format!("about {number} elements on {triangles} triangles");
     check_free(more, &what, cure)?;
-    let seconds = seconds_from(substrate, recipe, grown as f64);
+    let seconds = seconds_from(substrate, recipe, grown as f64) + after.seconds();
     if elements - grown as f64 >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
         let free = available().map_or_else(String::new, |a| format!(" ({} are free)", size(a)));
         let there = match grown {

@@ -90,7 +90,7 @@ pub(crate) struct ShotArgs {
     /// Go nearer to what is in the middle, 0.01 to 1000: 2 shows half as much of it across
     #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) zoom: f32,
-    /// Rays through a pixel, at most: more remove grain but take longer
+    /// Rays through a pixel, at most, 1 to 65536: more remove grain but take longer
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=65_536), allow_negative_numbers = true)]
     pub(crate) samples: u32,
     /// What is behind everything: a pale sheet with a shadow on it; nothing, in a PNG; or one colour
@@ -188,7 +188,7 @@ fn unit(text: &str) -> Result<String, String> {
     match unwritable(text) {
         None => Ok(text.to_owned()),
         Some(letter) => Err(format!(
-            "the letters of pictures have no {letter:?}: write it with those of English, and µ, as mm^2"
+            "the letters of pictures have no {letter:?}: write it with those of English, µ, ° and ×, as mm^2"
         )),
     }
 }

@@ -110,7 +110,9 @@ fn written(text: &str) -> serde_json::Result<CameraText> {
 }
 
 fn camera_text(text: &str) -> Result<CameraText, String> {
-    let camera = written(text).map_err(|e| e.to_string())?;
+    let camera = written(text).map_err(|e| {
+        format!("it is no camera: {e}; write one as {{\"eye\": [x,y,z], \"target\": [x,y,z]}}, or what render --json prints")
+    })?;
     let [eye, target] = [camera.eye, camera.target].map(glam::DVec3::from);
     let way = target - eye;
     let up = camera.up.map_or(glam::DVec3::ONE, glam::DVec3::from);

@@ -58,7 +58,7 @@ pub enum SelectionError {
     )]
     Unreadable(String),
     /// Nothing to choose by.
-    #[error("the mesh's file names no {kind}s, {}", instead(.others))]
+    #[error("the mesh's file names no {kind}s, {}", instead(.kind, .others))]
     NoNames {
         /// Object or material.
         kind: &'static str,
@@ -255,13 +255,14 @@ fn rest(text: &str, by: By) -> Option<&str> {
 }
 
 /// What to choose by where there are no such names.
-fn instead(others: &str) -> String {
+fn instead(kind: &str, others: &str) -> String {
     match others {
         "" => {
             "nor anything else that one could choose by: export it as glTF or OBJ, with its names"
                 .to_owned()
         }
-        others => format!("but others: {others}"),
+        others if kind == By::Object.word() => format!("but materials: {others}"),
+        others => format!("but objects: {others}"),
     }
 }
 
