@@ -70,6 +70,14 @@ impl Image {
         f32::from(least.copied().unwrap_or(0)) / 255.0
     }
 
+    /// The mean of all texels as numbers from 0 to 1.
+    pub(crate) fn mean(&self) -> Vec3 {
+        let sum = { self.rgb.iter() }.fold([0u64; 3], |sum, texel| {
+            [0, 1, 2].map(|k| sum[k] + u64::from(texel[k]))
+        });
+        Vec3::from(sum.map(|x| x as f32)) / (255.0 * self.rgb.len() as f32)
+    }
+
     /// The least opacity of a texel.
     pub(crate) fn least_opacity(&self) -> f32 {
         let least = self.alpha.iter().flatten().min();

@@ -150,13 +150,13 @@ impl Places {
 
 /// A square of the plane of UVs: its row from below and its column.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Tile {
+pub(super) struct Tile {
     row: i64,
     column: i64,
 }
 
 impl Tile {
-    fn of(uvs: &[[f64; 2]; 3]) -> Self {
+    pub(super) fn of(uvs: &[[f64; 2]; 3]) -> Self {
         let middle = |axis: usize| uvs.iter().map(|uv| uv[axis]).sum::<f64>() / 3.0;
         Self {
             row: (1.0 - middle(1)).floor() as i64,
@@ -164,11 +164,22 @@ impl Tile {
         }
     }
 
+    /// Column and row.
+    pub(super) fn place(self) -> [i64; 2] {
+        [self.column, self.row]
+    }
+
+    /// UDIM's, if it has one.
+    pub(super) fn number(self) -> Option<u32> {
+        let has_one = (0..10).contains(&self.column) && (0..900).contains(&self.row);
+        has_one.then_some((1001 + self.column + 10 * self.row) as u32)
+    }
+
     fn name(&self) -> String {
-        let Self { row, column } = *self;
-        match (0..10).contains(&column) && (0..900).contains(&row) {
-            true => (1001 + column + 10 * row).to_string(),
-            false => format!("u{column}_v{row}"),
+        let Self { row, column } = self;
+        match self.number() {
+            Some(number) => number.to_string(),
+            None => format!("u{column}_v{row}"),
         }
     }
 }

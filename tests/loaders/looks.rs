@@ -315,3 +315,126 @@ fn libraries_of_a_mesh_in_memory_need_a_folder() {
     assert_eq!(notes(&format!("mtllib a.mtl\n{QUAD}{FACES}")), [note]);
     assert_eq!(notes(&format!("{QUAD}f 1 2 3\n")), [""; 0]);
 }
+
+/// A PNG of one colour, opaque or not.
+fn plain(texel: [u8; 4]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&texel.repeat(4)).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+/// Blender writes normal maps as `map_Bump`, others heights.
+#[test]
+fn a_bump_map_that_is_a_normal_map_is_read_as_one() {
+    let obj = format!("mtllib a.mtl\n{QUAD}{FACES}");
+    let read = |library: &str| {
+        let (upright, tilted) = (plain([128, 128, 255, 255]), plain([150, 110, 240, 255]));
+        let height = plain([128, 128, 128, 255]);
+        let files: [(&str, &[u8]); 5] = [
+            ("a.obj", obj.as_bytes()),
+            ("a.mtl", library.as_bytes()),
+            ("up.png", &upright),
+            ("tilted.png", &tilted),
+            ("height.png", &height),
+        ];
+        let (texturing, _) = textured(&files);
+        (texturing.materials[0].normal_texture, texturing.notes)
+    };
+    let (normal, notes) = read("newmtl Rock 1\nmap_Bump -bm 0.5 up.png\n");
+    assert_eq!((normal.map(|t| t.strength), notes.len()), (Some(0.5), 0));
+    for library in [
+        "bump tilted.png\nnorm up.png",
+        "norm up.png\nbump tilted.png",
+    ] {
+        let (normal, notes) = read(&format!("newmtl Rock 1\n{library}\n"));
+        let first = usize::from(library.starts_with("bump"));
+        assert_eq!(
+            (normal.map(|t| t.image), notes.len()),
+            (Some(first), 0),
+            "{library}"
+        );
+    }
+    let (normal, notes) =
+        read("newmtl Rock 1\nmap_bump height.png\nnewmtl plain\nbump height.png\n");
+    assert_eq!(normal, None);
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(
+        notes[0].contains("map_Bump is passed over: it is a height"),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn leaves_of_obj_are_cut_out_by_the_alpha_of_their_colour() {
+    let obj = format!("mtllib a.mtl\n{QUAD}{FACES}");
+    let read = |library: &str| {
+        let leaf = plain([9, 90, 9, 0]);
+        let files: [(&str, &[u8]); 4] = [
+            ("a.obj", obj.as_bytes()),
+            ("a.mtl", library.as_bytes()),
+            ("leaf.png", &leaf),
+            ("alpha.png", &leaf),
+        ];
+        let (texturing, _) = textured(&files);
+        let material = &texturing.materials[0];
+        (material.alpha, material.is_double_sided, texturing.notes)
+    };
+    let cut = (Alpha::Mask { cutoff: 0.5 }, true, Vec::new());
+    assert_eq!(
+        read("newmtl Rock 1\nmap_Kd leaf.png\nmap_d leaf.png\n"),
+        cut
+    );
+    assert_eq!(
+        read("newmtl Rock 1\nmap_d leaf.png\nmap_Kd leaf.png\n"),
+        cut
+    );
+    let (alpha, _, notes) = read("newmtl Rock 1\nmap_Kd leaf.png\nmap_d alpha.png\n");
+    assert_eq!((alpha, notes.len()), (Alpha::Opaque, 1));
+    assert!(notes[0].contains("alpha.png is passed over"), "{notes:?}");
+}
+
+#[test]
+fn each_tile_of_udim_has_its_image() {
+    // Two triangles in the first tile, one in the one to its right, and one in the one above that.
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 1.1 0.1\nvt 1.9 0.1\nvt 1.9 0.9\n\
+                   vt 1.1 1.1\nvt 1.9 1.1\nvt 1.9 1.9\nvt 12.1 0.1\nvt 12.9 0.1\nvt 12.9 0.9\n";
+    let faces = "usemtl Rock\nf 1/1 2/2 3/3\nf 1/3 3/2 4/1\nf 1/4 2/5 3/6\nf 1/7 2/8 3/9\nf 1/10 2/11 3/12\nusemtl Other\nf 1/1 2/2 3/3\n";
+    let obj = format!("mtllib a.mtl\n{corners}{faces}");
+    let library = "newmtl Rock\nKd 0.5 0.5 0.5\nmap_Kd rock.<UDIM>.png\nnorm -bm 2 n<udim>.png\nnewmtl Other\n";
+    let [first, second, up] = [[200, 0, 0, 255], [0, 200, 0, 255], [128, 128, 255, 255]].map(plain);
+    let files: [(&str, &[u8]); 5] = [
+        ("a.obj", obj.as_bytes()),
+        ("a.mtl", library.as_bytes()),
+        ("rock.1001.png", &first),
+        ("rock.1002.png", &second),
+        ("n1012.png", &up),
+    ];
+    let (texturing, _) = textured(&files);
+    let of =
+        |triangle: usize| &texturing.materials[texturing.material_of[triangle].unwrap() as usize];
+    let color = |triangle: usize| {
+        let texture = of(triangle).base_color_texture?;
+        Some((&texturing.images[texture.image][..], texture.transform))
+    };
+    let moved = |u: f64, v: f64| [[1.0, 0.0, u], [0.0, 1.0, v]];
+    assert_eq!(color(0), Some((&first[..], moved(0.0, 0.0))));
+    assert_eq!(color(1), color(0));
+    assert_eq!(color(2), Some((&second[..], moved(-1.0, 0.0))));
+    // What is not there leaves the colour that the library says.
+    assert_eq!((color(3), of(3).base_color), (None, [0.5; 3]));
+    let normal = of(3).normal_texture.unwrap();
+    assert_eq!((normal.strength, normal.transform), (2.0, moved(-1.0, 1.0)));
+    assert_eq!((color(4), color(5)), (None, None));
+    let told = texturing.notes.join("\n");
+    for note in [
+        "rock.1012.png is passed over",
+        "n1001.png is passed over",
+        "column 12 and row 0",
+    ] {
+        assert!(told.contains(note), "{note}: {told}");
+    }
+}

@@ -22,6 +22,7 @@ mod ply_body;
 mod polygon;
 mod stl;
 mod text;
+mod udim;
 mod words;
 
 use std::fmt;

@@ -9,11 +9,13 @@ use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use crate::image::Image;
 use crate::input::{self, without_mark};
-use crate::substrate::{Material, Texture, Texturing, Wrap};
+use crate::substrate::{Alpha, Material, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::text::{number, uncommented};
+use super::udim::{Tiled, mark_in};
 
 /// Faults that are told; of more only that there are.
 const MOST_NOTES: usize = 12;
@@ -24,11 +26,14 @@ pub(super) fn read<'a>(
     names: impl Iterator<Item = &'a [u8]>,
     base: Option<&Path>,
     out: &mut Texturing,
-) -> HashMap<Vec<u8>, u32> {
+) -> Materials {
     let mut library = Library {
         out,
         numbers: HashMap::new(),
         images: HashMap::new(),
+        colored: HashMap::new(),
+        cut_out: Vec::new(),
+        tiled: Vec::new(),
         faults: 0,
     };
     let mut names = names.peekable();
@@ -37,7 +42,7 @@ pub(super) fn read<'a>(
             let note = "material libraries not read: there is no folder to look for them in";
             library.out.notes.push(note.to_owned());
         }
-        return library.numbers;
+        return library.materials();
     };
     let mut read = HashSet::new();
     for file in names.flat_map(|name| files(base, name)) {
@@ -45,7 +50,71 @@ pub(super) fn read<'a>(
             library.add(&file);
         }
     }
-    library.numbers
+    library.cut_out();
+    library.materials()
+}
+
+/// What libraries say.
+pub(super) struct Materials {
+    /// Places among the materials, by name.
+    pub(super) numbers: HashMap<Vec<u8>, u32>,
+    /// Textures that wait for the faces.
+    pub(super) tiled: Vec<Tiled>,
+}
+
+/// What an image is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Slot {
+    Color,
+    Normal,
+    /// Said to be a height: programs name normal maps so too, Blender among them.
+    Bump,
+}
+
+/// Makes a texture one of a material's, if it is what it is said to be.
+pub(super) fn put(slot: Slot, texture: Texture, material: usize, out: &mut Texturing) {
+    let is_height = slot == Slot::Bump && !is_normal_map(&out.images[texture.image]);
+    let material = &mut out.materials[material];
+    match slot {
+        Slot::Color => {
+            material.base_color = [1.0; 3];
+            material.base_color_texture = Some(texture);
+        }
+        Slot::Normal => material.normal_texture = Some(texture),
+        Slot::Bump if is_height => {
+            let note = "a map_Bump is passed over: it is a height and no normal map; bake it into one, and name that as norm";
+            note_once(note.to_owned(), out);
+        }
+        Slot::Bump => {
+            material.normal_texture.get_or_insert(texture);
+        }
+    }
+}
+
+/// Tells what is not told yet, as long as that is not too much.
+pub(super) fn note_once(note: String, out: &mut Texturing) {
+    if out.notes.len() < MOST_NOTES && !out.notes.contains(&note) {
+        out.notes.push(note);
+    }
+}
+
+/// Whether most of an image stands straight up, read as a normal map.
+fn is_normal_map(bytes: &[u8]) -> bool {
+    Image::decode(bytes).is_ok_and(|image| {
+        let [red, green, blue] = image.mean().to_array();
+        [red, green].iter().all(|x| (0.35..0.65).contains(x)) && blue > 0.75
+    })
+}
+
+/// Reads an image that a library in this folder names, or says why not.
+pub(super) fn image((folder, name): (&Path, &[u8]), out: &mut Texturing) -> Result<usize, String> {
+    let file = found(folder, name);
+    let read = input::regular_bytes(&file).map_err(|e| e.to_string());
+    let read = read.and_then(encoded_image);
+    let bytes =
+        read.map_err(|problem| format!("the image {} is passed over: {problem}", file.display()))?;
+    out.images.push(bytes);
+    Ok(out.images.len() - 1)
 }
 
 /// The files that a statement names: one, with spaces in its name, or several.
@@ -93,6 +162,11 @@ struct Library<'a> {
     numbers: HashMap<Vec<u8>, u32>,
     /// Where images of the files went; none for one that cannot be read.
     images: HashMap<PathBuf, Option<usize>>,
+    /// What the colour of a material is read from.
+    colored: HashMap<usize, PathBuf>,
+    /// What a material is cut out by.
+    cut_out: Vec<(usize, PathBuf)>,
+    tiled: Vec<Tiled>,
     faults: usize,
 }
 
@@ -137,67 +211,94 @@ impl Library<'_> {
         Some(number)
     }
 
+    fn materials(self) -> Materials {
+        Materials {
+            numbers: self.numbers,
+            tiled: self.tiled,
+        }
+    }
+
+    /// Has materials cut out by the alpha of their colour's image, where that is named for it.
+    fn cut_out(&mut self) {
+        for (number, file) in std::mem::take(&mut self.cut_out) {
+            if self.colored.get(&number) != Some(&file) {
+                self.note(format!(
+                    "the image {} is passed over: opacity is read from the alpha of the colour's own image (map_Kd)",
+                    file.display()
+                ));
+                continue;
+            }
+            let material = &mut self.out.materials[number];
+            material.alpha = Alpha::Mask { cutoff: 0.5 };
+            material.is_double_sided = true;
+        }
+    }
+
     /// Takes what a line says of a material.
     fn say(&mut self, number: usize, word: &[u8], rest: &[u8], folder: &Path) {
-        let texture = match word {
-            b"map_Kd" | b"norm" => self.texture(rest, folder),
-            _ => None,
-        };
+        match word {
+            b"map_Kd" => return self.texture(number, Slot::Color, (folder, rest)),
+            b"norm" => return self.texture(number, Slot::Normal, (folder, rest)),
+            b"map_Bump" | b"map_bump" | b"bump" => {
+                return self.texture(number, Slot::Bump, (folder, rest));
+            }
+            b"map_d" => {
+                let file = found(folder, Said::read(rest).file);
+                return self.cut_out.push((number, file));
+            }
+            _ => {}
+        }
         let material = &mut self.out.materials[number];
         let mut shares = words(rest).map_while(share);
         let first = shares.next();
-        match (word, first, texture) {
-            (b"Kd", Some(red), _) => {
+        match (word, first) {
+            (b"Kd", Some(red)) => {
                 let [green, blue] = [(); 2].map(|()| shares.next().unwrap_or(red));
                 material.bare_color = [red, green, blue];
                 if material.base_color_texture.is_none() {
                     material.base_color = material.bare_color;
                 }
             }
-            (b"Pr", Some(rough), _) => material.roughness = rough,
-            (b"Pm", Some(metal), _) => material.metallic = metal,
-            (b"norm", _, Some(texture)) => material.normal_texture = Some(texture),
-            (b"map_Kd", _, Some(texture)) => {
-                material.base_color = [1.0; 3];
-                material.base_color_texture = Some(texture);
-            }
+            (b"Pr", Some(rough)) => material.roughness = rough,
+            (b"Pm", Some(metal)) => material.metallic = metal,
             _ => {}
         }
     }
 
-    fn texture(&mut self, text: &[u8], folder: &Path) -> Option<Texture> {
+    /// Takes what a line says of a texture, in a library in this folder.
+    fn texture(&mut self, number: usize, slot: Slot, (folder, text): (&Path, &[u8])) {
         let said = Said::read(text);
         let file = found(folder, said.file);
+        if slot == Slot::Color {
+            self.colored.insert(number, file.clone());
+        }
+        if mark_in(said.file).is_some() {
+            return self.tiled.push(Tiled {
+                material: number,
+                slot,
+                strength: said.strength,
+                folder: folder.to_owned(),
+                name: said.file.to_owned(),
+            });
+        }
         let image = match self.images.get(&file) {
             Some(known) => *known,
             None => {
-                let image = self.image(&file);
+                let read = image((folder, said.file), self.out);
+                let image = read.map_err(|note| self.note(note)).ok();
                 self.images.insert(file, image);
                 image
             }
         };
-        Some(Texture {
-            image: image?,
+        let Some(image) = image else { return };
+        let texture = Texture {
+            image,
             is_in_second: false,
             strength: said.strength,
             transform: said.transform(),
             wrap: said.wrap,
-        })
-    }
-
-    fn image(&mut self, file: &Path) -> Option<usize> {
-        let read = input::regular_bytes(file).map_err(|e| e.to_string());
-        match read.and_then(encoded_image) {
-            Ok(bytes) => {
-                self.out.images.push(bytes);
-                Some(self.out.images.len() - 1)
-            }
-            Err(problem) => {
-                let note = format!("the image {} is passed over: {problem}", file.display());
-                self.note(note);
-                None
-            }
-        }
+        };
+        put(slot, texture, number, self.out);
     }
 }
 

@@ -26,10 +26,10 @@ use crate::substrate::{Part, Soup, Texturing};
 
 use super::Format::Obj;
 use super::error::{LoadFault, Parsed};
-use super::mtl;
+use super::mtl::{self, Materials};
 use super::polygon::{Corners, Triangulator};
 use super::text::{integer, line_of, number, uncommented, used_are_finite, white};
-use super::{counted, exclusive_index, no_triangles};
+use super::{counted, exclusive_index, no_triangles, udim};
 
 /// Statements that make something other than flat faces, and what to call it.
 const OTHER_GEOMETRY: [(&[u8], &str, &str); 7] = [
@@ -58,6 +58,7 @@ pub(super) fn parse(
     }
     if let (Some(out), Some(read)) = (texturing, reader.attributes.take()) {
         *out = read.texturing;
+        udim::lay_out(&read.materials.tiled, out);
     }
     reader.finish()
 }
@@ -377,7 +378,7 @@ struct Attributes {
     above: usize,
     normals_above: usize,
     /// The materials by name, and that of the next face.
-    materials: HashMap<Vec<u8>, u32>,
+    materials: Materials,
     of: Of,
     /// What the next faces are part of, by the keyword: of an object, groups and a material.
     names: [Vec<String>; NAMING_PARTS.len()],
@@ -428,7 +429,7 @@ impl Attributes {
             return;
         };
         if NAMING_PARTS[keyword] == b"usemtl" {
-            self.of.material = self.materials.get(name).copied();
+            self.of.material = self.materials.numbers.get(name).copied();
         }
         self.names[keyword] = all_names(NAMING_PARTS[keyword], name);
         self.of.part = None;
