@@ -70,6 +70,11 @@ impl Image {
         f32::from(least.copied().unwrap_or(0)) / 255.0
     }
 
+    /// Texels in a row.
+    pub(crate) fn width(&self) -> usize {
+        self.width
+    }
+
     /// The mean of all texels as numbers from 0 to 1.
     pub(crate) fn mean(&self) -> Vec3 {
         let sum = { self.rgb.iter() }.fold([0u64; 3], |sum, texel| {

@@ -17,7 +17,7 @@ use thallus::bake::{
     BakeError, Baked, Baker, Base, Look, MAPS, Map, MapFile, MapFormat, Settings, judge,
 };
 use thallus::cluster::{Cluster, Element};
-use thallus::export::{MapImages, TexturedScene};
+use thallus::export::{MapImages, SurfaceLook, TexturedScene};
 use thallus::picture::{Finish, Ground};
 use thallus::run::{Execution, Recipe, grow};
 use thallus::skin::{PALETTE, Paint, Shape, SkinError, skin};
@@ -373,11 +373,14 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
     let baker = baker(&made, &settings(128, 1));
     let baked = baker.whole().unwrap();
     let material = baked.material("stone", &[]).unwrap();
-    let MapImages {
+    let SurfaceLook::Maps(MapImages {
         base_color,
         normal,
         orm,
-    } = material.images.clone();
+    }) = material.look.clone()
+    else {
+        panic!("{material:?}")
+    };
     let mut scene = TexturedScene::new("lichened");
     scene.add(material, baked.meshes());
     let folder = tempfile::tempdir().unwrap();

@@ -162,6 +162,19 @@ impl<'a> Appearance<'a> {
             || colors.any(|color| Some(color) != first)
     }
 
+    /// Texels in a row of the widest image that says colours, 0 where none does.
+    pub(crate) fn widest(&self) -> usize {
+        let textures = { self.texturing.materials.iter() }.filter_map(|m| m.base_color_texture);
+        let images = textures.filter_map(|texture| self.images.get(texture.image)?.as_ref());
+        let all = self.instead.iter().chain(images);
+        all.map(Image::width).max().unwrap_or(0)
+    }
+
+    /// Whether an image is in place of the materials' colours.
+    pub(crate) fn is_of_image(&self) -> bool {
+        self.instead.is_some()
+    }
+
     /// Whether triangles have colours at their corners.
     pub(crate) fn has_painted_vertices(&self) -> bool {
         self.instead.is_none() && !self.texturing.colors.is_empty()

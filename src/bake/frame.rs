@@ -69,7 +69,7 @@ pub(super) fn frames(shown: &Shown) -> Vec<Frame> {
 
 /// With some tangent for each normal. Normals are the file's, for its mesh is what the maps will be put on; those that
 /// it lacks are of the smooth surface.
-fn unturned(shown: &Shown) -> Vec<Frame> {
+pub(super) fn unturned(shown: &Shown) -> Vec<Frame> {
     const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let corners = |t: u32| CORNERS.map(|w| SurfacePoint::from_weights(t, w));
     let places: Vec<SurfacePoint> = shown.triangles().flat_map(corners).collect();

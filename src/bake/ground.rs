@@ -89,6 +89,19 @@ impl<'a> Ground<'a> {
         })
     }
 
+    /// Texels in a row of the widest image of colours, 0 where there is none or nothing is seen of it.
+    pub(super) fn widest(&self) -> usize {
+        match self.drawn {
+            Some(_) => 0,
+            None => self.own.widest(),
+        }
+    }
+
+    /// Whether it is the mesh's own material.
+    pub(super) fn is_own(&self) -> bool {
+        self.drawn.is_none() && !self.own.is_of_image()
+    }
+
     /// What of the mesh's material could not be used, in words for the user.
     pub(super) fn notes(&self) -> impl Iterator<Item = &str> {
         self.own.notes()

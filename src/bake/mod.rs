@@ -27,6 +27,7 @@ pub use ground::Base;
 pub use judge::{LayoutJudgement, judge};
 pub use layout::Overlaps;
 pub use map::{MAPS, Map, MapKind};
+pub use mesh::OwnMesh;
 pub use write::{Green, MapFile, MapFormat, Meaning};
 
 use frame::{Frame, frames, order};
@@ -298,6 +299,23 @@ impl<'a> Baker<'a> {
         layout::check(&self.shown(chosen), self.settings.size as usize)
     }
 
+    /// Texels in a row of the widest image that the colours of the base are read from; 0 where there is none.
+    pub fn widest_image(&self) -> usize {
+        self.ground.widest()
+    }
+
+    /// Whether a part needs no maps: no lichen is on it, and all of it has a material that may stay as it is.
+    pub fn is_bare(&self, chosen: Option<&[bool]>) -> bool {
+        let shown = self.shown(chosen);
+        let piece = |t: u32| self.substrate.component_of(t).triangles.start;
+        let carries = |t: u32| {
+            let mut layers = self.layers.iter();
+            layers.any(|layer| layer.pieces.contains(&piece(t)) && layer.relief.may_carry(t, 0.0))
+        };
+        let needs_maps = |t: u32| shown.material_of(t).is_none() || carries(t);
+        self.ground.is_own() && !shown.triangles().any(needs_maps)
+    }
+
     fn shown<'b>(&'b self, chosen: Option<&'b [bool]>) -> Shown<'b> {
         Shown {
             substrate: self.substrate,
@@ -345,6 +363,9 @@ fn layer<'a>(substrate: &'a Substrate, lichen: &Look) -> Result<Layer<'a>, SkinE
         relief: Relief::new(substrate, lichen.cluster, lichen.shape, lichen.paint)?,
         paint: lichen.paint.clone(),
         last: lichen.cluster.len().saturating_sub(1) as f32,
+        pieces: { lichen.cluster.elements().iter() }
+            .map(|element| substrate.component_of(element.at.triangle).triangles.start)
+            .collect(),
     })
 }
 

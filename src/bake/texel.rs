@@ -1,5 +1,7 @@
 //! What lichen there is at each texel.
 
+use std::collections::BTreeSet;
+
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
@@ -64,6 +66,8 @@ pub(super) struct Layer<'a> {
     pub(super) paint: Paint,
     /// Birth index of the last element.
     pub(super) last: f32,
+    /// The pieces of the mesh that it is on, by their first triangles.
+    pub(super) pieces: BTreeSet<u32>,
 }
 
 /// What texels are sampled from.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use rayon::prelude::*;
 
 use super::{Baked, Map, MapKind};
-use crate::export::{MapImages, Texture, TexturedMaterial};
+use crate::export::{MapImages, SurfaceLook, Texture, TexturedMaterial};
 use crate::substrate::Alpha;
 
 /// A file format of maps.
@@ -161,11 +161,11 @@ impl Baked<'_> {
         let [base_color, normal, orm] = files?.try_into().unwrap_or_default();
         Ok(TexturedMaterial {
             name: name.to_owned(),
-            images: MapImages {
+            look: SurfaceLook::Maps(MapImages {
                 base_color,
                 normal,
                 orm,
-            },
+            }),
             alpha: self.alpha(),
             is_double_sided: self.is_double_sided(),
         })

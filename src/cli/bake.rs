@@ -55,6 +55,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         lichens: &lichens,
         writer: Writer::new(args, &name(args, &lichens.mesh), &placement),
         reports: Vec::new(),
+        kept: Vec::new(),
         elements: 0,
         seconds,
     };
@@ -76,6 +77,8 @@ struct Baking<'a> {
     writer: Writer<'a>,
     /// Of the parts that are done.
     reports: Vec<PartReport>,
+    /// The parts without maps.
+    kept: Vec<String>,
     /// On these.
     elements: usize,
     seconds: Seconds,
@@ -98,7 +101,7 @@ impl<'a> Baking<'a> {
         } = self.lichens;
         let baker = Baker::new(substrate, texturing, &looks, base, settings);
         let baker = baker.map_err(|e| self.failed(e, None))?;
-        let laid_out = self.laid_out(&baker)?;
+        let [laid_out, kept] = self.laid_out(&baker)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
         for (number, part) in laid_out.into_iter().enumerate() {
             let chosen = parts.chosen(part);
@@ -116,32 +119,81 @@ impl<'a> Baking<'a> {
             self.reports
                 .push(PartReport::new(part, (elements, &baked), files));
         }
+        self.keep(&kept, &baker);
+        self.tell_of_detail(baker.widest_image());
         { baker.notes() }.for_each(|note| self.say_of_mesh(note));
         Ok(())
     }
 
-    /// The parts that can be baked, unless one is laid out so that it should not be.
-    fn laid_out(&self, baker: &Baker) -> Result<Vec<&'a MapPart>, Failure> {
+    /// The parts that maps are made of, unless one is laid out so that it should not be, and those that stay as they are.
+    fn laid_out(&self, baker: &Baker) -> Result<[Vec<&'a MapPart>; 2], Failure> {
         let lichens: &'a Lichens = self.lichens;
         let parts = &lichens.parts;
-        let mut laid_out = Vec::new();
-        let mut bare = None;
-        for part in parts.list() {
-            match baker.check(parts.chosen(part).as_deref()) {
+        let chosen = |part: &MapPart| parts.chosen(part);
+        let is_bare =
+            |part: &&MapPart| part.name.is_some() && baker.is_bare(chosen(part).as_deref());
+        let (mut kept, mut others): (Vec<_>, Vec<_>) = parts.list().iter().partition(is_bare);
+        if others.is_empty() {
+            std::mem::swap(&mut kept, &mut others);
+        }
+        let (mut laid_out, mut flat) = (Vec::new(), None);
+        for part in others {
+            match baker.check(chosen(part).as_deref()) {
                 Ok(()) => laid_out.push(part),
                 Err(e @ (BakeError::NoUvs | BakeError::FlatUvs)) if part.name.is_some() => {
-                    bare.get_or_insert(e);
+                    flat.get_or_insert(e);
+                    kept.push(part);
                     let name = part.name.as_deref().unwrap_or_default();
                     self.say_of_mesh(&format!(
-                        "'{name}' has no UVs with area: there are no maps of it, and it is not in {GLB}"
+                        "'{name}' has no UVs with area: there are no maps of it, and no lichen on it in {GLB}"
                     ));
                 }
                 Err(e) => return Err(self.failed(e, Some(part))),
             }
         }
-        match bare.filter(|_| laid_out.is_empty()) {
+        match flat.filter(|_| laid_out.is_empty()) {
             Some(e) => Err(self.failed(e, None)),
-            None => Ok(laid_out),
+            None => Ok([laid_out, kept]),
+        }
+    }
+
+    /// Says so where an image of the mesh has more texels than its maps.
+    fn tell_of_detail(&self, widest: usize) {
+        let size = self.args.maps.size;
+        if widest <= size as usize {
+            return;
+        }
+        let enough = (widest as u32).min(MOST_TEXELS);
+        let cure = match enough > size {
+            true => format!("--size {enough} keeps them"),
+            false => "there are none larger".to_owned(),
+        };
+        self.args.run.voice().note(&format!(
+            "an image of the mesh has {widest} texels in a row, and maps have {size}: {cure}"
+        ));
+    }
+
+    /// Puts parts into the file with what they wear anyway.
+    fn keep(&mut self, kept: &[&MapPart], baker: &Baker) {
+        let Lichens {
+            texturing, parts, ..
+        } = self.lichens;
+        for part in kept {
+            let meshes = baker.own_meshes(parts.chosen(part).as_deref());
+            self.writer.keep(meshes, texturing);
+        }
+        self.kept = { kept.iter() }
+            .filter_map(|part| part.name.clone())
+            .collect();
+        if let [first, others @ ..] = &self.kept[..] {
+            let others = match others.len() {
+                0 => String::new(),
+                n => format!(" and {n} more"),
+            };
+            let have = if self.kept.len() == 1 { "has" } else { "have" };
+            self.args.run.voice().note(&format!(
+                "'{first}'{others} {have} no maps: in {GLB} they wear what the mesh's file says"
+            ));
         }
     }
 
@@ -277,6 +329,7 @@ impl<'a> Baking<'a> {
             lichens: lichens.grown.len(),
             folder: self.args.output.display().to_string(),
             size: self.args.maps.size,
+            parts_without_maps: std::mem::take(&mut self.kept),
             files: self.writer.files().to_vec(),
             seconds: std::mem::take(&mut self.seconds),
             ..Report::of_parts(std::mem::take(&mut self.reports))

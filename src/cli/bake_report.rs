@@ -25,6 +25,9 @@ pub(crate) struct Report {
     pub(crate) whole: Option<PartReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<Vec<PartReport>>,
+    /// Those without maps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) parts_without_maps: Vec<String>,
     pub(crate) files: Vec<String>,
     pub(crate) seconds: Seconds,
 }

@@ -1,6 +1,6 @@
 //! What `thallus bake` puts into its folder.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
@@ -8,8 +8,11 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use thallus::bake::{Baked, Green, MAPS, Map, MapFile, MapFormat, MapKind};
-use thallus::export::{OutputDir, OutputError, Placement, TexturedScene};
+use thallus::bake::{Baked, Green, MAPS, Map, MapFile, MapFormat, MapKind, OwnMesh};
+use thallus::export::{
+    OutputDir, OutputError, Placement, SurfaceLook, TexturedMaterial, TexturedScene,
+};
+use thallus::substrate::Texturing;
 
 use super::bake_args::BakeArgs;
 use super::bake_parts::MapPart;
@@ -27,6 +30,9 @@ pub(crate) struct Writer<'a> {
     /// What the maps of each part are.
     parts: Vec<Value>,
     files: Vec<String>,
+    /// Places in the scene of materials, and of images, of the mesh's file.
+    own: HashMap<Option<usize>, usize>,
+    own_images: HashMap<usize, usize>,
 }
 
 impl<'a> Writer<'a> {
@@ -43,6 +49,8 @@ impl<'a> Writer<'a> {
             scene: TexturedScene::new(name),
             parts: Vec::new(),
             files: Vec::new(),
+            own: HashMap::new(),
+            own_images: HashMap::new(),
         }
     }
 
@@ -99,6 +107,47 @@ impl<'a> Writer<'a> {
         self.parts.push(self.described(part, baked));
         self.files.extend_from_slice(&names);
         Ok(names)
+    }
+
+    /// Adds meshes that wear what their file says.
+    pub(crate) fn keep(&mut self, meshes: Vec<OwnMesh>, texturing: &Texturing) {
+        for own in meshes {
+            let worn = match self.own.get(&own.material) {
+                Some(&worn) => worn,
+                None => {
+                    let material = self.own_material(&own, texturing);
+                    self.scene.materials.push(material);
+                    let worn = self.scene.materials.len() - 1;
+                    self.own.insert(own.material, worn);
+                    worn
+                }
+            };
+            self.scene.add_meshes(worn, vec![(own.object, own.mesh)]);
+        }
+    }
+
+    fn own_material(&mut self, own: &OwnMesh, texturing: &Texturing) -> TexturedMaterial {
+        let look = own.material.map(|number| &texturing.materials[number]);
+        let mut look = look.cloned().unwrap_or_default();
+        let textures = [
+            &mut look.base_color_texture,
+            &mut look.metallic_roughness_texture,
+            &mut look.normal_texture,
+            &mut look.occlusion_texture,
+        ];
+        for texture in textures.into_iter().flatten() {
+            let images = &mut self.scene.images;
+            texture.image = *self.own_images.entry(texture.image).or_insert_with(|| {
+                images.push(texturing.images[texture.image].clone());
+                images.len() - 1
+            });
+        }
+        TexturedMaterial {
+            name: own.material_name.clone().unwrap_or_default(),
+            alpha: look.alpha,
+            is_double_sided: look.is_double_sided,
+            look: SurfaceLook::Own(Box::new(look)),
+        }
     }
 
     /// Writes what comes once for all parts, and takes away what an earlier bake made and this one did not.

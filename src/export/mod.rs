@@ -50,8 +50,8 @@ pub(crate) use elements::LENGTHS;
 pub use elements::{Attribute, Elements, TableError, Values};
 pub use film::{FILM_FORMATS, Film, FilmFormat};
 pub use mesh::{
-    MESH_FORMATS, MapImages, MeshError, MeshFormat, Stance, TexturedMaterial, TexturedMesh,
-    TexturedObject, TexturedScene, TriMesh, VertexAttribute, mesh_format_of,
+    MESH_FORMATS, MapImages, MeshError, MeshFormat, Stance, SurfaceLook, TexturedMaterial,
+    TexturedMesh, TexturedObject, TexturedScene, TriMesh, VertexAttribute, mesh_format_of,
 };
 pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;

@@ -6,12 +6,15 @@ mod ply;
 mod stance;
 mod textured;
 mod usda;
+mod worn;
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 pub use stance::Stance;
-pub use textured::{MapImages, TexturedMaterial, TexturedMesh, TexturedObject, TexturedScene};
+pub use textured::{
+    MapImages, SurfaceLook, TexturedMaterial, TexturedMesh, TexturedObject, TexturedScene,
+};
 
 use super::ply::HALF_ULP;
 use super::{Axes, Extension, Placement, UnknownFormat, UpAxis, by_extension, check_unit};
@@ -318,6 +321,7 @@ mod tests {
             },
             uvs: vec![[0.0; 2]; 3],
             tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
+            ..TexturedMesh::default()
         }
     }
 

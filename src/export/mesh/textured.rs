@@ -6,10 +6,11 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+use super::worn::Worn;
 use super::{MeshError, Stance, TriMesh, bounds, finite, needs_doubles};
 use crate::export::Placement;
 use crate::export::glb::{FLOAT, INDICES, UNSIGNED_INT, VERTICES, document, write_head};
-use crate::substrate::Alpha;
+use crate::substrate::{Alpha, Material};
 
 /// A mesh to carry textures. All columns have a row for each vertex; `shape` has no colours and no
 /// attributes.
@@ -19,8 +20,12 @@ pub struct TexturedMesh {
     pub shape: TriMesh,
     /// Texture coordinates as glTF has them: (0, 0) is the upper left corner of an image.
     pub uvs: Vec<[f32; 2]>,
-    /// Unit vectors towards the image's right, and the sign of the bitangent.
+    /// Unit vectors towards the image's right, and the sign of the bitangent. May be left out, as the next two.
     pub tangents: Vec<[f32; 4]>,
+    /// A second set of texture coordinates.
+    pub second_uvs: Vec<[f32; 2]>,
+    /// Colours, linear light: factors to the material's.
+    pub colors: Vec<[f32; 3]>,
 }
 
 /// An object of a scene.
@@ -45,17 +50,32 @@ pub struct MapImages {
     pub orm: Vec<u8>,
 }
 
-/// Images as a surface wears them.
+/// What a surface wears.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexturedMaterial {
     /// What it is called.
     pub name: String,
     /// What it shows.
-    pub images: MapImages,
+    pub look: SurfaceLook,
     /// What is seen through it, by the alpha of its base colour.
     pub alpha: Alpha,
     /// Whether it shows from behind.
     pub is_double_sided: bool,
+}
+
+/// What a material shows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceLook {
+    /// Maps.
+    Maps(MapImages),
+    /// What a mesh file says; its textures name [images of the scene](TexturedScene::images).
+    Own(Box<Material>),
+}
+
+impl Default for SurfaceLook {
+    fn default() -> Self {
+        Self::Maps(MapImages::default())
+    }
 }
 
 /// Objects and what they wear, for one file.
@@ -67,11 +87,9 @@ pub struct TexturedScene {
     pub objects: Vec<TexturedObject>,
     /// What these wear.
     pub materials: Vec<TexturedMaterial>,
+    /// PNG and JPEG files that materials of a mesh file name. Those that none names are not written.
+    pub images: Vec<Vec<u8>>,
 }
-
-const REPEAT: u32 = 10497;
-const LINEAR: u32 = 9729;
-const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 
 impl TexturedScene {
     /// A scene without objects.
@@ -84,8 +102,12 @@ impl TexturedScene {
 
     /// Adds a material and the meshes that wear it, each to the object of its name and stance, if that is there.
     pub fn add(&mut self, material: TexturedMaterial, meshes: Vec<(TexturedObject, TexturedMesh)>) {
-        let worn = self.materials.len();
         self.materials.push(material);
+        self.add_meshes(self.materials.len() - 1, meshes);
+    }
+
+    /// The same for a material that is there, or will be, at this place.
+    pub fn add_meshes(&mut self, worn: usize, meshes: Vec<(TexturedObject, TexturedMesh)>) {
         let numbered = self.objects.iter().enumerate();
         let mut places: HashMap<_, usize> = numbered.map(|(i, o)| (o.key(), i)).collect();
         for (of, mesh) in meshes {
@@ -118,33 +140,26 @@ impl TexturedScene {
         let (nodes, shapes): (Vec<Value>, Vec<Value>) = { self.objects.iter().enumerate() }
             .map(|(number, object)| self.object(number, object, &mut body))
             .unzip();
-        for images in self.materials.iter().map(|material| &material.images) {
-            for (name, png) in images.named() {
-                body.image(name, png.len());
-            }
+        let (worn, materials) = Worn::of(&self.materials, &self.images)?;
+        for (name, file) in worn.images() {
+            body.image(name, file);
         }
         let mut document = document(Value::Null, Value::Null);
         document["nodes"] = self.rooted(nodes).into();
         document["meshes"] = shapes.into();
-        let materials = self.materials.iter().enumerate();
-        document["materials"] = materials.map(|(i, m)| m.said(i)).collect();
-        let textures = 0..body.images.len();
-        document["textures"] = textures
-            .map(|i| json!({"source": i, "sampler": 0}))
-            .collect();
-        document["samplers"] = json!([{
-            "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": REPEAT, "wrapT": REPEAT,
-        }]);
-        document["images"] = body.images.into();
+        document["materials"] = materials.into();
+        worn.say(&mut document);
+        if !body.images.is_empty() {
+            document["images"] = body.images.into();
+        }
         document["accessors"] = body.accessors.into();
         document["bufferViews"] = body.views.into();
         document["buffers"] = json!([{ "byteLength": body.length }]);
         write_head(&document, body.length, out)?;
         out.write_all(&body.bytes)?;
-        let images = { self.materials.iter() }.flat_map(|material| material.images.named());
-        for (_, png) in images {
-            out.write_all(png)?;
-            out.write_all(&[0; 3][..padding(png.len())])?;
+        for (_, file) in worn.images() {
+            out.write_all(file)?;
+            out.write_all(&[0; 3][..padding(file.len())])?;
         }
         Ok(())
     }
@@ -164,10 +179,14 @@ impl TexturedScene {
         Ok(())
     }
 
-    /// Bytes of the images of all materials.
+    /// Bytes of all images.
     pub fn image_bytes(&self) -> usize {
-        let images = { self.materials.iter() }.flat_map(|material| material.images.named());
-        images.map(|(_, png)| png.len()).sum()
+        let maps = { self.materials.iter() }.flat_map(|material| match &material.look {
+            SurfaceLook::Maps(images) => images.named().map(|(_, png)| png.len()).to_vec(),
+            SurfaceLook::Own(_) => Vec::new(),
+        });
+        let own = self.images.iter().map(Vec::len);
+        maps.chain(own).sum()
     }
 
     /// All nodes, the scene's first.
@@ -196,7 +215,7 @@ impl TexturedScene {
 
 impl MapImages {
     /// In the order in which a file has them.
-    fn named(&self) -> [(&'static str, &[u8]); 3] {
+    pub(super) fn named(&self) -> [(&'static str, &[u8]); 3] {
         [
             ("base_color", &self.base_color),
             ("normal", &self.normal),
@@ -257,14 +276,19 @@ impl TexturedMesh {
 
     /// As [`TriMesh::check`], of the columns that are written.
     pub(super) fn check(&self) -> Result<(), MeshError> {
-        self.shape.check_with([
-            ("normal", self.shape.normals.len()),
-            ("uv", self.uvs.len()),
+        let needed = [("normal", self.shape.normals.len()), ("uv", self.uvs.len())];
+        let others = [
             ("tangent", self.tangents.len()),
-        ])?;
+            ("second uv", self.second_uvs.len()),
+            ("color", self.colors.len()),
+        ];
+        let others = others.into_iter().filter(|(_, length)| *length > 0);
+        self.shape.check_with(needed.into_iter().chain(others))?;
         finite("normal", &self.shape.normals)?;
         finite("uv", &self.uvs)?;
-        finite("tangent", &self.tangents)
+        finite("tangent", &self.tangents)?;
+        finite("second uv", &self.second_uvs)?;
+        finite("color", &self.colors)
     }
 
     fn vertices(&self, stance: &Stance, body: &mut Body) -> Value {
@@ -285,46 +309,26 @@ impl TexturedMesh {
                 values.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
             })
         };
-        let attributes = json!({
+        let mut attributes = json!({
             "POSITION": floats("VEC3", positions.as_flattened()),
             "NORMAL": floats("VEC3", normals.as_flattened()),
-            "TANGENT": floats("VEC4", tangents.as_flattened()),
-            "TEXCOORD_0": floats("VEC2", self.uvs.as_flattened()),
         });
+        for (name, shape, values) in [
+            ("TANGENT", "VEC4", tangents.as_flattened()),
+            ("TEXCOORD_0", "VEC2", self.uvs.as_flattened()),
+            ("TEXCOORD_1", "VEC2", self.second_uvs.as_flattened()),
+            ("COLOR_0", "VEC3", self.colors.as_flattened()),
+        ] {
+            if !values.is_empty() {
+                attributes[name] = floats(shape, values).into();
+            }
+        }
         let wide = positions.iter().map(|p| p.map(f64::from));
         let [low, high] = bounds(wide).map(|corner| corner.map(|x| x as f32));
         let position = attributes["POSITION"].as_u64().unwrap_or(0) as usize;
         body.accessors[position]["min"] = json!(low);
         body.accessors[position]["max"] = json!(high);
         attributes
-    }
-}
-
-impl TexturedMaterial {
-    /// As the material of this number, whose images come after those before it.
-    fn said(&self, number: usize) -> Value {
-        let texture = |image: usize| json!({"index": 3 * number + image});
-        let mut said = json!({
-            "name": self.name.replace(char::is_control, " "),
-            "pbrMetallicRoughness": {
-                "baseColorTexture": texture(0),
-                "metallicRoughnessTexture": texture(2),
-            },
-            "normalTexture": texture(1),
-            "occlusionTexture": texture(2),
-        });
-        match self.alpha {
-            Alpha::Opaque => {}
-            Alpha::Blend => said["alphaMode"] = "BLEND".into(),
-            Alpha::Mask { cutoff } => {
-                said["alphaMode"] = "MASK".into();
-                said["alphaCutoff"] = cutoff.into();
-            }
-        }
-        if self.is_double_sided {
-            said["doubleSided"] = true.into();
-        }
-        said
     }
 }
 
@@ -346,13 +350,18 @@ struct Body {
 }
 
 impl Body {
-    /// An image of so many bytes, after which there is nothing but images.
-    fn image(&mut self, name: &str, length: usize) {
+    /// An image, after which there is nothing but images.
+    fn image(&mut self, name: &str, file: &[u8]) {
+        let length = file.len();
+        let kind = match file.starts_with(b"\xff\xd8") {
+            true => "image/jpeg",
+            false => "image/png",
+        };
         let view = json!({"buffer": 0, "byteOffset": self.length, "byteLength": length});
         self.views.push(view);
         self.length += length + padding(length);
         let view = self.views.len() - 1;
-        let image = json!({"bufferView": view, "mimeType": "image/png", "name": name});
+        let image = json!({"bufferView": view, "mimeType": kind, "name": name});
         self.images.push(image);
     }
 
