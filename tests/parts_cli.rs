@@ -220,6 +220,55 @@ fn put_two_sets(desk: &Desk, name: &str) {
 }
 
 #[test]
+fn a_mask_may_be_laid_out_in_the_second_set_of_uvs() {
+    let desk = desk();
+    put_two_sets(&desk, "two.gltf");
+    // In the second set the first square has u up to a third, and in the first both squares have it up to 0.9.
+    fs::write(
+        desk.path("left.png"),
+        image(|u, _| f64::from(u8::from(u < 0.34))),
+    )
+    .unwrap();
+    let words = "two.gltf --radius 0.01 --elements 300 --at random --colonies 8";
+    let farthest = |folder: &str| {
+        let elements = read_elements(&desk.path(folder).join("elements.ply")).unwrap();
+        let along = elements.positions.iter().map(|p| p[0]);
+        along.fold(0.0, f64::max)
+    };
+    let told = desk.done(&format!("{words} --mask left.png -o first"));
+    assert!(told.contains("uv1:left.png is one in the second"), "{told}");
+    assert!(farthest("first") > 2.0);
+    let told = desk.done(&format!("{words} --mask uv1:left.png -o second"));
+    assert!(!told.contains("two sets"), "{told}");
+    assert!(farthest("second") < 1.01);
+    desk.done("--recipe second -o again");
+    desk.assert_same("again", "second");
+    desk.done_on(
+        2,
+        &format!("{words} --elements 120 --mask uv1:left.png -o part")
+            .replace("--elements 300 ", ""),
+    );
+    desk.done("--resume part --elements 300");
+    desk.assert_same_elements("part", "second");
+    // The same image in the other set is another mask.
+    desk.fails(
+        "--resume part --elements 310 --mask left.png",
+        1,
+        &["left.png", "is not the mask"],
+    );
+    desk.fails(
+        "rock.obj --mask uv1:left.png -o none",
+        1,
+        &["uv1:left.png", "this one has none"],
+    );
+    desk.fails(
+        "rock.obj --mask uv1:gone.png -o none",
+        1,
+        &["gone.png", "reading the mask failed"],
+    );
+}
+
+#[test]
 fn bake_proposes_flags_that_serve() {
     let desk = desk();
     put_two_sets(&desk, "two.gltf");

@@ -265,7 +265,7 @@ pub(crate) struct PlaceArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Place")]
 pub(crate) struct MaskArgs {
-    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, or 'vertex-colors' for the
+    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, 'uv1:IMAGE' in that of its second set, or 'vertex-colors' for the
     /// colours in the mesh file. White is as without a mask, on black and where it is transparent nothing grows, and grey
     /// is a factor on the chance to stick: growth is slower and denser there. 'object:NAME' and 'material:NAME' are those
     /// parts of the mesh ('check' lists them): 'material:Bark,Stone*' any of these, 'material:!Leaves' all but one. 'exposed'
@@ -274,7 +274,7 @@ pub(crate) struct MaskArgs {
     /// several times, for where all of them let it; 'none' is for a recipe that has one
     #[arg(
         long,
-        value_name = "IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR|none"
+        value_name = "IMAGE|uv1:IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR|none"
     )]
     mask: Vec<String>,
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::input;
-use thallus::run::{EXPOSED, NO_MASK, OPAQUE, Settings, SettingsError, VERTEX_COLORS};
+use thallus::run::{EXPOSED, NO_MASK, OPAQUE, SECOND_UVS, Settings, SettingsError, VERTEX_COLORS};
 use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
@@ -42,12 +42,23 @@ fn is_of_mesh(layer: &str) -> bool {
     [VERTEX_COLORS, EXPOSED, OPAQUE].contains(&layer) || Selection::is_meant(layer)
 }
 
+/// What says how an image is laid out, if anything does, and the rest, which is a file unless it is of the mesh.
+fn split(layer: &str) -> (&str, &str) {
+    layer.split_at(
+        layer
+            .strip_prefix(SECOND_UVS)
+            .map_or(0, |_| SECOND_UVS.len()),
+    )
+}
+
 /// Where a layer may be: seen from here, or else as the mesh is found that one of these recipes names. As it is named,
 /// where it is nowhere.
 fn places(layer: &str, recipes: &[PathBuf]) -> Vec<String> {
     let recipes = recipes.iter().filter(|_| !is_of_mesh(layer));
-    let places = recipes.flat_map(|recipe| named_mesh::places(recipe, layer));
-    let mut places: Vec<String> = places.map(|place| place.display().to_string()).collect();
+    let (prefix, file) = split(layer);
+    let places = recipes.flat_map(|recipe| named_mesh::places(recipe, file));
+    let named = |place: PathBuf| format!("{prefix}{}", place.display());
+    let mut places: Vec<String> = places.map(named).collect();
     if places.is_empty() {
         places.push(layer.to_owned());
     }
@@ -125,7 +136,7 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
     let layers = settings.mask_layers();
     if layers.iter().any(String::is_empty) {
         return Err(Failure::usage(
-            "--mask is empty: name an image, vertex-colors, object:NAME, material:NAME, exposed, opaque, the folder of a run, or \
+            "--mask is empty: name an image (uv1:IMAGE in the second set of UVs), vertex-colors, object:NAME, material:NAME, exposed, opaque, the folder of a run, or \
              none",
         ));
     }
@@ -167,12 +178,22 @@ fn layer_of(
         let mask = Mask::from_selection(substrate, texturing, &selection);
         return Ok(mask.with_context(|| format!("{}: {layer}", mesh.display()))?);
     }
-    let file = Path::new(layer);
-    if is_lichen(file) {
+    let (set, name) = split(layer);
+    let file = Path::new(name);
+    if set.is_empty() && is_lichen(file) {
         return beside(file, substrate, voice).map_err(|failure| failure.at("--mask".to_owned()));
     }
     let bytes = input::bytes(file).map_err(|e| unread(file, &e))?;
-    let mask = Mask::from_image(substrate, texturing, &bytes);
+    let mask = match set {
+        SECOND_UVS => Mask::from_second_image(substrate, texturing, &bytes),
+        _ => Mask::from_image(substrate, texturing, &bytes),
+    };
+    if set.is_empty() && texturing.second_uvs.iter().any(Option::is_some) {
+        voice.note(&format!(
+            "{layer}: the mesh has two sets of UVs, and masks are laid out in the first; {SECOND_UVS}{layer} is one in the \
+             second"
+        ));
+    }
     Ok(mask.with_context(|| layer.to_owned())?)
 }
 
@@ -219,7 +240,7 @@ fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
 /// The layers as a file names them that names the mesh too: as the settings do, where they are found from that file, or
 /// else from the folder that the program is called from.
 pub(super) fn named(settings: &Settings, found: &[String], by: &Path) -> Option<Vec<String>> {
-    let place = |file: &str| Path::new(file).canonicalize().ok();
+    let place = |layer: &str| Path::new(split(layer).1).canonicalize().ok();
     let name = |(named, found): (&String, &String)| {
         let seen = places(named, &[by.to_owned()]);
         let is_seen = seen.first().is_some_and(|seen| place(seen) == place(found));
@@ -237,7 +258,8 @@ pub(super) fn check_spares(folder: &Path, layers: &[String]) -> Result<(), Failu
     let own = [folder.to_owned()].into_iter();
     let own = own.chain(FILES.iter().map(|name| folder.join(name)));
     let own: Vec<_> = own.filter_map(|file| place(&file)).collect();
-    let is_own = |layer: &&String| place(Path::new(layer)).is_some_and(|at| own.contains(&at));
+    let is_own =
+        |layer: &&String| place(Path::new(split(layer).1)).is_some_and(|at| own.contains(&at));
     let mut files = layers.iter().filter(|layer| !is_of_mesh(layer));
     match files.find(is_own) {
         None => Ok(()),

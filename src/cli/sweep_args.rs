@@ -97,7 +97,7 @@ pub(crate) struct MergeArgs {
     /// from here or from the grid]
     #[arg(
         long,
-        value_name = "IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR"
+        value_name = "IMAGE|uv1:IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR"
     )]
     pub(crate) mask: Vec<String>,
     #[command(flatten)]

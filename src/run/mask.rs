@@ -15,6 +15,10 @@ pub const EXPOSED: &str = "exposed";
 /// What stands in place of a mask's file for what [materials](crate::substrate::Mask::opaque) do not leave open.
 pub const OPAQUE: &str = "opaque";
 
+/// What stands before the name of an image that is laid out in the mesh's [second set of
+/// UVs](crate::substrate::Mask::from_second_image).
+pub const SECOND_UVS: &str = "uv1:";
+
 /// Which mask a recipe was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskId {

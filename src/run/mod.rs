@@ -26,7 +26,7 @@ pub use crate::substrate::AUTO_RADII_PER_DIAGONAL;
 pub use driver::{Begun, GrowError, Growth, Run, Stopped, grow};
 pub use execution::Execution;
 pub use length::{Length, LengthError};
-pub use mask::{EXPOSED, MaskId, NO_MASK, OPAQUE, VERTEX_COLORS};
+pub use mask::{EXPOSED, MaskId, NO_MASK, OPAQUE, SECOND_UVS, VERTEX_COLORS};
 pub use observer::{Observer, Progress, Watch, watch};
 pub use parameter::{
     BIAS, COLONIES, COVER, CURVATURE_RADIUS, DEFAULT_CURVATURE_RADII, DEFAULT_ELEMENTS, ELEMENTS,

@@ -90,14 +90,33 @@ impl Mask {
         texturing: &Texturing,
         bytes: &[u8],
     ) -> Result<Self, MaskError> {
+        let uvs = |t| texturing.uvs_of(substrate, t);
+        let hash = blake3::hash(bytes);
+        Self::of_image(substrate, uvs, (bytes, hash))
+    }
+
+    /// The same of an image in the layout of the mesh's second set of UVs (`TEXCOORD_1` of glTF).
+    ///
+    /// # Errors
+    /// When it is no such image, or no triangle has UVs of that set.
+    pub fn from_second_image(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        bytes: &[u8],
+    ) -> Result<Self, MaskError> {
+        let uvs = |t| texturing.second_uvs_of(substrate, t);
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(bytes).update(b"in the second set");
+        Self::of_image(substrate, uvs, (bytes, hasher.finalize()))
+    }
+
+    fn of_image(
+        substrate: &Substrate,
+        uvs: impl Fn(u32) -> Option<[[f64; 2]; 3]>,
+        (bytes, hash): (&[u8], blake3::Hash),
+    ) -> Result<Self, MaskError> {
         let image = Image::decode_mask(bytes).map_err(MaskError::Image)?;
-        let uvs = |t| {
-            Some(
-                texturing
-                    .uvs_of(substrate, t)?
-                    .map(|uv| uv.map(|x| x as f32)),
-            )
-        };
+        let uvs = |t| Some(uvs(t)?.map(|uv| uv.map(|x| x as f32)));
         let uvs: Vec<_> = all(substrate).map(uvs).collect();
         match uvs.iter().all(Option::is_none) {
             true => Err(MaskError::NoUvs),
@@ -106,7 +125,7 @@ impl Mask {
                 Layer {
                     is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
                     paint: Paint::Image(image, uvs),
-                    hash: blake3::hash(bytes).to_hex().to_string(),
+                    hash: hash.to_hex().to_string(),
                 },
             )),
         }
@@ -236,7 +255,8 @@ impl Mask {
         self
     }
 
-    /// A BLAKE3 hash of each layer, ascending: of the image's file, of the brightness at the corners, of which triangles
+    /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the second
+    /// set of UVs, of the brightness at the corners, of which triangles
     /// are chosen, of the positions and the radius of another lichen, of what says where materials are open, or of the
     /// word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
