@@ -70,9 +70,9 @@ impl Image {
         f32::from(least.copied().unwrap_or(0)) / 255.0
     }
 
-    /// Texels in a row.
-    pub(crate) fn width(&self) -> usize {
-        self.width
+    /// Texels along the longer side.
+    pub(crate) fn longer_side(&self) -> usize {
+        self.width.max(self.height)
     }
 
     /// The mean of all texels as numbers from 0 to 1.

@@ -340,6 +340,31 @@ fn lichen_on_what_is_cut_out_is_told_of_and_kept_out() {
     assert!(told.contains("white everywhere"), "{told}");
 }
 
+/// The same of OBJ, whose library says it, in a folder that has the mask's name.
+#[test]
+fn leaves_of_obj_are_kept_free_too() {
+    let desk = desk();
+    write_leaf(&desk, "leaf.gltf", "MASK");
+    let library = "newmtl Leaf\nmap_Kd -clamp on leaf.png\nmap_d leaf.png\n";
+    fs::write(desk.path("leaf.mtl"), library).unwrap();
+    let square = String::from_utf8(desk.read("square.obj")).unwrap();
+    fs::write(
+        desk.path("leaf.obj"),
+        format!("mtllib leaf.mtl\nusemtl Leaf\n{square}"),
+    )
+    .unwrap();
+    let words = "leaf.obj --radius 0.004 --elements 600 --at 0.45,0,0.5";
+    const TOLD: &str = "50 % of the surface is cut out";
+    let checked = desk.call("check", "leaf.obj").output().unwrap();
+    assert!(String::from_utf8_lossy(&checked.stdout).contains(TOLD));
+    let told = desk.done(&format!("{words} -o open"));
+    assert!(told.contains(TOLD), "{told}");
+    let told = desk.done(&format!("{words} --mask opaque -o opaque"));
+    assert!(!told.contains("white everywhere"), "{told}");
+    let positions = elements(&desk, "opaque").positions;
+    assert!(positions.iter().all(|p| p[0] < 0.501));
+}
+
 /// Seen from above, the leaf covers half of what its card covers, and lichen covers what it covers.
 #[test]
 fn pictures_show_what_is_cut_out_as_cut_out() {

@@ -210,6 +210,17 @@ fn a_zoomed_picture_of_lichens_far_apart_shows_one() {
         );
         assert!(output.status.success());
         assert_eq!(said(&output), "", "{words}");
+        let words = format!("{words} -o {}.png {SMALL} --zoom 8", &words[..3]);
+        let camera = made(&desk, &words)["camera"].clone();
+        let [eye, target] = ["eye", "target"].map(|name| {
+            let at = |axis: usize| camera[name][axis].as_f64().unwrap();
+            [at(0), at(1), at(2)]
+        });
+        // Where the middle of the picture meets the plane.
+        let share = eye[1] / (eye[1] - target[1]);
+        let met = |axis: usize| eye[axis] + share * (target[axis] - eye[axis]);
+        let is_near = |at: f64| (met(0) - at).abs() < 0.5 && (met(2) - at).abs() < 0.5;
+        assert!(is_near(2.0) || is_near(8.0), "{words}: {camera}");
     }
 }
 

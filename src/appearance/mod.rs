@@ -147,7 +147,7 @@ impl<'a> Appearance<'a> {
 
     /// Whether more than one colour is said: by an image, at vertices, or by materials.
     pub fn has_colors(&self) -> bool {
-        let is_read = |t: Texture| self.images.get(t.image).is_some_and(Option::is_some);
+        let is_read = |t: Texture| self.has_image(t.image);
         let numbers: BTreeSet<&u32> = self.texturing.material_of.iter().flatten().collect();
         let materials = &self.texturing.materials;
         let all = numbers.iter().filter_map(|&&n| materials.get(n as usize));
@@ -162,12 +162,17 @@ impl<'a> Appearance<'a> {
             || colors.any(|color| Some(color) != first)
     }
 
-    /// Texels in a row of the widest image that says colours, 0 where none does.
-    pub(crate) fn widest(&self) -> usize {
-        let textures = { self.texturing.materials.iter() }.filter_map(|m| m.base_color_texture);
+    /// Texels along the longer side of the largest image that says the colours of some materials, 0 where none does.
+    pub(crate) fn largest<'m>(&self, materials: impl Iterator<Item = &'m Material>) -> usize {
+        let textures = materials.filter_map(|material| material.base_color_texture);
         let images = textures.filter_map(|texture| self.images.get(texture.image)?.as_ref());
         let all = self.instead.iter().chain(images);
-        all.map(Image::width).max().unwrap_or(0)
+        all.map(Image::longer_side).max().unwrap_or(0)
+    }
+
+    /// Whether an image of the file was read.
+    pub(crate) fn has_image(&self, image: usize) -> bool {
+        self.images.get(image).is_some_and(Option::is_some)
     }
 
     /// Whether an image is in place of the materials' colours.

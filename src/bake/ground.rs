@@ -89,12 +89,18 @@ impl<'a> Ground<'a> {
         })
     }
 
-    /// Texels in a row of the widest image of colours, 0 where there is none or nothing is seen of it.
-    pub(super) fn widest(&self) -> usize {
+    /// Texels along the longer side of the largest image of the colours of what is shown; 0 where there is none or
+    /// nothing is seen of it.
+    pub(super) fn largest_image(&self, shown: &Shown) -> usize {
         match self.drawn {
             Some(_) => 0,
-            None => self.own.widest(),
+            None => self.own.largest(shown.materials().into_iter()),
         }
+    }
+
+    /// Whether an image of the file was read.
+    pub(super) fn has_image(&self, image: usize) -> bool {
+        self.own.has_image(image)
     }
 
     /// Whether it is the mesh's own material.

@@ -10,9 +10,11 @@ use crate::substrate::{Division, Substrate, Texturing};
 /// What the layout of a mesh would be in maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayoutJudgement {
-    /// Images that it takes.
+    /// Images that it takes at most: parts without lichen need none.
     pub images: usize,
-    /// Share of their texels that show something.
+    /// Parts that there can be no maps of, for triangles repeat an image or lie on one another many times over.
+    pub unfit: usize,
+    /// Share of the images' texels that show something.
     pub used: f64,
     /// Of these the share that stands for several places of the surface, one of which is shown.
     pub overlapping: f64,
@@ -27,11 +29,11 @@ const SIZE: usize = 512;
 const TEXELS: usize = SIZE * SIZE;
 
 /// Judges the layout of a mesh, or of those of its triangles that are chosen by their numbers in the file, in an image for
-/// each part of a division, or in one. What is shared only along edges, or
-/// within less than a texel of an image 512 texels wide, may not be found.
+/// each part of a division, or in one. What is shared only along edges, or within less than a texel of an image 512
+/// texels wide, may not be found.
 ///
 /// # Errors
-/// Those of [baking](super::Baker::part) one of the parts.
+/// When there can be maps of no part: those of [baking](super::Baker::part) the first.
 pub fn judge(
     substrate: &Substrate,
     texturing: &Texturing,
@@ -46,27 +48,37 @@ pub fn judge(
         let source = substrate.source_triangle(t) as usize;
         division.map_or(Some(0), |division| division.place_of(source))
     };
-    let images = division.map_or(1, |division| division.count_in(chosen));
-    let mut filled = vec![0.0; division.map_or(1, |division| division.names().len())];
-    let (mut laid, mut surface, mut has_uvs) = (Vec::new(), 0.0, false);
-    let mut all = 0;
+    let mut sheets = vec![Sheet::default(); division.map_or(1, |all| all.names().len())];
+    let (mut laid, mut all, mut has_uvs) = (Vec::new(), 0, false);
     for t in shown.triangles() {
         all += 1;
         has_uvs |= shown.uvs_of(t).is_some();
-        let corners = corners_of(&shown, t, SIZE as f64)?;
-        if let Some((part, corners)) = part_of(t).zip(corners) {
-            filled[part] += 0.5 * doubled_area(&corners).abs() / TEXELS as f64;
-            surface += substrate.area(t);
-            laid.push((part, corners));
+        let Some(part) = part_of(t) else { continue };
+        match corners_of(&shown, t, SIZE as f64) {
+            Ok(Some(corners)) => {
+                sheets[part].add(&corners, substrate.area(t));
+                laid.push((part, corners));
+            }
+            Ok(None) => {}
+            Err(repeats) => sheets[part].fault = sheets[part].fault.take().or(Some(repeats)),
         }
     }
-    match filled.iter().find(|&&images| images > MOST_IMAGES) {
-        Some(&images) => return Err(BakeError::Stacked { images }),
-        None if laid.is_empty() && has_uvs => return Err(BakeError::FlatUvs),
-        None if laid.is_empty() => return Err(BakeError::NoUvs),
-        None => {}
+    sheets.iter_mut().for_each(Sheet::check);
+    laid.retain(|(part, _)| sheets[*part].fault.is_none());
+    if laid.is_empty() {
+        let fault = sheets.into_iter().find_map(|sheet| sheet.fault);
+        let none = if has_uvs {
+            BakeError::FlatUvs
+        } else {
+            BakeError::NoUvs
+        };
+        return Err(fault.unwrap_or(none));
     }
-    let side = (surface / filled.iter().sum::<f64>()).sqrt();
+    let unfit = sheets.iter().filter(|sheet| sheet.fault.is_some()).count();
+    let fit = || { sheets.iter() }.filter(|sheet| sheet.fault.is_none() && sheet.filled > 0.0);
+    let [filled, surface] =
+        [|s: &Sheet| s.filled, |s: &Sheet| s.surface].map(|of| fit().map(of).sum::<f64>());
+    let images = fit().count();
     let not_shown = all - laid.len();
     laid.sort_by_key(|&(part, _)| part);
     let parts: Vec<&[Laid]> = laid.chunk_by(|a, b| a.0 == b.0).collect();
@@ -74,33 +86,61 @@ pub fn judge(
         .reduce(Default::default, |a, b| [a[0] + b[0], a[1] + b[1]]);
     Ok(LayoutJudgement {
         images,
+        unfit,
         used: used as f64 / (images * TEXELS) as f64,
         overlapping: overlapping as f64 / used.max(1) as f64,
         not_shown,
-        side: substrate.units().length_to_file(side),
+        side: substrate.units().length_to_file((surface / filled).sqrt()),
     })
+}
+
+/// What is on an image.
+#[derive(Clone, Default)]
+struct Sheet {
+    /// How many images its triangles would fill.
+    filled: f64,
+    /// Their area on the surface.
+    surface: f64,
+    /// Why there are no maps of it.
+    fault: Option<BakeError>,
+}
+
+impl Sheet {
+    fn add(&mut self, corners: &Corners, area: f64) {
+        self.filled += 0.5 * doubled_area(corners).abs() / TEXELS as f64;
+        self.surface += area;
+    }
+
+    fn check(&mut self) {
+        if self.filled > MOST_IMAGES {
+            let images = self.filled;
+            self.fault.get_or_insert(BakeError::Stacked { images });
+        }
+    }
 }
 
 /// A triangle in an image: the part that has it, and its corners.
 type Laid = (usize, Corners);
 
-/// Texels whose middles are in a triangle of a part, and those of them that are in several.
+/// Texels whose middles are in a triangle of a part, and those of them that are well inside of several.
 fn texels(part: &[Laid]) -> [usize; 2] {
     let texel = |(x, y): (i64, i64)| {
         let [x, y] = [x, y].map(|i| i.rem_euclid(SIZE as i64) as u32);
         y * SIZE as u32 + x
     };
     let of = |&(_, corners): &Laid| {
-        let is_inside =
-            move |&(x, y): &(i64, i64)| inside(&corners, [x as f64, y as f64].into()) > SHARED;
-        under(corners).filter(is_inside).map(texel)
+        under(corners).filter_map(move |(x, y)| {
+            let inside = inside(&corners, [x as f64, y as f64].into());
+            // The last bit says whether it is well inside.
+            (inside >= 0.0).then(|| texel((x, y)) << 1 | u32::from(inside > SHARED))
+        })
     };
     let mut all: Vec<u32> = part.iter().flat_map(of).collect();
     all.sort_unstable();
     let (mut used, mut several) = (0, 0);
-    for same in all.chunk_by(|a, b| a == b) {
+    for same in all.chunk_by(|a, b| a >> 1 == b >> 1) {
         used += 1;
-        several += usize::from(same.len() > 1);
+        several += usize::from(same.iter().filter(|x| *x & 1 == 1).count() > 1);
     }
     [used, several]
 }

@@ -33,7 +33,7 @@ pub use write::{Green, MapFile, MapFormat, Meaning};
 use frame::{Frame, frames, order};
 use ground::{Beyond, Ground, Surface};
 use layout::{Layout, NONE, WIDEST};
-use occlusion::Horizons;
+use occlusion::{Horizons, SHADED};
 use place::Placer;
 use shown::Shown;
 use texel::{Layer, Sampler, Texels};
@@ -42,10 +42,10 @@ use veil::Veil;
 use crate::appearance::InImages;
 use crate::cluster::Cluster;
 use crate::skin::{Paint, Relief, Shape, SkinError};
-use crate::substrate::{Alpha, Substrate, Texturing};
+use crate::substrate::{Alpha, Material, Substrate, Texture, Texturing};
 
 /// Texels in a row of the largest maps.
-pub const MOST_TEXELS: u32 = 8192;
+pub const MOST_ACROSS: u32 = 8192;
 
 /// How large and how fine maps are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,7 +153,7 @@ impl Settings {
     /// [`BakeError::Range`] for the first that is not.
     pub fn check(&self) -> Result<(), BakeError> {
         let ranges = [
-            ("size (in texels)", self.size, 16, MOST_TEXELS),
+            ("size (in texels)", self.size, 16, MOST_ACROSS),
             ("gutter (in texels)", self.gutter, 2, 64),
             ("samples", self.samples, 1, 8),
         ];
@@ -299,18 +299,31 @@ impl<'a> Baker<'a> {
         layout::check(&self.shown(chosen), self.settings.size as usize)
     }
 
-    /// Texels in a row of the widest image that the colours of the base are read from; 0 where there is none.
-    pub fn widest_image(&self) -> usize {
-        self.ground.widest()
+    /// A material of the mesh's file without textures that could not be read.
+    ///
+    /// # Panics
+    /// When there is no such material.
+    pub fn own_material(&self, number: usize) -> Material {
+        let mut material = self.texturing.materials[number].clone();
+        let is_lost = |texture: &mut Texture| !self.ground.has_image(texture.image);
+        if material.base_color_texture.take_if(is_lost).is_some() {
+            material.base_color = material.bare_color;
+        }
+        material.metallic_roughness_texture.take_if(is_lost);
+        material.normal_texture.take_if(is_lost);
+        material.occlusion_texture.take_if(is_lost);
+        material
     }
 
     /// Whether a part needs no maps: no lichen is on it, and all of it has a material that may stay as it is.
     pub fn is_bare(&self, chosen: Option<&[bool]>) -> bool {
         let shown = self.shown(chosen);
         let piece = |t: u32| self.substrate.component_of(t).triangles.start;
+        let margin = SHADED * self.radius;
         let carries = |t: u32| {
             let mut layers = self.layers.iter();
-            layers.any(|layer| layer.pieces.contains(&piece(t)) && layer.relief.may_carry(t, 0.0))
+            layers
+                .any(|layer| layer.pieces.contains(&piece(t)) && layer.relief.may_carry(t, margin))
         };
         let needs_maps = |t: u32| shown.material_of(t).is_none() || carries(t);
         self.ground.is_own() && !shown.triangles().any(needs_maps)
@@ -373,6 +386,11 @@ impl Baked<'_> {
     /// Texels in a row, and rows.
     pub fn size(&self) -> usize {
         self.layout.size
+    }
+
+    /// Texels along the longer side of the largest image that its colours are read from; 0 where there is none.
+    pub fn largest_image(&self) -> usize {
+        self.ground.largest_image(&self.shown)
     }
 
     /// What the layout was found to be.

@@ -16,6 +16,9 @@ use super::texel::{Texel, Texels};
 /// Distances at which horizons are looked for, in element radii and, at least, in texels.
 const DISTANCES: [(f64, f64); 4] = [(0.75, 1.0), (1.5, 2.0), (3.0, 3.0), (6.0, 4.0)];
 
+/// The farthest of them.
+pub(super) const SHADED: f64 = DISTANCES[3].0;
+
 /// Half the directions, as cosine and sine: each counts both ways.
 const DIRECTIONS: [[f64; 2]; 4] = [
     [1.0, 0.0],

@@ -1,6 +1,6 @@
 //! The part of a mesh that maps are made of.
 
-use crate::substrate::{Substrate, Texturing};
+use crate::substrate::{Material, Substrate, Texturing};
 
 /// Triangles that are shown, and what their file says of them.
 #[derive(Clone, Copy)]
@@ -11,7 +11,7 @@ pub(super) struct Shown<'a> {
     pub(super) chosen: Option<&'a [bool]>,
 }
 
-impl Shown<'_> {
+impl<'a> Shown<'a> {
     pub(super) fn has(&self, triangle: u32) -> bool {
         let source = self.substrate.source_triangle(triangle) as usize;
         { self.chosen }.is_none_or(|chosen| chosen.get(source) == Some(&true))
@@ -32,6 +32,16 @@ impl Shown<'_> {
     /// The place of a triangle's material in those of the file, if it has one that is there.
     pub(super) fn material_of(&self, triangle: u32) -> Option<usize> {
         self.texturing.material_at(self.substrate, triangle)
+    }
+
+    /// Those of the file that its triangles have.
+    pub(super) fn materials(&self) -> Vec<&'a Material> {
+        let mut is_used = vec![false; self.texturing.materials.len()];
+        let numbers = self.triangles().filter_map(|t| self.material_of(t));
+        numbers.for_each(|number| is_used[number] = true);
+        let all = self.texturing.materials.iter().zip(is_used);
+        all.filter_map(|(material, is_used)| is_used.then_some(material))
+            .collect()
     }
 
     /// UVs of a triangle that is shown, if it has any.

@@ -22,11 +22,7 @@ impl Veil {
             alpha: Alpha::Opaque,
             is_double_sided: false,
         };
-        let numbers = shown.triangles().filter_map(|t| shown.material_of(t));
-        let mut is_used = vec![false; shown.texturing.materials.len()];
-        numbers.for_each(|number| is_used[number] = true);
-        let all = shown.texturing.materials.iter().zip(is_used);
-        for material in all.filter_map(|(material, is_used)| is_used.then_some(material)) {
+        for material in shown.materials() {
             veil.alpha = joined(veil.alpha, material.alpha);
             veil.is_double_sided |= material.is_double_sided;
         }

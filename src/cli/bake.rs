@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use thallus::bake::{BakeError, Baked, Baker, Base, Look, MOST_TEXELS, Settings};
+use thallus::bake::{BakeError, Baked, Baker, Base, Look, MOST_ACROSS, Settings};
 use thallus::cluster::Cluster;
 use thallus::export::{Axes, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
@@ -44,9 +44,6 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     let lichens = Lichens::read(args)?;
     let base = base(args)?;
     let placement = placement(args, &lichens.substrate)?;
-    let clusters = lichens.grown.iter().map(|lichen| &lichen.cluster);
-    let parts = lichens.parts.list().len();
-    memory::check_maps(&lichens.substrate, clusters, (settings.size, parts))?;
     let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
     let folder = Held::listen(folder);
     let seconds = Seconds::loaded(started);
@@ -103,12 +100,15 @@ impl<'a> Baking<'a> {
         let baker = baker.map_err(|e| self.failed(e, None))?;
         let [laid_out, kept] = self.laid_out(&baker)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
+        self.check_memory(laid_out.len(), !kept.is_empty())?;
+        let mut largest = 0;
         for (number, part) in laid_out.into_iter().enumerate() {
             let chosen = parts.chosen(part);
             let baked = self.baked(&baker, (number, part), chosen.as_deref())?;
             let elements = self.lichens.elements_on(&baked);
             self.elements += elements;
             self.warn(part, (elements, &baked));
+            largest = largest.max(baked.largest_image());
             let started = Instant::now();
             let written = folder.lend(|folder, stop| {
                 let written = self.writer.write(folder, stop, (part, &baked));
@@ -119,8 +119,8 @@ impl<'a> Baking<'a> {
             self.reports
                 .push(PartReport::new(part, (elements, &baked), files));
         }
-        self.keep(&kept, &baker);
-        self.tell_of_detail(baker.widest_image());
+        self.keep(&kept, &baker, folder)?;
+        self.tell_of_detail(largest);
         { baker.notes() }.for_each(|note| self.say_of_mesh(note));
         Ok(())
     }
@@ -157,31 +157,53 @@ impl<'a> Baking<'a> {
         }
     }
 
-    /// Says so where an image of the mesh has more texels than its maps.
+    /// Refuses maps of so many parts, and of others as they are, that memory has no room for.
+    fn check_memory(&self, parts: usize, keeps: bool) -> Result<(), Failure> {
+        let Lichens {
+            substrate,
+            texturing,
+            grown,
+            ..
+        } = self.lichens;
+        let clusters = grown.iter().map(|lichen| &lichen.cluster);
+        let images: usize = texturing.images.iter().map(Vec::len).sum();
+        let kept = if keeps { images } else { 0 };
+        memory::check_maps(substrate, clusters, (self.args.maps.size, parts, kept))
+    }
+
+    /// Says so where an image of the mesh has more texels along a side than its maps.
     fn tell_of_detail(&self, widest: usize) {
         let size = self.args.maps.size;
         if widest <= size as usize {
             return;
         }
-        let enough = (widest as u32).min(MOST_TEXELS);
+        let enough = (widest as u32).min(MOST_ACROSS);
         let cure = match enough > size {
-            true => format!("--size {enough} keeps them"),
+            true => format!("--size {enough} keeps its detail"),
             false => "there are none larger".to_owned(),
         };
         self.args.run.voice().note(&format!(
-            "an image of the mesh has {widest} texels in a row, and maps have {size}: {cure}"
+            "an image under the lichen is {widest} texels wide or high, and maps are {size}: {cure}"
         ));
     }
 
     /// Puts parts into the file with what they wear anyway.
-    fn keep(&mut self, kept: &[&MapPart], baker: &Baker) {
+    fn keep(
+        &mut self,
+        kept: &[&MapPart],
+        baker: &Baker,
+        folder: &Held<OutputDir>,
+    ) -> Result<(), Failure> {
         let Lichens {
             texturing, parts, ..
         } = self.lichens;
         for part in kept {
             let meshes = baker.own_meshes(parts.chosen(part).as_deref());
-            self.writer.keep(meshes, texturing);
+            self.writer.keep(meshes, (baker, texturing));
         }
+        let fits =
+            folder.lend(|folder, stop| self.writer.check_size(folder).map_err(|e| stop.reason(e)));
+        fits.ok_or(Failure::Interrupted)??;
         self.kept = { kept.iter() }
             .filter_map(|part| part.name.clone())
             .collect();
@@ -195,6 +217,7 @@ impl<'a> Baking<'a> {
                 "'{first}'{others} {have} no maps: in {GLB} they wear what the mesh's file says"
             ));
         }
+        Ok(())
     }
 
     fn baked<'b>(
@@ -506,7 +529,7 @@ fn how_to_show_more(used: f64, size: u32) -> String {
             "the UVs use {} % of the image: pack them to be larger",
             short(100.0 * used)
         ),
-        _ if size < MOST_TEXELS => "a larger --size shows more".to_owned(),
+        _ if size < MOST_ACROSS => "a larger --size shows more".to_owned(),
         _ => "--size is the largest that there is: lay the UVs out over several tiles, objects or materials, and give \
               each its maps with --each"
             .to_owned(),

@@ -33,7 +33,8 @@ pub(crate) struct BakeArgs {
     /// The set of UVs that maps are laid out in, of glTF files that have two: 1 for TEXCOORD_1
     #[arg(long, value_name = "0|1", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
     pub(crate) uv_set: u8,
-    /// Maps for each material, each object or each UDIM tile of the mesh, and all of these in one lichened.glb. Given
+    /// Maps for each material, each object or each UDIM tile of the mesh that lichen is on, and all of the mesh in one
+    /// lichened.glb. Given
     /// twice, as --each object --each material, for each material of each object
     #[arg(
         long,

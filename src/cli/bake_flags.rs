@@ -28,6 +28,11 @@ pub(super) struct Settled<'a> {
 /// Overlaps of no more than this share of the texels in use are as good as none.
 const FEW: f64 = 1e-3;
 
+/// Whether there are maps of all, in which no place shares texels with another.
+fn serves(judged: &LayoutJudgement) -> bool {
+    judged.unfit == 0 && are_few(judged.overlapping)
+}
+
 /// A layout that shows less than this share of an image wastes it.
 pub(super) const WASTED: f64 = 0.02;
 
@@ -75,8 +80,8 @@ impl Flags {
             let Some(judged) = found.flatten() else {
                 continue;
             };
-            let is_better =
-                |(_, best): &(_, LayoutJudgement)| judged.overlapping < best.overlapping;
+            let order = |judged: &LayoutJudgement| (judged.unfit, judged.overlapping);
+            let is_better = |(_, best): &(_, LayoutJudgement)| order(&judged) < order(best);
             if best.as_ref().map_or(true, is_better) {
                 best = Ok((words, judged));
             }
@@ -90,7 +95,7 @@ impl Flags {
 
     /// Those of them that serve, if any are needed.
     pub(super) fn that_serve(&self) -> Option<&'static str> {
-        (!self.words.is_empty() && are_few(self.judged.overlapping)).then_some(self.words)
+        (!self.words.is_empty() && serves(&self.judged)).then_some(self.words)
     }
 }
 
@@ -105,8 +110,8 @@ pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
         .any(|m| m.base_color_texture.is_some())
     {
         true => {
-            "give the mesh a second set of UVs without overlaps, which leaves its textures where they are, and bake with \
-             --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV Project)"
+            "give the mesh a second set of UVs without overlaps, which leaves its textures where they are, export it as glTF, \
+             and bake with --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV Project)"
         }
         false => {
             "unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"

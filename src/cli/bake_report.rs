@@ -124,8 +124,9 @@ pub(crate) fn conclude(args: &BakeArgs, report: &Report) -> Result<(), Failure> 
             1 => String::new(),
             several => format!(" of {several} lichens"),
         };
-        let each = match &report.parts {
+        let each = match report.parts.as_deref() {
             None => String::new(),
+            Some([one]) => format!(" of '{}'", one.part.as_deref().unwrap_or_default()),
             Some(parts) => format!(" for each of {}", plural(parts.len(), "part", "parts")),
         };
         terminal::say(&format!(

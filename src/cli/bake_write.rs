@@ -8,7 +8,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use thallus::bake::{Baked, Green, MAPS, Map, MapFile, MapFormat, MapKind, OwnMesh};
+use thallus::bake::{Baked, Baker, Green, MAPS, Map, MapFile, MapFormat, MapKind, OwnMesh};
 use thallus::export::{
     OutputDir, OutputError, Placement, SurfaceLook, TexturedMaterial, TexturedScene,
 };
@@ -95,6 +95,14 @@ impl<'a> Writer<'a> {
             problem,
         })?;
         self.scene.add(material, baked.meshes());
+        self.check_size(folder)?;
+        self.parts.push(self.described(part, baked));
+        self.files.extend_from_slice(&names);
+        Ok(names)
+    }
+
+    /// Refuses images that no file has room for.
+    pub(crate) fn check_size(&self, folder: &OutputDir) -> Result<(), OutputError> {
         if self.scene.image_bytes() > u32::MAX as usize {
             let problem = "a .glb ends at 4 GiB, and its images alone need more: make --size smaller, or bake fewer parts at \
                            once with --only";
@@ -104,18 +112,16 @@ impl<'a> Writer<'a> {
                 problem: io::Error::new(io::ErrorKind::InvalidInput, problem),
             });
         }
-        self.parts.push(self.described(part, baked));
-        self.files.extend_from_slice(&names);
-        Ok(names)
+        Ok(())
     }
 
     /// Adds meshes that wear what their file says.
-    pub(crate) fn keep(&mut self, meshes: Vec<OwnMesh>, texturing: &Texturing) {
+    pub(crate) fn keep(&mut self, meshes: Vec<OwnMesh>, of: (&Baker, &Texturing)) {
         for own in meshes {
             let worn = match self.own.get(&own.material) {
                 Some(&worn) => worn,
                 None => {
-                    let material = self.own_material(&own, texturing);
+                    let material = self.own_material(&own, of);
                     self.scene.materials.push(material);
                     let worn = self.scene.materials.len() - 1;
                     self.own.insert(own.material, worn);
@@ -126,9 +132,13 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn own_material(&mut self, own: &OwnMesh, texturing: &Texturing) -> TexturedMaterial {
-        let look = own.material.map(|number| &texturing.materials[number]);
-        let mut look = look.cloned().unwrap_or_default();
+    fn own_material(
+        &mut self,
+        own: &OwnMesh,
+        (baker, texturing): (&Baker, &Texturing),
+    ) -> TexturedMaterial {
+        let look = own.material.map(|number| baker.own_material(number));
+        let mut look = look.unwrap_or_default();
         let textures = [
             &mut look.base_color_texture,
             &mut look.metallic_roughness_texture,

@@ -77,7 +77,8 @@ fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Re
     let radius = substrate.auto_radius();
     let mut warnings = warnings::warnings(substrate, radius);
     let cutout = Cutout::of(substrate, texturing);
-    warnings.extend(cutout.and_then(|cutout| cutout.warning(substrate, |_| true)));
+    warnings
+        .extend(cutout.and_then(|cutout| cutout.warning(substrate, ("the surface", |_: &_| true))));
     let maps = Maps::of(substrate, texturing);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {

@@ -11,7 +11,7 @@ use super::number::{percent, plural, short};
 pub(super) struct Maps {
     /// What to call `thallus bake` with, for the fewest overlaps that its flags can reach.
     flags: &'static str,
-    /// Maps of each kind that this makes.
+    /// Maps of each kind that this makes at most.
     images: usize,
     /// Share of their texels that show something.
     used: f64,
@@ -19,6 +19,8 @@ pub(super) struct Maps {
     overlapping: f64,
     /// That without the flags; null where there are no maps without.
     overlapping_without: Option<f64>,
+    /// Parts that there can be no maps of.
+    parts_unfit: usize,
     /// Triangles that are in no map.
     triangles_not_shown: usize,
     /// Usual side of an image on the surface.
@@ -51,6 +53,7 @@ impl Maps {
             used: judged.used,
             overlapping: judged.overlapping,
             overlapping_without: best.without,
+            parts_unfit: judged.unfit,
             triangles_not_shown: judged.not_shown,
             side: judged.side,
             cure: cure(texturing, false),
@@ -69,6 +72,12 @@ impl Maps {
         };
         if !are_few(self.overlapping) {
             told += &format!("; {}", self.cure);
+        }
+        if self.parts_unfit > 0 {
+            told += &format!(
+                "; {} an image and can have none, which does not matter where no lichen is",
+                plural(self.parts_unfit, "part repeats", "parts repeat")
+            );
         }
         let pack = match self.used < WASTED {
             true => ", so pack the UVs to be larger",

@@ -22,11 +22,11 @@ impl Cutout {
         (!opaque.is_white()).then_some(Self(opaque))
     }
 
-    /// Says how much of the surface is open, where lichen `grows`, and what to do.
+    /// Says how much of what is called so, where lichen `grows`, is open, and what to do.
     pub(super) fn warning(
         &self,
         substrate: &Substrate,
-        grows: impl Fn(&SurfacePoint) -> bool,
+        (what, grows): (&str, impl Fn(&SurfacePoint) -> bool),
     ) -> Option<String> {
         let mut places = substrate.spread(PLACES);
         places.retain(grows);
@@ -34,7 +34,7 @@ impl Cutout {
         let share = open as f64 / places.len().max(1) as f64;
         (share >= MANY).then(|| {
             format!(
-                "{} of the surface is cut out of images or transparent, and lichen grows there too: --mask {OPAQUE} keeps \
+                "{} of {what} is cut out of images or transparent, and lichen grows there too: --mask {OPAQUE} keeps \
                  it off",
                 percent((100.0 * share).round().max(1.0) / 100.0)
             )

@@ -17,7 +17,7 @@ use super::cutout::Cutout;
 use super::failure::Failure;
 use super::foreseen::MOST_COVERED;
 use super::memory::After;
-use super::mesh_file::MeshFile;
+use super::mesh_file::{Looks, MeshFile};
 use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
@@ -354,7 +354,11 @@ pub(super) fn load(
 ) -> Result<Ready, Failure> {
     mask::check_words(settings)?;
     let started = Instant::now();
-    let file = MeshFile::read(mesh, mask::needs_looks(settings, recipes))?;
+    let looks = match mask::needs_looks(settings, recipes) {
+        true => Looks::All,
+        false => Looks::Openings,
+    };
+    let file = MeshFile::read(mesh, looks)?;
     let load = started.elapsed().as_secs_f64();
     let (substrate, texturing) = file.surface()?;
     let found = mask::read(settings, recipes, (mesh, &substrate, &texturing), voice);
@@ -377,7 +381,13 @@ pub(super) fn load(
     if !settings.mask_layers().iter().any(|layer| layer == OPAQUE) {
         let mask = found.as_ref().map(|found| &found.mask);
         let grows = |at: &SurfacePoint| mask.is_none_or(|mask| mask.at(at) > 0.0);
-        let warning = { cutout.as_ref() }.and_then(|cutout| cutout.warning(&substrate, grows));
+        let what = if mask.is_some() {
+            "what the mask leaves"
+        } else {
+            "the surface"
+        };
+        let warning =
+            { cutout.as_ref() }.and_then(|cutout| cutout.warning(&substrate, (what, grows)));
         warning.iter().for_each(|warning| voice.warn(warning));
     }
     let (mask, mask_layers) = match found {

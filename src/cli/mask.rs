@@ -24,7 +24,7 @@ pub(super) struct Found {
 /// Whether the mesh's UVs or colours are read, by which these settings have a mask.
 pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
     let mut places = { settings.mask_layers().iter() }.flat_map(|layer| places(layer, recipes));
-    places.any(|place| place != EXPOSED && !is_lichen(Path::new(&place)))
+    places.any(|place| place != EXPOSED && (is_of_mesh(&place) || !is_lichen(Path::new(&place))))
 }
 
 /// Whether a layer is another lichen: the folder of a run, or its elements.

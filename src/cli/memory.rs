@@ -267,11 +267,12 @@ fn check_triangles(triangles: f64, needed: f64) -> Result<(), Failure> {
 pub(super) fn check_maps<'a>(
     substrate: &Substrate,
     clusters: impl Iterator<Item = &'a Cluster>,
-    (texels, parts): (u32, usize),
+    (texels, parts, kept): (u32, usize, usize),
 ) -> Result<(), Failure> {
     let area: f64 = substrate.components().iter().map(|c| c.area).sum();
     let covered = clusters.map(Cluster::covered_area).sum::<f64>() / area;
-    check_maps_within(available(), (texels, parts), covered)
+    let free = available().map(|free| free - kept as f64);
+    check_maps_within(free, (texels, parts), covered)
 }
 
 fn check_maps_within(

@@ -15,20 +15,28 @@ pub(super) struct MeshFile<'a> {
     texturing: Texturing,
 }
 
+/// What is read of a mesh's looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Looks {
+    Nothing,
+    /// All of them if anything is seen through them. No fault in them is one.
+    Openings,
+    All,
+}
+
 impl<'a> MeshFile<'a> {
-    pub(super) fn read(path: &'a Path, is_textured: bool) -> Result<Self, Failure> {
+    pub(super) fn read(path: &'a Path, looks: Looks) -> Result<Self, Failure> {
         let room = Room::now();
-        let read = match is_textured {
-            true => substrate::load_textured(path),
-            false => load_soup(path).map(|loaded| (loaded, Texturing::default())),
+        let read = match looks {
+            Looks::All => substrate::load_textured(path),
+            _ => load_soup(path).map(|loaded| (loaded, Texturing::default())),
         };
         let (loaded, mut texturing) = read.map_err(|e| failed(path, &e.into()))?;
-        if loaded.speaks_of_openings && !is_textured {
-            // Nobody has asked for textures, so no fault in them keeps lichen from growing.
+        room.check(path, &loaded)?;
+        if looks == Looks::Openings && loaded.speaks_of_openings {
             let looks = substrate::load_textured(path);
             texturing = looks.map(|(_, looks)| looks).unwrap_or_default();
         }
-        room.check(path, &loaded)?;
         Ok(Self {
             path,
             loaded,
@@ -44,17 +52,17 @@ impl<'a> MeshFile<'a> {
 
 /// The surface in a mesh file.
 pub(super) fn load(path: &Path) -> Result<Substrate, Failure> {
-    Ok(load_cut_out(path)?.0)
+    Ok(MeshFile::read(path, Looks::Nothing)?.surface()?.0)
 }
 
 /// The same, with what the file says about textures where something is seen through them.
 pub(super) fn load_cut_out(path: &Path) -> Result<(Substrate, Texturing), Failure> {
-    MeshFile::read(path, false)?.surface()
+    MeshFile::read(path, Looks::Openings)?.surface()
 }
 
 /// The same, with what the file says about textures.
 pub(super) fn load_textured(path: &Path) -> Result<(Substrate, Texturing), Failure> {
-    MeshFile::read(path, true)?.surface()
+    MeshFile::read(path, Looks::All)?.surface()
 }
 
 fn failed(path: &Path, error: &SubstrateError) -> Failure {

@@ -25,7 +25,7 @@ pub(super) fn notes(substrate: &Substrate, recipe: &Recipe, seeds: &[SurfacePoin
                 false => "by the mask or the slope nothing may grow there or about it",
             };
             format!(
-                "at {name}: {why}; the seed is at {}, {} away, the nearest place with room for a lichen",
+                "at {name}: {why}; the seed is at {}, {} away, where there is room for a lichen",
                 place(now.to_array()),
                 short(asked.distance(now))
             )

@@ -87,7 +87,7 @@ pub(crate) struct ShotArgs {
         allow_hyphen_values = true
     )]
     pub(crate) camera: View,
-    /// Go nearer to what is in the middle, 0.01 to 1000: 2 shows half as much of it across
+    /// Go nearer to lichen that is seen, 0.01 to 1000: 2 shows half as much of it across
     #[arg(long, value_name = "FACTOR", value_parser = zoom, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) zoom: f32,
     /// Rays through a pixel, at most, 1 to 65536: more remove grain but take longer

@@ -27,6 +27,13 @@ const MOST_EXPOSED: usize = 1 << 15;
 /// What rounding may do to the cosine of a slope: normals are kept in 32 bits.
 const ROUNDED: f64 = 1e-6;
 
+/// All of the first, and then every second, every third and so on of as many as follow.
+fn sparser<T>(items: impl Iterator<Item = T>) -> impl Iterator<Item = T> {
+    const ALL: usize = 200;
+    let is_taken = |at: usize| at.is_multiple_of(1 + at / ALL);
+    { items.enumerate() }.filter_map(move |(at, item)| is_taken(at).then_some(item))
+}
+
 /// What a place is to be near to.
 pub(super) enum Goal {
     /// A place, on its own piece of the mesh if that has habitat.
@@ -179,23 +186,25 @@ impl<'a> Habitat<'a> {
     /// units) from them in eight directions too: with the first of these rooms for which there is one on its own piece,
     /// or else on another. None where there is none among as many places as for the [share](Self::share).
     pub fn nearest(&self, to: &SurfacePoint, rooms: &[f64]) -> Option<SurfacePoint> {
-        self.best(&Goal::Near(*to), rooms, |places| places)
+        self.best(&Goal::Near(*to), rooms, |_| true)
     }
 
-    /// The best place for a goal, of those that a choice leaves of all that lie by how good they are; with rooms as for the
-    /// [nearest](Self::nearest).
+    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest). After the best
+    /// two hundred that have room, ever fewer of those that follow are asked whether they are.
     pub(super) fn best(
         &self,
         goal: &Goal,
         rooms: &[f64],
-        choose: impl Fn(Vec<SurfacePoint>) -> Vec<SurfacePoint>,
+        is_chosen: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<SurfacePoint> {
         goal.among(self.substrate).into_iter().find_map(|among| {
             let mut places = self.suited_places(among).0;
             let off = |at: &SurfacePoint| goal.distance(self.substrate, at);
             places.sort_by(|a, b| off(a).total_cmp(&off(b)));
-            let places = choose(places);
-            let with = |room: f64| places.iter().find(|at| self.has_room(at, room));
+            let with = |room: f64| {
+                let roomy = places.iter().filter(|at| self.has_room(at, room));
+                sparser(roomy).find(|at| is_chosen(at))
+            };
             rooms.iter().find_map(|&room| with(room)).copied()
         })
     }

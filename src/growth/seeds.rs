@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Habitat;
 use super::habitat::Goal;
@@ -20,8 +19,9 @@ impl SeedPlace {
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
     /// the mesh, or is [inside another](Solids::hide), and as seldom kept as a walker sticks in that
-    /// [habitat](Habitat::at). `Top`, `Highest` and `Center` are the [nearest place](Habitat::nearest) where something
-    /// may grow, with room about it if there is any, and which no other piece [conceals](Solids::conceal) unless that is
+    /// [habitat](Habitat::at). `Top` and `Center` are the [nearest place](Habitat::nearest), and `Highest` the highest, where
+    /// something may grow, with room about it if there is any (`Top` on the piece with the most habitat, where the largest
+    /// has none), and which no other piece [conceals](Solids::conceal) unless that is
     /// so wherever something may grow. Distances are those through space, but elements on two faces of a
     /// sheet do not overlap.
     ///
@@ -70,9 +70,6 @@ const FARTHEST: i64 = 1 << 60;
 /// Radii within which something may grow all about a place, for a seed that is free to choose: it may be in a crumb of
 /// the habitat, or in a gap of another lichen. The greatest of these for which there are places.
 const ROOMS: [f64; 3] = [40.0, LEAST_ROOM, 0.0];
-
-/// Places that are asked whether they are seen.
-const LOOKED_AT: usize = 1024;
 
 /// With so many it stays where it is.
 const LEAST_ROOM: f64 = 10.0;
@@ -141,13 +138,13 @@ impl Seeds<'_> {
             _ => Goal::Near(at),
         };
         let rooms = ROOMS.map(|radii| radii * self.radius);
-        let best = |rooms: &[f64], is_seen: bool| {
-            let choose = |all| if is_seen { self.in_sight(all) } else { all };
-            self.habitat.best(&goal, rooms, choose)
+        let best = |is_seen: bool| {
+            let is_chosen = |at: &SurfacePoint| !is_seen || !self.solids.conceal(at);
+            self.habitat.best(&goal, &rooms, is_chosen)
         };
-        best(&rooms, true)
+        best(true)
             .or_else(|| suits(&at).then_some(at))
-            .or_else(|| best(&rooms, false))
+            .or_else(|| best(false))
     }
 
     /// The top of the mesh, or, where its piece has no habitat, of the piece with the most.
@@ -157,16 +154,6 @@ impl Seeds<'_> {
         }
         let widest = self.habitat.widest_piece();
         widest.map_or(at, |piece| top(self.substrate, piece))
-    }
-
-    /// Of places in some order those that are seen. Of many not all are looked at.
-    fn in_sight(&self, places: Vec<SurfacePoint>) -> Vec<SurfacePoint> {
-        if self.substrate.components().len() == 1 {
-            return places;
-        }
-        let step = places.len() / LOOKED_AT + 1;
-        let some = places.into_par_iter().step_by(step);
-        some.filter(|at| !self.solids.conceal(at)).collect()
     }
 
     /// Gives the next one this place.

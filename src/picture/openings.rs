@@ -5,6 +5,9 @@ use super::sample::{hash, unit};
 use super::trace::{CLEAR, Mesh, Spot, Stone, World};
 use super::wide::Ray;
 
+/// Open places in the way of a ray that are gone through, at most: behind as many there is nothing.
+const MOST_OPEN: u32 = 10_000;
+
 impl World<'_> {
     /// Where a ray first meets the substrate, and to where it is cut.
     pub(super) fn first_stone(&self, ray: &mut Ray) -> Option<Spot> {
@@ -28,7 +31,7 @@ impl World<'_> {
         let (origin, direction) = (ray.origin.get(0), ray.direction.get(0));
         let clear = CLEAR * self.stage.size;
         let (mut behind, mut step, mut last) = (0.0, clear, None);
-        loop {
+        for _ in 0..MOST_OPEN {
             let mut rest = ray.clone().starting_at(origin + direction * behind);
             rest.end = ray.end - behind;
             let spot = mesh.first(&mut rest)?;
@@ -45,6 +48,7 @@ impl World<'_> {
             last = Some(spot.number);
             behind += rest.end + step;
         }
+        None
     }
 }
 

@@ -139,13 +139,19 @@ impl Camera {
     /// Of the granules that it sees one with others about it, as far away as this share of the picture. On a side that is
     /// turned away they lie closer together in the picture, and count for less.
     fn crowded<'w>(&self, world: &'w World, aspect: f32, share: f32) -> Option<&'w Dome> {
-        let step = world.domes().len() / LOOKED_AT + 1;
-        let some = { world.domes() }.par_iter().step_by(step);
-        let seen = some.filter_map(|dome| {
-            let place = self.frames(dome, aspect)?;
-            self.meets(dome, world).then_some((place, dome))
-        });
-        let seen: Vec<(Vec2, &Dome)> = seen.collect();
+        let seen_of = |step: usize| {
+            let some = { world.domes() }.par_iter().step_by(step);
+            let seen = some.filter_map(|dome| {
+                let place = self.frames(dome, aspect)?;
+                self.meets(dome, world).then_some((place, dome))
+            });
+            seen.collect::<Vec<(Vec2, &Dome)>>()
+        };
+        let mut seen = seen_of(world.domes().len() / LOOKED_AT + 1);
+        if seen.is_empty() {
+            seen = seen_of(1);
+            seen.truncate(LOOKED_AT);
+        }
         let shown = |dome: &Dome| {
             let towards = (self.eye - dome.center()).normalize_or_zero();
             dome.normal().dot(towards).max(0.0)

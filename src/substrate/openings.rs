@@ -13,7 +13,7 @@ pub(super) struct Openings {
     images: Vec<Option<Image>>,
     /// Of the file.
     materials: Vec<Material>,
-    /// By the substrate's triangles; none where nothing is open.
+    /// By the substrate's triangles, if anything is open; none where nothing is.
     triangles: Vec<Option<Sheet>>,
 }
 
@@ -33,6 +33,13 @@ impl Openings {
         let images = images(texturing)?;
         let materials = texturing.materials.clone();
         let is_open: Vec<bool> = materials.iter().map(|m| may_be_open(m, &images)).collect();
+        if !is_open.contains(&true) {
+            return Ok(Self {
+                images,
+                materials,
+                triangles: Vec::new(),
+            });
+        }
         let sheet = |t: u32| {
             let material = texturing.material_at(substrate, t)?;
             is_open[material].then(|| Sheet {
@@ -55,10 +62,11 @@ impl Openings {
 
     /// Whether a place is open.
     pub(super) fn has(&self, at: &SurfacePoint) -> bool {
-        { self.triangles[at.triangle as usize] }.is_some_and(|sheet| {
+        let sheet = self.triangles.get(at.triangle as usize).copied().flatten();
+        sheet.is_some_and(|sheet| {
             let material = &self.materials[sheet.material];
             let in_image = |(texture, uvs): (Texture, [[f32; 2]; 3])| {
-                let image = self.images[texture.image].as_ref()?;
+                let image = self.images.get(texture.image)?.as_ref()?;
                 let uv = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
                 Some(image.opacity(texture.place(image, uv)))
             };

@@ -16,6 +16,9 @@ impl Substrate {
     ) -> Vec<SurfacePoint> {
         let all: f64 = triangles().map(|t| self.area(t)).sum();
         let apart = all / places as f64;
+        if !(apart > 0.0 && apart.is_finite()) {
+            return Vec::new();
+        }
         let (mut spread, mut left) = (Vec::with_capacity(places + 1), 0.5 * apart);
         for t in triangles() {
             left += self.area(t);

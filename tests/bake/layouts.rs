@@ -347,6 +347,28 @@ fn a_layout_is_judged_as_it_is_baked() {
     }
 }
 
+/// Neighbours share their edges, and no texel is lost between them.
+#[test]
+fn a_fine_grid_uses_what_it_fills() {
+    let mut text = String::new();
+    let cells = 150;
+    for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (i, j))) {
+        let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(cells));
+        writeln!(text, "v {u} 0 {v}\nvt {u} {v}").unwrap();
+    }
+    let at = |i: u32, j: u32| i * (cells + 1) + j + 1;
+    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+        let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+        writeln!(text, "f {a}/{a} {b}/{b} {c}/{c} {d}/{d}").unwrap();
+    }
+    let (substrate, texturing) = written(&text, "grid.obj");
+    let judged = judge(&substrate, &texturing, (None, None)).unwrap();
+    assert!(
+        judged.used > 0.995 && judged.overlapping == 0.0,
+        "{judged:?}"
+    );
+}
+
 #[test]
 fn parts_of_a_division_are_judged_apart() {
     let low = square(0.1, 0.9);
@@ -375,6 +397,22 @@ fn parts_of_a_division_are_judged_apart() {
         (first.images, first.overlapping, first.not_shown),
         (1, 0.0, 0)
     );
+    // A part that repeats an image does not keep the others from having maps.
+    let (substrate, mut texturing) = written(&squares(&[low, square(0.0, 7.0)]), "squares.obj");
+    texturing.parts = ["a", "b"]
+        .map(|name| Part {
+            material: Some(name.to_owned()),
+            ..Part::default()
+        })
+        .to_vec();
+    texturing.part_of = [0, 0, 1, 1].map(Some).to_vec();
+    let by_material = Division::by_material(&texturing).unwrap();
+    let judged = judge(&substrate, &texturing, (Some(&by_material), None)).unwrap();
+    assert_eq!(
+        (judged.images, judged.unfit, judged.overlapping),
+        (1, 1, 0.0)
+    );
+    assert!((judged.used - 0.64).abs() < 0.01, "{judged:?}");
     let (substrate, texturing) = written(&squares(&[flat]), "squares.obj");
     let flat = judge(&substrate, &texturing, (None, None));
     assert_eq!(flat, Err(BakeError::FlatUvs));

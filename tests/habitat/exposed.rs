@@ -87,10 +87,10 @@ fn all_of_one_piece_is_exposed() {
     assert!(!Mask::exposed(&cubes(&[DVec3::ZERO, 3.0 * DVec3::X])).is_white());
 }
 
-/// Two cubes on the ground, the first of which stands in the way of where a seed would go.
+/// Two cubes, of which the second stands where a seed on the first would go.
 #[test]
 fn a_seed_that_is_named_goes_where_it_is_seen() {
-    // The large cube's top is inside a smaller one, which nothing else is in.
+    // The first one's top is inside the second.
     let middles = [DVec3::ZERO, DVec3::new(0.0, 0.5, 0.0)];
     let substrate = cubes(&middles);
     let seed = |place: SeedPlace| {

@@ -19,7 +19,7 @@ use super::gltf_schema::or_absent;
 
 /// Whether a document has modes of alpha other than that which is usual, as far as words tell.
 pub(super) fn speaks_of_openings(json: &[u8]) -> bool {
-    let has = |word: &[u8]| json.windows(word.len()).any(|found| found == word);
+    let has = |word: &[u8]| memchr::memmem::find(json, word).is_some();
     has(b"\"alphaMode\"") && (has(b"\"MASK\"") || has(b"\"BLEND\""))
 }
 

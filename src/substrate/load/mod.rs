@@ -77,7 +77,8 @@ pub struct Loaded {
     pub hash: String,
     /// What its content turned out to be, or, of bytes, what it was said to be.
     pub format: Format,
-    /// Whether its text speaks of materials that are seen through: [`load_textured`] tells which.
+    /// Whether its text, or an OBJ file's libraries, speak of materials that are seen through: [`load_textured`] tells
+    /// which.
     pub speaks_of_openings: bool,
 }
 
@@ -147,7 +148,8 @@ fn parse_loaded(
         speaks_of_openings: match format {
             Format::Gltf => gltf_material::speaks_of_openings(bytes),
             Format::Glb => gltf::json_of(bytes).is_some_and(gltf_material::speaks_of_openings),
-            Format::Obj | Format::Stl | Format::Ply => false,
+            Format::Obj => obj::speaks_of_openings(bytes, base),
+            Format::Stl | Format::Ply => false,
         },
     })
 }

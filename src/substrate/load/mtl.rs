@@ -30,11 +30,10 @@ pub(super) fn read<'a>(
     let mut library = Library {
         out,
         numbers: HashMap::new(),
-        images: HashMap::new(),
+        images: Images::default(),
         colored: HashMap::new(),
         cut_out: Vec::new(),
         tiled: Vec::new(),
-        faults: 0,
     };
     let mut names = names.peekable();
     let Some(base) = base else {
@@ -54,12 +53,26 @@ pub(super) fn read<'a>(
     library.materials()
 }
 
+/// Whether any of the libraries of these names has a word of what is cut out.
+pub(super) fn speak_of_openings<'a>(
+    mut names: impl Iterator<Item = &'a [u8]>,
+    base: &Path,
+) -> bool {
+    let speaks = |file: &PathBuf| {
+        let text = input::regular_bytes(file).unwrap_or_default();
+        memchr::memmem::find(&text, b"map_d").is_some()
+    };
+    let mut seen = HashSet::new();
+    names.any(|name| seen.insert(name) && files(base, name).iter().any(speaks))
+}
+
 /// What libraries say.
 pub(super) struct Materials {
     /// Places among the materials, by name.
     pub(super) numbers: HashMap<Vec<u8>, u32>,
     /// Textures that wait for the faces.
     pub(super) tiled: Vec<Tiled>,
+    pub(super) images: Images,
 }
 
 /// What an image is for.
@@ -71,50 +84,82 @@ pub(super) enum Slot {
     Bump,
 }
 
-/// Makes a texture one of a material's, if it is what it is said to be.
-pub(super) fn put(slot: Slot, texture: Texture, material: usize, out: &mut Texturing) {
-    let is_height = slot == Slot::Bump && !is_normal_map(&out.images[texture.image]);
-    let material = &mut out.materials[material];
-    match slot {
-        Slot::Color => {
-            material.base_color = [1.0; 3];
-            material.base_color_texture = Some(texture);
+/// Images that libraries name, each read and looked at once.
+#[derive(Default)]
+pub(super) struct Images {
+    /// Their places; none for one that cannot be read.
+    places: HashMap<PathBuf, Option<usize>>,
+    /// Of those that may be heights, whether they are normal maps.
+    upright: HashMap<usize, bool>,
+}
+
+impl Images {
+    /// The place of an image that a library in this folder names. What cannot be read is a note.
+    pub(super) fn read(
+        &mut self,
+        (folder, name): (&Path, &[u8]),
+        out: &mut Texturing,
+    ) -> Option<usize> {
+        let file = found(folder, name);
+        if let Some(known) = self.places.get(&file) {
+            return *known;
         }
-        Slot::Normal => material.normal_texture = Some(texture),
-        Slot::Bump if is_height => {
-            let note = "a map_Bump is passed over: it is a height and no normal map; bake it into one, and name that as norm";
-            note_once(note.to_owned(), out);
-        }
-        Slot::Bump => {
-            material.normal_texture.get_or_insert(texture);
+        let bytes = input::regular_bytes(&file).map_err(|e| e.to_string());
+        let place = match bytes.and_then(encoded_image) {
+            Ok(bytes) => {
+                out.images.push(bytes);
+                Some(out.images.len() - 1)
+            }
+            Err(problem) => {
+                let file = file.display();
+                note(format!("the image {file} is passed over: {problem}"), out);
+                None
+            }
+        };
+        self.places.insert(file, place);
+        place
+    }
+
+    /// Makes a texture one of a material's, if it is what it is said to be.
+    pub(super) fn put(&mut self, slot: Slot, texture: Texture, number: usize, out: &mut Texturing) {
+        let bytes = &out.images[texture.image];
+        let is_upright = || is_normal_map(bytes);
+        let is_height = slot == Slot::Bump
+            && !*{ self.upright.entry(texture.image) }.or_insert_with(is_upright);
+        let material = &mut out.materials[number];
+        match slot {
+            Slot::Color => {
+                material.base_color = [1.0; 3];
+                material.base_color_texture = Some(texture);
+            }
+            Slot::Normal => material.normal_texture = Some(texture),
+            Slot::Bump if is_height => note(
+                "a map_Bump is passed over: it is a height and no normal map; bake it into one, and name that as norm"
+                    .to_owned(),
+                out,
+            ),
+            Slot::Bump => {
+                material.normal_texture.get_or_insert(texture);
+            }
         }
     }
 }
 
-/// Tells what is not told yet, as long as that is not too much.
-pub(super) fn note_once(note: String, out: &mut Texturing) {
-    if out.notes.len() < MOST_NOTES && !out.notes.contains(&note) {
-        out.notes.push(note);
+/// Tells what is not told yet; of too much only that there is more.
+pub(super) fn note(note: String, out: &mut Texturing) {
+    match out.notes.len() {
+        ..MOST_NOTES if !out.notes.contains(&note) => out.notes.push(note),
+        MOST_NOTES => out.notes.push("and so are others".into()),
+        _ => {}
     }
 }
 
-/// Whether most of an image stands straight up, read as a normal map.
+/// Whether most of an image stands straight up, read as a normal map. One that is damaged is told of by whoever shows it.
 fn is_normal_map(bytes: &[u8]) -> bool {
     Image::decode(bytes).is_ok_and(|image| {
         let [red, green, blue] = image.mean().to_array();
         [red, green].iter().all(|x| (0.35..0.65).contains(x)) && blue > 0.75
     })
-}
-
-/// Reads an image that a library in this folder names, or says why not.
-pub(super) fn image((folder, name): (&Path, &[u8]), out: &mut Texturing) -> Result<usize, String> {
-    let file = found(folder, name);
-    let read = input::regular_bytes(&file).map_err(|e| e.to_string());
-    let read = read.and_then(encoded_image);
-    let bytes =
-        read.map_err(|problem| format!("the image {} is passed over: {problem}", file.display()))?;
-    out.images.push(bytes);
-    Ok(out.images.len() - 1)
 }
 
 /// The files that a statement names: one, with spaces in its name, or several.
@@ -160,14 +205,12 @@ fn first_word(text: &[u8]) -> (&[u8], &[u8]) {
 struct Library<'a> {
     out: &'a mut Texturing,
     numbers: HashMap<Vec<u8>, u32>,
-    /// Where images of the files went; none for one that cannot be read.
-    images: HashMap<PathBuf, Option<usize>>,
+    images: Images,
     /// What the colour of a material is read from.
     colored: HashMap<usize, PathBuf>,
     /// What a material is cut out by.
     cut_out: Vec<(usize, PathBuf)>,
     tiled: Vec<Tiled>,
-    faults: usize,
 }
 
 impl Library<'_> {
@@ -191,13 +234,8 @@ impl Library<'_> {
         }
     }
 
-    fn note(&mut self, note: String) {
-        self.faults += 1;
-        match self.faults {
-            ..=MOST_NOTES => self.out.notes.push(note),
-            n if n == MOST_NOTES + 1 => self.out.notes.push("and so are others".into()),
-            _ => {}
-        }
+    fn note(&mut self, text: String) {
+        note(text, self.out);
     }
 
     /// Begins a material, if there is none of its name yet.
@@ -215,6 +253,7 @@ impl Library<'_> {
         Materials {
             numbers: self.numbers,
             tiled: self.tiled,
+            images: self.images,
         }
     }
 
@@ -281,15 +320,7 @@ impl Library<'_> {
                 name: said.file.to_owned(),
             });
         }
-        let image = match self.images.get(&file) {
-            Some(known) => *known,
-            None => {
-                let read = image((folder, said.file), self.out);
-                let image = read.map_err(|note| self.note(note)).ok();
-                self.images.insert(file, image);
-                image
-            }
-        };
+        let image = self.images.read((folder, said.file), self.out);
         let Some(image) = image else { return };
         let texture = Texture {
             image,
@@ -298,7 +329,7 @@ impl Library<'_> {
             transform: said.transform(),
             wrap: said.wrap,
         };
-        put(slot, texture, number, self.out);
+        self.images.put(slot, texture, number, self.out);
     }
 }
 

@@ -58,9 +58,18 @@ pub(super) fn parse(
     }
     if let (Some(out), Some(read)) = (texturing, reader.attributes.take()) {
         *out = read.texturing;
-        udim::lay_out(&read.materials.tiled, out);
+        let Materials {
+            tiled, mut images, ..
+        } = read.materials;
+        udim::lay_out(&tiled, &mut images, out);
     }
     reader.finish()
+}
+
+/// Whether a library that the text names has something cut out.
+pub(super) fn speaks_of_openings(bytes: &[u8], base: Option<&Path>) -> bool {
+    let libraries = Statements::new(without_mark(bytes)).filter_map(|s| rest_of(&s, b"mtllib"));
+    base.is_some_and(|base| mtl::speak_of_openings(libraries, base))
 }
 
 /// Whether the text has a statement that only an OBJ file would have.

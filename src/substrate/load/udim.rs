@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use crate::substrate::division::Tile;
 use crate::substrate::{Texture, Texturing, Wrap};
 
-use super::mtl::{Slot, image, note_once, put};
+use super::counted;
+use super::mtl::{Images, Slot, note};
 
 /// What stands for a tile's number.
 const MARK: &[u8] = b"<UDIM>";
@@ -40,55 +41,65 @@ impl Tiled {
 
 /// Gives each tile of a material with such textures, as far as triangles are there, a material with its images. What cannot
 /// be read is a note.
-pub(super) fn lay_out(all: &[Tiled], out: &mut Texturing) {
-    let mut by_material: BTreeMap<usize, Vec<&Tiled>> = BTreeMap::new();
+pub(super) fn lay_out(all: &[Tiled], images: &mut Images, out: &mut Texturing) {
+    let mut textures: BTreeMap<usize, Vec<&Tiled>> = BTreeMap::new();
     for tiled in all {
-        by_material.entry(tiled.material).or_default().push(tiled);
+        textures.entry(tiled.material).or_default().push(tiled);
     }
-    for (material, textures) in by_material {
-        let of = |(triangle, number): (usize, &Option<u32>)| {
-            let has_it = *number == Some(material as u32);
-            let uvs = out.uvs.get(triangle)?.as_ref().filter(|_| has_it)?;
-            Some((triangle, Tile::of(uvs)))
-        };
-        let tiles = { out.material_of.iter().enumerate() }.filter_map(of);
-        let mut by_tile: BTreeMap<Tile, Vec<usize>> = BTreeMap::new();
-        tiles.for_each(|(triangle, tile)| by_tile.entry(tile).or_default().push(triangle));
-        for (tile, triangles) in by_tile {
-            let number = of_tile(material, &textures, tile, out);
-            for triangle in triangles {
-                out.material_of[triangle] = Some(number);
-            }
+    let of = |(triangle, material): (usize, &Option<u32>)| {
+        let material = (*material)? as usize;
+        let uvs = out.uvs.get(triangle)?.as_ref();
+        let uvs = uvs.filter(|_| textures.contains_key(&material))?;
+        Some((triangle, (material, Tile::of(uvs))))
+    };
+    let mut by_tile: BTreeMap<(usize, Tile), Vec<usize>> = BTreeMap::new();
+    let mut beyond = 0;
+    let tiles = if all.is_empty() {
+        &[]
+    } else {
+        &out.material_of[..]
+    };
+    for (triangle, (material, tile)) in tiles.iter().enumerate().filter_map(of) {
+        match tile.number() {
+            Some(_) => by_tile.entry((material, tile)).or_default().push(triangle),
+            None => beyond += 1,
+        }
+    }
+    if beyond > 0 {
+        let triangles = counted(beyond, "triangle is", "triangles are");
+        note(
+            format!(
+                "{triangles} in no tile of UDIM's, which has ten columns and counts rows from below"
+            ),
+            out,
+        );
+    }
+    for ((material, tile), triangles) in by_tile {
+        let number = out.materials.len();
+        out.materials.push(out.materials[material].clone());
+        textures[&material]
+            .iter()
+            .for_each(|tiled| put(tiled, tile, number, (&mut *images, &mut *out)));
+        for triangle in triangles {
+            out.material_of[triangle] = Some(number as u32);
         }
     }
 }
 
-/// Adds a material for a tile.
-fn of_tile(material: usize, textures: &[&Tiled], tile: Tile, out: &mut Texturing) -> u32 {
-    let number = out.materials.len();
-    out.materials.push(out.materials[material].clone());
+/// Gives a tile's material its image.
+fn put(tiled: &Tiled, tile: Tile, material: usize, (images, out): (&mut Images, &mut Texturing)) {
+    let name = tile.number().map(|number| tiled.name_of(number));
+    let image = name.and_then(|name| images.read((&tiled.folder, &name), out));
     let [column, row] = tile.place();
-    for tiled in textures {
-        let read = match tile.number() {
-            Some(tile) => image((&tiled.folder, &tiled.name_of(tile)), out),
-            None => Err(format!(
-                "UVs in column {column} and row {row} are in no tile of UDIM's, which has ten columns"
-            )),
+    if let Some(image) = image {
+        let texture = Texture {
+            image,
+            is_in_second: false,
+            strength: tiled.strength,
+            // v counts from above.
+            transform: [[1.0, 0.0, -column as f64], [0.0, 1.0, row as f64]],
+            wrap: [Wrap::Clamp; 2],
         };
-        match read {
-            Err(note) => note_once(note, out),
-            Ok(image) => {
-                let texture = Texture {
-                    image,
-                    is_in_second: false,
-                    strength: tiled.strength,
-                    // v counts from above.
-                    transform: [[1.0, 0.0, -column as f64], [0.0, 1.0, row as f64]],
-                    wrap: [Wrap::Clamp; 2],
-                };
-                put(tiled.slot, texture, number, out);
-            }
-        }
+        images.put(tiled.slot, texture, material, out);
     }
-    number as u32
 }
