@@ -171,6 +171,25 @@ fn check_says_which_flags_give_each_place_texels_of_its_own() {
         told.contains("maps          none: triangle 0 is 7.00 images wide"),
         "{told}"
     );
+    // Of one material a part repeats its image; by objects none does.
+    let square = |x: u32| {
+        let right = x + 1;
+        format!(
+            "v {x} 0 0\nv {x} 0 1\nv {right} 0 1\nv {right} 0 0\nf -4/1 -3/2 -2/3\nf -4/1 -2/3 -1/4\n"
+        )
+    };
+    let corners = "vt 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n";
+    let many: String = (0..40)
+        .map(|k| format!("o leaf{k}\nusemtl Leaf\n{}", square(2 * k + 2)))
+        .collect();
+    let branch = format!("{corners}o bark\nusemtl Bark\n{}{many}", square(0));
+    fs::write(desk.path("branch.obj"), branch).unwrap();
+    let (found, told) = maps(&desk, "branch.obj");
+    assert_eq!(
+        (&found["flags"], &found["parts_unfit"]),
+        (&"--each object".into(), &0.into())
+    );
+    assert!(!told.contains("can have none"), "{told}");
     put_two_sets(&desk, "two.gltf");
     let (found, _) = maps(&desk, "two.gltf");
     assert_eq!(

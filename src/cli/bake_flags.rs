@@ -69,10 +69,7 @@ impl Flags {
         let without = now.as_ref().ok().map(|now| now.overlapping);
         let mut best = now.map(|judged| ("", judged));
         for (words, each) in CHOICES {
-            if best
-                .as_ref()
-                .is_ok_and(|(_, best)| are_few(best.overlapping))
-            {
+            if best.as_ref().is_ok_and(|(_, best)| serves(best)) {
                 break;
             }
             let adds = settled.each.iter().all(|kind| each.contains(kind));
