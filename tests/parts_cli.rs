@@ -629,6 +629,25 @@ fn a_part_without_lichen_keeps_what_it_wears() {
         all
     };
     assert_eq!(corners(&made), corners(&before));
+    // What is said to be in the file is in it: a part that lies where another does is not.
+    let twice = std::fs::read_to_string(desk.path("two.gltf")).unwrap();
+    let twice = twice.replace(r#""byteOffset":12"#, r#""byteOffset":0"#);
+    fs::write(desk.path("twice.gltf"), twice).unwrap();
+    desk.done("twice.gltf --radius 0.01 --elements 60 --at 0.5,0,0.5 -o twice");
+    let (_, told) = bake("twice -o twice-maps --size 64 --each material");
+    assert!(
+        told.contains("'Moss' lies where other parts do") && !told.contains("has no maps"),
+        "{told}"
+    );
+    let none = desk
+        .call("bake", "twice -o none --only material:Moss")
+        .output()
+        .unwrap();
+    assert!(
+        none.status.code() == Some(1) && said(&none).contains("lies where other parts"),
+        "{}",
+        said(&none)
+    );
     // With another base all parts have maps.
     bake("two -o stone --size 64 --each material --base stone");
     assert!(desk.path("stone/Moss_mask.png").exists());

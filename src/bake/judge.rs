@@ -24,13 +24,14 @@ pub struct LayoutJudgement {
     pub side: f64,
 }
 
-/// Texels in a row, and rows, by which a layout is judged: coarser than maps, and fine enough to meet any chart that shows.
-const SIZE: usize = 512;
-const TEXELS: usize = SIZE * SIZE;
+/// Texels in a row, and rows, by which a layout is judged, of few images and of many: coarser than maps, and fine enough
+/// to meet any chart that shows.
+const SIZES: [usize; 2] = [512, 128];
+const FEW: usize = 32;
 
 /// Judges the layout of a mesh, or of those of its triangles that are chosen by their numbers in the file, in an image for
 /// each part of a division, or in one. What is shared only along edges, or within less than a texel of an image 512
-/// texels wide, may not be found.
+/// texels wide (128 where there are more than 32), may not be found.
 ///
 /// # Errors
 /// When there can be maps of no part: those of [baking](super::Baker::part) the first.
@@ -48,15 +49,16 @@ pub fn judge(
         let source = substrate.source_triangle(t) as usize;
         division.map_or(Some(0), |division| division.place_of(source))
     };
+    let size = SIZES[usize::from(division.is_some_and(|all| all.names().len() > FEW))];
     let mut sheets = vec![Sheet::default(); division.map_or(1, |all| all.names().len())];
     let (mut laid, mut all, mut has_uvs) = (Vec::new(), 0, false);
     for t in shown.triangles() {
         all += 1;
         has_uvs |= shown.uvs_of(t).is_some();
         let Some(part) = part_of(t) else { continue };
-        match corners_of(&shown, t, SIZE as f64) {
+        match corners_of(&shown, t, size as f64) {
             Ok(Some(corners)) => {
-                sheets[part].add(&corners, substrate.area(t));
+                sheets[part].add(&corners, substrate.area(t), size);
                 laid.push((part, corners));
             }
             Ok(None) => {}
@@ -82,12 +84,12 @@ pub fn judge(
     let not_shown = all - laid.len();
     laid.sort_by_key(|&(part, _)| part);
     let parts: Vec<&[Laid]> = laid.chunk_by(|a, b| a.0 == b.0).collect();
-    let [used, overlapping] = { parts.into_par_iter().map(texels) }
+    let [used, overlapping] = { parts.into_par_iter().map(|part| texels(part, size)) }
         .reduce(Default::default, |a, b| [a[0] + b[0], a[1] + b[1]]);
     Ok(LayoutJudgement {
         images,
         unfit,
-        used: used as f64 / (images * TEXELS) as f64,
+        used: used as f64 / (images * size * size) as f64,
         overlapping: overlapping as f64 / used.max(1) as f64,
         not_shown,
         side: substrate.units().length_to_file((surface / filled).sqrt()),
@@ -106,8 +108,8 @@ struct Sheet {
 }
 
 impl Sheet {
-    fn add(&mut self, corners: &Corners, area: f64) {
-        self.filled += 0.5 * doubled_area(corners).abs() / TEXELS as f64;
+    fn add(&mut self, corners: &Corners, area: f64, size: usize) {
+        self.filled += 0.5 * doubled_area(corners).abs() / (size * size) as f64;
         self.surface += area;
     }
 
@@ -123,10 +125,10 @@ impl Sheet {
 type Laid = (usize, Corners);
 
 /// Texels whose middles are in a triangle of a part, and those of them that are well inside of several.
-fn texels(part: &[Laid]) -> [usize; 2] {
+fn texels(part: &[Laid], size: usize) -> [usize; 2] {
     let texel = |(x, y): (i64, i64)| {
-        let [x, y] = [x, y].map(|i| i.rem_euclid(SIZE as i64) as u32);
-        y * SIZE as u32 + x
+        let [x, y] = [x, y].map(|i| i.rem_euclid(size as i64) as u32);
+        y * size as u32 + x
     };
     let of = |&(_, corners): &Laid| {
         under(corners).filter_map(move |(x, y)| {

@@ -315,17 +315,35 @@ impl<'a> Baker<'a> {
         material
     }
 
+    /// For each triangle of the file whether lichen may be on it, or shade it.
+    pub fn lichened(&self) -> Vec<bool> {
+        let mut lichened = vec![false; self.texturing.material_of.len()];
+        for t in (0..self.substrate.triangles().len() as u32).filter(|&t| self.carries(t)) {
+            let source = self.substrate.source_triangle(t) as usize;
+            { lichened.get_mut(source) }
+                .into_iter()
+                .for_each(|is| *is = true);
+        }
+        lichened
+    }
+
+    /// Whether nothing is left of a part: its triangles lie where others do, or have no area.
+    pub fn is_gone(&self, chosen: Option<&[bool]>) -> bool {
+        self.shown(chosen).triangles().next().is_none()
+    }
+
+    /// Whether lichen may be on a triangle, or shade it.
+    fn carries(&self, triangle: u32) -> bool {
+        let piece = self.substrate.component_of(triangle).triangles.start;
+        let margin = SHADED * self.radius;
+        let mut layers = self.layers.iter();
+        layers.any(|l| l.pieces.contains(&piece) && l.relief.may_carry(triangle, margin))
+    }
+
     /// Whether a part needs no maps: no lichen is on it, and all of it has a material that may stay as it is.
     pub fn is_bare(&self, chosen: Option<&[bool]>) -> bool {
         let shown = self.shown(chosen);
-        let piece = |t: u32| self.substrate.component_of(t).triangles.start;
-        let margin = SHADED * self.radius;
-        let carries = |t: u32| {
-            let mut layers = self.layers.iter();
-            layers
-                .any(|layer| layer.pieces.contains(&piece(t)) && layer.relief.may_carry(t, margin))
-        };
-        let needs_maps = |t: u32| shown.material_of(t).is_none() || carries(t);
+        let needs_maps = |t: u32| shown.material_of(t).is_none() || self.carries(t);
         self.ground.is_own() && !shown.triangles().any(needs_maps)
     }
 

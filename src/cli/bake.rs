@@ -53,6 +53,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         writer: Writer::new(args, &name(args, &lichens.mesh), &placement),
         reports: Vec::new(),
         kept: Vec::new(),
+        lichened: Vec::new(),
         elements: 0,
         seconds,
     };
@@ -76,6 +77,8 @@ struct Baking<'a> {
     reports: Vec<PartReport>,
     /// The parts without maps.
     kept: Vec<String>,
+    /// For each triangle of the file whether lichen may be on it.
+    lichened: Vec<bool>,
     /// On these.
     elements: usize,
     seconds: Seconds,
@@ -98,6 +101,7 @@ impl<'a> Baking<'a> {
         } = self.lichens;
         let baker = Baker::new(substrate, texturing, &looks, base, settings);
         let baker = baker.map_err(|e| self.failed(e, None))?;
+        self.lichened = baker.lichened();
         let [laid_out, kept] = self.laid_out(&baker)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
         self.check_memory(laid_out.len(), !kept.is_empty())?;
@@ -132,7 +136,20 @@ impl<'a> Baking<'a> {
         let chosen = |part: &MapPart| parts.chosen(part);
         let is_bare =
             |part: &&MapPart| part.name.is_some() && baker.is_bare(chosen(part).as_deref());
-        let (mut kept, mut others): (Vec<_>, Vec<_>) = parts.list().iter().partition(is_bare);
+        let is_gone = |part: &&MapPart| baker.is_gone(chosen(part).as_deref());
+        let (gone, there): (Vec<_>, Vec<_>) = parts.list().iter().partition(is_gone);
+        for name in gone.iter().filter_map(|part| part.name.as_ref()) {
+            self.say_of_mesh(&format!(
+                "'{name}' lies where other parts do, and its triangles are left out: it is not in {GLB}"
+            ));
+        }
+        if there.is_empty() {
+            let mesh = lichens.mesh.display();
+            return Err(Failure::Failed(anyhow::anyhow!(
+                "{mesh}: what is asked for lies where other parts of the mesh do, and its triangles are left out: choose those"
+            )));
+        }
+        let (mut kept, mut others): (Vec<_>, Vec<_>) = there.into_iter().partition(is_bare);
         if others.is_empty() {
             std::mem::swap(&mut kept, &mut others);
         }
@@ -337,6 +354,7 @@ impl<'a> Baking<'a> {
             each: &self.args.each,
             is_second: self.args.uv_set == 1,
             chosen: chosen.as_deref(),
+            lichened: Some(&self.lichened),
         };
         let best = Flags::best(substrate, texturing, settled);
         match best.ok().and_then(|best| best.that_serve()) {

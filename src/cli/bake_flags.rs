@@ -23,6 +23,8 @@ pub(super) struct Settled<'a> {
     pub(super) is_second: bool,
     /// By triangles of the file.
     pub(super) chosen: Option<&'a [bool]>,
+    /// Those that lichen may be on, if that is known: parts without need no maps.
+    pub(super) lichened: Option<&'a [bool]>,
 }
 
 /// Overlaps of no more than this share of the texels in use are as good as none.
@@ -45,8 +47,8 @@ pub(super) fn are_few(share: f64) -> bool {
 const CHOICES: [(&str, &[Each]); 6] = [
     ("--uv-set 1", &[]),
     ("--each material", &[Each::Material]),
-    ("--each object", &[Each::Object]),
     ("--each tile", &[Each::Tile]),
+    ("--each object", &[Each::Object]),
     (
         "--each object --each material",
         &[Each::Object, Each::Material],
@@ -137,7 +139,29 @@ fn judged(
     }
     let division = divided(texturing, each)?;
     let is_possible = (2..=MOST_PARTS).contains(&division.count_in(settled.chosen));
-    is_possible.then(|| judge(substrate, texturing, (Some(&division), settled.chosen)).ok())?
+    let chosen = chosen(&division, settled);
+    let chosen = chosen.as_deref().or(settled.chosen);
+    is_possible.then(|| judge(substrate, texturing, (Some(&division), chosen)).ok())?
+}
+
+/// Of a division the triangles in parts that lichen is on, if that is known.
+fn chosen(division: &Division, settled: Settled) -> Option<Vec<bool>> {
+    let lichened = settled.lichened?;
+    let mut carries = vec![false; division.names().len()];
+    for (triangle, _) in lichened.iter().enumerate().filter(|(_, is)| **is) {
+        { division.place_of(triangle) }
+            .into_iter()
+            .for_each(|part| carries[part] = true);
+    }
+    let is_chosen = |triangle: usize| {
+        settled
+            .chosen
+            .is_none_or(|chosen| chosen.get(triangle) == Some(&true))
+            && division
+                .place_of(triangle)
+                .is_some_and(|part| carries[part])
+    };
+    Some((0..division.triangles()).map(is_chosen).collect())
 }
 
 /// By all of some kinds; nothing where there are none, or the file has no such names.

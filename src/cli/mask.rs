@@ -125,6 +125,12 @@ fn other(named: &str, mask: &Mask, expected: &[String]) -> Failure {
         found: mask.hashes().join(", "),
         expected: expected.join(", "),
     };
+    if named.split(", ").any(|layer| layer == OPAQUE) {
+        return Failure::Failed(anyhow::anyhow!(
+            "{other}; {OPAQUE} is what the mesh's materials and their images say, which have changed: put the earlier ones \
+             back, or grow anew with --recipe, --mask {OPAQUE} and another -o"
+        ));
+    }
     Failure::Failed(anyhow::anyhow!(
         "{other}; name the right one with --mask; a run is gone on with only beside what it grew beside as that was, but \
          --recipe with --mask grows a new one beside it as it is"

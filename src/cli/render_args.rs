@@ -104,7 +104,7 @@ pub(crate) struct ShotArgs {
 }
 
 impl ShotArgs {
-    /// The camera brought nearer: to what it sees of lichens, unless it was given, or that is nothing; else to their middle.
+    /// The camera brought nearer: to what it sees of lichens, if anything; one that was given to their middle.
     pub(super) fn zoomed(
         &self,
         camera: &Camera,
@@ -112,9 +112,10 @@ impl ShotArgs {
         (middle, aspect): ([f32; 3], f32),
     ) -> Camera {
         let is_free = matches!(self.camera, View::Auto | View::Side { .. }) && self.zoom > 1.0;
-        let nearer = { is_free }.then(|| camera.nearer(world, aspect, self.zoom));
-        let to_middle = || camera.zoomed(camera.depth(middle), self.zoom);
-        nearer.flatten().unwrap_or_else(to_middle)
+        match is_free {
+            true => { camera.nearer(world, aspect, self.zoom) }.unwrap_or(*camera),
+            false => camera.zoomed(camera.depth(middle), self.zoom),
+        }
     }
 }
 

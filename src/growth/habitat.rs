@@ -27,10 +27,9 @@ const MOST_EXPOSED: usize = 1 << 15;
 /// What rounding may do to the cosine of a slope: normals are kept in 32 bits.
 const ROUNDED: f64 = 1e-6;
 
-/// All of the first, and then every second, every third and so on of as many as follow.
-fn sparser<T>(items: impl Iterator<Item = T>) -> impl Iterator<Item = T> {
-    const ALL: usize = 200;
-    let is_taken = |at: usize| at.is_multiple_of(1 + at / ALL);
+/// So many of the first, and then every second, every third and so on of as many as follow.
+fn sparser<T>(items: impl Iterator<Item = T>, all: usize) -> impl Iterator<Item = T> {
+    let is_taken = move |at: usize| at.is_multiple_of(1 + at / all);
     { items.enumerate() }.filter_map(move |(at, item)| is_taken(at).then_some(item))
 }
 
@@ -189,8 +188,8 @@ impl<'a> Habitat<'a> {
         self.best(&Goal::Near(*to), rooms, |_| true)
     }
 
-    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest). After the best
-    /// two hundred that have room, ever fewer of those that follow are asked whether they are.
+    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest). After some of
+    /// the best that have room, ever fewer of those that follow are asked whether they are.
     pub(super) fn best(
         &self,
         goal: &Goal,
@@ -203,10 +202,15 @@ impl<'a> Habitat<'a> {
             places.sort_by(|a, b| off(a).total_cmp(&off(b)));
             let with = |room: f64| {
                 let roomy = places.iter().filter(|at| self.has_room(at, room));
-                sparser(roomy).find(|at| is_chosen(at))
+                sparser(roomy, self.most_asked()).find(|at| is_chosen(at))
             };
             rooms.iter().find_map(|&room| with(room)).copied()
         })
+    }
+
+    /// Of places in order how many are asked one by one: fewer where it takes long to ask, as there are many pieces.
+    fn most_asked(&self) -> usize {
+        (100_000 / self.substrate.components().len()).clamp(4, 200)
     }
 
     /// The piece of the mesh with the most room for lichen, if there is any.

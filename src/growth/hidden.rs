@@ -52,7 +52,11 @@ impl<'a> Solids<'a> {
     /// # Panics
     /// When the substrate does not have the place's triangle.
     pub fn is_under(&self, at: &SurfacePoint) -> bool {
-        self.cover(at, NEAR * self.substrate.units().diagonal()) > COVERED
+        let rays = f64::from(RAYS);
+        let free = ((1.0 - COVERED) * rays).ceil() as usize;
+        let within = NEAR * self.substrate.units().diagonal();
+        // As soon as so many are free it is not.
+        self.free_rays(at, within).take(free).count() < free
     }
 
     /// How much of what a place looks at is another piece of the mesh, no farther away than `within`, a length in file
@@ -61,17 +65,20 @@ impl<'a> Solids<'a> {
     /// # Panics
     /// When the substrate does not have the place's triangle.
     pub fn cover(&self, at: &SurfacePoint, within: f64) -> f64 {
-        let within = self.substrate.units().length_to_local(within);
-        let place = self.substrate.position(at);
-        let own = self.substrate.component_of(at.triangle);
+        1.0 - self.free_rays(at, within).count() as f64 / f64::from(RAYS)
+    }
+
+    /// The directions in which no other piece is in the way of a place.
+    fn free_rays(&self, at: &SurfacePoint, within: f64) -> impl Iterator<Item = DVec3> {
+        let substrate = self.substrate;
+        let within = substrate.units().length_to_local(within);
+        let place = substrate.position(at);
+        let own = substrate.component_of(at.triangle);
         let is_near = |piece: &&Component| distance_to_box(piece.bounds, place) <= within;
-        let mut near = self.substrate.components().iter().filter(is_near);
-        if near.all(|piece| piece == own) {
-            return 0.0;
-        }
-        let rays = rays_about(self.substrate.normal(at.triangle));
-        let meets = |ray: &DVec3| meets_another(self.substrate, own, place, *ray, within);
-        rays.filter(meets).count() as f64 / f64::from(RAYS)
+        let mut near = substrate.components().iter().filter(is_near);
+        let is_alone = near.all(|piece| piece == own);
+        let rays = rays_about(substrate.normal(at.triangle));
+        rays.filter(move |ray| is_alone || !meets_another(substrate, own, place, *ray, within))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Where the seed elements of several colonies go: without overlapping.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -138,8 +139,16 @@ impl Seeds<'_> {
             _ => Goal::Near(at),
         };
         let rooms = ROOMS.map(|radii| radii * self.radius);
+        // With less room about it the same places are asked again.
+        let asked = RefCell::new(HashMap::new());
+        let is_concealed = |at: &SurfacePoint| {
+            let key = (at.triangle, at.weights().map(f64::to_bits));
+            *{ asked.borrow_mut() }
+                .entry(key)
+                .or_insert_with(|| self.solids.conceal(at))
+        };
         let best = |is_seen: bool| {
-            let is_chosen = |at: &SurfacePoint| !is_seen || !self.solids.conceal(at);
+            let is_chosen = |at: &SurfacePoint| !is_seen || !is_concealed(at);
             self.habitat.best(&goal, &rooms, is_chosen)
         };
         best(true)

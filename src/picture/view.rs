@@ -23,6 +23,9 @@ const SMALL: f32 = 0.45;
 /// Of a view of everything, the least height in sizes of the scene: leaves the floor its shadow.
 const WHOLE: f32 = 0.66;
 
+/// Radii of a granule from it, at least: skins are up to so thick.
+const NEAREST: f32 = 10.0;
+
 /// One place of the lichen, or of the substrate where there is none.
 struct Patch {
     place: Vec3A,
@@ -114,7 +117,8 @@ impl Camera {
 
     /// This camera brought nearer to granules that it sees, so that they are about `factor` times as large, for pictures of
     /// this width over height: to one that has as many others about it as any, or nearly, and of these to the one nearest to
-    /// the middle of what it sees. It stays on this side of the substrate. None where it sees none.
+    /// the middle of what it sees. It stays on this side of the substrate, and ten radii above the granule. None where it
+    /// sees none.
     ///
     /// # Panics
     /// When the factor is not above 0.
@@ -123,6 +127,10 @@ impl Camera {
         let target = self.crowded(world, aspect, 0.35 / factor)?;
         let center = target.center();
         let depth = self.depth(center.into());
+        let slant = target.normal().dot(-self.forward).max(0.1);
+        let factor = factor
+            .min(depth * slant / (NEAREST * target.radius))
+            .max(1.0);
         let centred = self
             .zoomed(depth, factor)
             .centred(center.into(), aspect, 0.0);

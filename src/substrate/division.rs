@@ -108,7 +108,7 @@ impl Division {
     }
 
     /// The place among [`names`](Self::names) of the part of a triangle of the file, if there is one.
-    pub(crate) fn place_of(&self, triangle: usize) -> Option<usize> {
+    pub fn place_of(&self, triangle: usize) -> Option<usize> {
         self.part_of.get(triangle).copied()
     }
 
@@ -116,6 +116,11 @@ impl Division {
     pub fn name_of(&self, triangle: usize) -> Option<&str> {
         let part = self.place_of(triangle)?;
         self.names.get(part).map(String::as_str)
+    }
+
+    /// Triangles of the file that it divides: the first so many.
+    pub fn triangles(&self) -> usize {
+        self.part_of.len()
     }
 
     /// What the parts are called, each with a triangle at least.

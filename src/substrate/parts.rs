@@ -393,7 +393,7 @@ mod tests {
         let by_material = "material:a".parse::<Selection>().unwrap();
         let error = by_material.triangles(&bare).unwrap_err().to_string();
         assert!(
-            error.ends_with("no materials, but others: Trunk, Leaf.001, Leaf.002"),
+            error.ends_with("no materials, but objects: Trunk, Leaf.001, Leaf.002"),
             "{error}"
         );
         let all = "object:!Trunk,Leaf*".parse::<Selection>().unwrap();

@@ -428,7 +428,7 @@ fn to_go_nearer_is_to_go_to_what_is_seen_and_not_inside() {
     let disc = |center: &[f32; 3]| Disc {
         center: *center,
         normal: *center,
-        radius: 0.02,
+        radius: 0.004,
         color: [200; 3],
     };
     let all: Vec<Disc> = vertices.iter().map(disc).collect();
@@ -456,6 +456,15 @@ fn to_go_nearer_is_to_go_to_what_is_seen_and_not_inside() {
             assert!((0.4..2.5).contains(&as_near), "{factor}: {as_near}");
         }
     }
+    // Skins are up to so thick.
+    let world = World::new(&Scene {
+        discs: &all,
+        ..Scene::bare(&stone, UP)
+    });
+    let camera = Camera::from_side(&world, 1.5, 40.0, 20.0);
+    let nearest = camera.nearer(&world, 1.5, 1e4).expect("granules in sight");
+    let eye = glam::Vec3::from(nearest.eye());
+    assert!(eye.length() > 1.0 + 9.0 * 0.004, "{eye}");
     let none = World::new(&Scene::bare(&stone, UP));
     let camera = Camera::from_side(&none, 1.5, 40.0, 20.0);
     assert!(camera.nearer(&none, 1.5, 2.0).is_none());
