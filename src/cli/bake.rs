@@ -52,9 +52,9 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         lichens: &lichens,
         writer: Writer::new(args, &name(args, &lichens.mesh), &placement),
         reports: Vec::new(),
+        elements: 0,
         kept: Vec::new(),
         lichened: Vec::new(),
-        elements: 0,
         seconds,
     };
     baking.bake(&base, &settings, &folder)?;
@@ -75,12 +75,12 @@ struct Baking<'a> {
     writer: Writer<'a>,
     /// Of the parts that are done.
     reports: Vec<PartReport>,
+    /// On these.
+    elements: usize,
     /// The parts without maps.
     kept: Vec<String>,
     /// For each triangle of the file whether lichen may be on it.
     lichened: Vec<bool>,
-    /// On these.
-    elements: usize,
     seconds: Seconds,
 }
 
