@@ -496,7 +496,7 @@ fn base(args: &BakeArgs) -> Result<Base, Failure> {
         Some(Dress::Image(file)) => {
             let failed = || {
                 format!(
-                    "--base {}: reading the image of the base colour failed; check the path",
+                    "{}: reading the image of the base colour failed",
                     file.display()
                 )
             };

@@ -91,9 +91,8 @@ fn checked_share(share: f32, flag: &str) -> Result<f32, Failure> {
 
 fn read(path: &Path, in_radii: InRadii) -> Result<Paint, Failure> {
     let shown = path.display().to_string();
-    let text = input::text(path).with_context(|| {
-        format!("--colormap {shown}: reading the colour map failed; check the path")
-    })?;
+    let text =
+        input::text(path).with_context(|| format!("{shown}: reading the colour map failed"))?;
     let file: ColormapFile = toml::from_str(&text).map_err(usage(&shown))?;
     let color = |(at, color): &(f32, String)| Ok((*at, parse_color(color)?));
     let stops: Result<Vec<_>, ColormapError> = file.stops.iter().map(color).collect();

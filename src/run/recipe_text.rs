@@ -86,7 +86,7 @@ pub enum RecipeTextError {
 #[non_exhaustive]
 pub enum RecipeFileError {
     /// It cannot be read.
-    #[error("{}: reading the recipe failed: {problem}; check the path", .path.display())]
+    #[error("{}: reading the recipe failed: {problem}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,

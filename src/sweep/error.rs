@@ -124,7 +124,7 @@ pub enum GridError {
 #[non_exhaustive]
 pub enum GridFileError {
     /// It cannot be read.
-    #[error("{}: reading the grid failed: {problem}; check the path", .path.display())]
+    #[error("{}: reading the grid failed: {problem}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,
