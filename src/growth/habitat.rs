@@ -188,7 +188,8 @@ impl<'a> Habitat<'a> {
         self.best(&Goal::Near(*to), rooms, |_| true)
     }
 
-    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest). After some of
+    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest): on another piece
+    /// only where its own has no habitat, for that may be a crumb. After some of
     /// the best that have room, ever fewer of those that follow are asked whether they are.
     pub(super) fn best(
         &self,
@@ -196,16 +197,16 @@ impl<'a> Habitat<'a> {
         rooms: &[f64],
         is_chosen: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<SurfacePoint> {
-        goal.among(self.substrate).into_iter().find_map(|among| {
-            let mut places = self.suited_places(among).0;
-            let off = |at: &SurfacePoint| goal.distance(self.substrate, at);
-            places.sort_by(|a, b| off(a).total_cmp(&off(b)));
-            let with = |room: f64| {
-                let roomy = places.iter().filter(|at| self.has_room(at, room));
-                sparser(roomy, self.most_asked()).find(|at| is_chosen(at))
-            };
-            rooms.iter().find_map(|&room| with(room)).copied()
-        })
+        let among = goal.among(self.substrate).into_iter();
+        let mut places = among.map(|among| self.suited_places(among).0);
+        let mut places = places.find(|places| !places.is_empty())?;
+        let off = |at: &SurfacePoint| goal.distance(self.substrate, at);
+        places.sort_by(|a, b| off(a).total_cmp(&off(b)));
+        let with = |room: f64| {
+            let roomy = places.iter().filter(|at| self.has_room(at, room));
+            sparser(roomy, self.most_asked()).find(|at| is_chosen(at))
+        };
+        rooms.iter().find_map(|&room| with(room)).copied()
     }
 
     /// Of places in order how many are asked one by one: fewer where it takes long to ask, as there are many pieces.
