@@ -493,11 +493,26 @@ impl Shot<'_> {
         })
     }
 
+    /// How far away lichen is: its middle, or, of a camera that went nearer, the nearest of it in the picture.
+    fn depth(&self, camera: &Camera) -> f32 {
+        let view = &self.args.view;
+        let discs = &self.colored.discs;
+        let is_inside = |disc: &&Disc| {
+            let place = camera.project(disc.center, view.size.aspect());
+            place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
+        };
+        let inside = discs
+            .iter()
+            .filter(is_inside)
+            .map(|disc| camera.depth(disc.center));
+        let nearest = inside.reduce(f32::min).filter(|_| view.shot.zoom > 1.0);
+        nearest.unwrap_or_else(|| camera.depth(middle(discs)))
+    }
+
     /// As it is said, or as fine as the camera shows it.
     fn shapes(&self, camera: &Camera) -> Vec<Shape> {
         let size = &self.args.view.size;
-        let depth = camera.depth(middle(&self.colored.discs));
-        let width = f64::from(camera.width_at(depth, size.aspect()));
+        let width = f64::from(camera.width_at(self.depth(camera), size.aspect()));
         match self.args.shape.resolution {
             None if width > 0.0 => self.lichens.shapes_at(width / f64::from(size.width)),
             _ => self.lichens.grown.iter().map(|l| l.shape).collect(),
