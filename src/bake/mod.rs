@@ -22,6 +22,7 @@ mod veil;
 mod write;
 
 use glam::{DVec2, Vec3};
+use rayon::prelude::*;
 
 pub use ground::Base;
 pub use judge::{LayoutJudgement, judge};
@@ -230,6 +231,8 @@ pub struct Baker<'a> {
     settings: Settings,
     /// That of elements, of several lichens the least; local units.
     radius: f64,
+    /// For each triangle whether lichen may be on it, or shade it.
+    carried: Vec<bool>,
 }
 
 impl std::fmt::Debug for Baker<'_> {
@@ -258,13 +261,15 @@ impl<'a> Baker<'a> {
             return Err(SkinError::Empty.into());
         }
         let radii = lichens.iter().map(|l| l.cluster.radius());
+        let radius = radii.fold(f64::INFINITY, f64::min);
         Ok(Self {
+            carried: carried(substrate, &layers, SHADED * radius),
             substrate,
             texturing,
             layers,
             ground: Ground::new(substrate, texturing, base).map_err(BakeError::Base)?,
             settings: *settings,
-            radius: radii.fold(f64::INFINITY, f64::min),
+            radius,
         })
     }
 
@@ -318,7 +323,7 @@ impl<'a> Baker<'a> {
     /// For each triangle of the file whether lichen may be on it, or shade it.
     pub fn lichened(&self) -> Vec<bool> {
         let mut lichened = vec![false; self.texturing.material_of.len()];
-        for t in (0..self.substrate.triangles().len() as u32).filter(|&t| self.carries(t)) {
+        for t in (0..self.carried.len() as u32).filter(|&t| self.carried[t as usize]) {
             let source = self.substrate.source_triangle(t) as usize;
             { lichened.get_mut(source) }
                 .into_iter()
@@ -332,18 +337,10 @@ impl<'a> Baker<'a> {
         self.shown(chosen).triangles().next().is_none()
     }
 
-    /// Whether lichen may be on a triangle, or shade it.
-    fn carries(&self, triangle: u32) -> bool {
-        let piece = self.substrate.component_of(triangle).triangles.start;
-        let margin = SHADED * self.radius;
-        let mut layers = self.layers.iter();
-        layers.any(|l| l.pieces.contains(&piece) && l.relief.may_carry(triangle, margin))
-    }
-
     /// Whether a part needs no maps: no lichen is on it, and all of it has a material that may stay as it is.
     pub fn is_bare(&self, chosen: Option<&[bool]>) -> bool {
         let shown = self.shown(chosen);
-        let needs_maps = |t: u32| shown.material_of(t).is_none() || self.carries(t);
+        let needs_maps = |t: u32| shown.material_of(t).is_none() || self.carried[t as usize];
         self.ground.is_own() && !shown.triangles().any(needs_maps)
     }
 
@@ -387,6 +384,17 @@ impl<'a> Baker<'a> {
             veil: Veil::new(&shown),
         })
     }
+}
+
+/// For each triangle whether lichen may be on it, or within a margin of it on its piece of the mesh.
+fn carried(substrate: &Substrate, layers: &[Layer], margin: f64) -> Vec<bool> {
+    let carries = |triangle: u32| {
+        let piece = substrate.component_of(triangle).triangles.start;
+        let mut layers = layers.iter();
+        layers.any(|l| l.pieces.contains(&piece) && l.relief.may_carry(triangle, margin))
+    };
+    let all = 0..substrate.triangles().len() as u32;
+    all.into_par_iter().map(carries).collect()
 }
 
 fn layer<'a>(substrate: &'a Substrate, lichen: &Look) -> Result<Layer<'a>, SkinError> {

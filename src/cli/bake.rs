@@ -150,6 +150,7 @@ impl<'a> Baking<'a> {
             )));
         }
         let (mut kept, mut others): (Vec<_>, Vec<_>) = there.into_iter().partition(is_bare);
+        // Whoever asks for nothing but such parts asks for their maps.
         if others.is_empty() {
             std::mem::swap(&mut kept, &mut others);
         }
@@ -214,10 +215,15 @@ impl<'a> Baking<'a> {
         let Lichens {
             texturing, parts, ..
         } = self.lichens;
-        for part in kept {
-            let meshes = baker.own_meshes(parts.chosen(part).as_deref());
-            self.writer.keep(meshes, (baker, texturing));
+        if kept.is_empty() {
+            return Ok(());
         }
+        let mut chosen = vec![false; texturing.material_of.len()];
+        for part in kept.iter().filter_map(|part| parts.chosen(part)) {
+            { chosen.iter_mut().zip(part) }.for_each(|(all, one)| *all |= one);
+        }
+        let meshes = baker.own_meshes(Some(&chosen));
+        self.writer.keep(meshes, (baker, texturing));
         let fits =
             folder.lend(|folder, stop| self.writer.check_size(folder).map_err(|e| stop.reason(e)));
         fits.ok_or(Failure::Interrupted)??;

@@ -497,10 +497,8 @@ impl Shot<'_> {
     fn depth(&self, camera: &Camera) -> f32 {
         let view = &self.args.view;
         let discs = &self.colored.discs;
-        let is_inside = |disc: &&Disc| {
-            let place = camera.project(disc.center, view.size.aspect());
-            place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
-        };
+        let aspect = view.size.aspect();
+        let is_inside = |disc: &&Disc| camera.frames(disc.center, aspect).is_some();
         let inside = discs
             .iter()
             .filter(is_inside)

@@ -131,6 +131,15 @@ impl Camera {
         (depth > 0.0).then_some([0.5 + 0.5 * x, 0.5 - 0.5 * y])
     }
 
+    /// The same of what is inside the picture.
+    pub fn frames(&self, point: [f32; 3], aspect: f32) -> Option<[f32; 2]> {
+        let place = self.project(point, aspect)?;
+        place
+            .iter()
+            .all(|x| (0.0..=1.0).contains(x))
+            .then_some(place)
+    }
+
     /// The unit direction through a place of the picture, as [`Camera::project`] counts it.
     pub(super) fn direction(&self, place: Vec2, aspect: f32) -> Vec3A {
         let x = (2.0 * place.x - 1.0) * self.half_height * aspect;

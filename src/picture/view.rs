@@ -104,7 +104,7 @@ impl Camera {
     pub fn sight(&self, world: &World, aspect: f32) -> Sight {
         let domes = world.domes().iter();
         let mut inside = { domes }
-            .filter(|dome| self.frames(dome, aspect).is_some())
+            .filter(|dome| self.frames(dome.center().into(), aspect).is_some())
             .peekable();
         if inside.peek().is_none() {
             return Sight::Past;
@@ -150,8 +150,8 @@ impl Camera {
         let seen_of = |step: usize| {
             let some = { world.domes() }.par_iter().step_by(step);
             let seen = some.filter_map(|dome| {
-                let place = self.frames(dome, aspect)?;
-                self.meets(dome, world).then_some((place, dome))
+                let place = self.frames(dome.center().into(), aspect)?;
+                self.meets(dome, world).then_some((place.into(), dome))
             });
             seen.collect::<Vec<(Vec2, &Dome)>>()
         };
@@ -179,13 +179,6 @@ impl Camera {
         let off = |(place, _): &(Vec2, &Dome)| place.distance_squared(middle);
         let nearest = crowded.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
         nearest.map(|((_, dome), _)| *dome)
-    }
-
-    /// Where a granule is in the picture, if it is.
-    fn frames(&self, dome: &Dome, aspect: f32) -> Option<Vec2> {
-        let place = self.project(dome.center().into(), aspect)?;
-        let is_inside = place.iter().all(|x| (0.0..=1.0).contains(x));
-        is_inside.then_some(place.into())
     }
 
     /// Whether no substrate is before a granule.
