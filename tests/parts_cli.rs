@@ -132,6 +132,15 @@ fn check_lists_objects_and_materials() {
     assert_eq!(answer["objects"][0]["triangles"], 2);
 }
 
+/// A view of glTF's only buffer.
+fn view(offset: usize, length: usize) -> Value {
+    json!({"buffer": 0, "byteOffset": offset, "byteLength": length})
+}
+
+fn accessor(view: usize, component: u32, count: usize, kind: &str) -> Value {
+    json!({"bufferView": view, "componentType": component, "count": count, "type": kind})
+}
+
 /// What a GLB says.
 fn said_in(glb: &[u8]) -> Value {
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;

@@ -130,8 +130,6 @@ fn put_two_looks(desk: &Desk, name: &str) {
     fs::write(desk.path("looks.bin"), &bytes).unwrap();
     fs::write(desk.path("grey.png"), image(|u, v| u * v)).unwrap();
     fs::write(desk.path("up.png"), image(|u, _| 0.5 + 0.1 * u)).unwrap();
-    let view = |offset, length| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
-    let accessor = |view, component, count, kind| json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
     let primitive = |indices, material| {
         json!({
             "attributes": {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2, "COLOR_0": 3},

@@ -92,8 +92,6 @@ fn put_two_sets(desk: &Desk, name: &str) {
     let indices = [0u16, 4].map(|k| [k, k + 1, k + 2, k, k + 2, k + 3]);
     bytes.extend(indices.as_flattened().iter().flat_map(|i| i.to_le_bytes()));
     fs::write(desk.path("two.bin"), bytes).unwrap();
-    let view = |offset, length| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
-    let accessor = |view, component, count, kind| json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
     let document = json!({
         "asset": {"version": "2.0"},
         "nodes": [{"mesh": 0}],
