@@ -1,12 +1,12 @@
 //! Lower bounds on the distance to the nearest centre, on cubic grids whose cells grow fourfold.
 //!
-//! A grid holds for each of its cells the squared distance from the cell's middle to the nearest
-//! obstacle, rounded down to a byte, and says nothing beyond a window of eight cells. Its obstacles are the
-//! centres themselves on the finest grid, and on each other one the cells of the next finer that hold
-//! centres: so a birth changes two grids and seldom more.
+//! A grid is kept in blocks of 4³ cells, and only where somebody has asked. A block has one cache line of 4³ samples, from
+//! its one end to the other along each axis: squared distances to the nearest obstacle, rounded down to bytes, which say
+//! nothing beyond a window of eight cells. What they say of places in between is for [`corners`](super::corners). A
+//! block made late is the same as one that was there from the beginning.
 //!
-//! Cells are kept in blocks of 4³, one cache line each, and only where somebody has asked. A block
-//! made late is the same as one that was there from the beginning.
+//! Obstacles are the centres themselves on the finest grid, and on each other one the cells of the next finer that hold
+//! centres: so a birth changes two grids and seldom more.
 //!
 //! All lengths here are in units of the element radius. Cells of the finest grid have whole numbers
 //! for their middles, so that a point's cell is found by rounding.
@@ -17,14 +17,25 @@ use glam::DVec3;
 use wide::{f32x8, i16x8, u8x16};
 
 use super::block::{Block, cell_at, coarsen, within};
+use super::corners::Said;
 use super::lanes::{self, Bytes};
 use super::slab::Slab;
 use super::tree::Tree;
 
-/// Squared distances from the middles of a block of 4³ cells, x fastest: a cache line.
+/// Squared distances from the 4³ samples of a block, x fastest: a cache line.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Distances(pub(super) [u8; 64]);
+
+impl Distances {
+    /// Those of the eight samples from one on, two along each axis.
+    pub(super) fn about(&self, first: u8) -> Said {
+        Said::from_le_bytes(CUBE.map(|step| self.0[usize::from(first) + step]))
+    }
+}
+
+/// From the first of eight samples, two along each axis, to each of them.
+pub(super) const CUBE: [usize; 8] = [0, 1, 16, 17, 4, 5, 20, 21];
 
 impl Default for Distances {
     fn default() -> Self {
@@ -43,15 +54,17 @@ impl Default for SharedDistances {
 }
 
 impl SharedDistances {
-    /// That of a cell, by its place.
+    /// Those of the eight samples from one on, two along each axis.
     #[inline(always)]
-    pub(super) fn of(&self, within: usize) -> u8 {
-        self.0[within].load(Ordering::Relaxed)
+    pub(super) fn about(&self, first: u8) -> Said {
+        lanes::cube(&self.0, first.into())
     }
 
     #[cfg(test)]
     pub(super) fn all(&self) -> Distances {
-        Distances(std::array::from_fn(|within| self.of(within)))
+        Distances(std::array::from_fn(|sample| {
+            self.0[sample].load(Ordering::Relaxed)
+        }))
     }
 
     fn set(&self, distances: &Distances) {
@@ -122,9 +135,15 @@ impl Blocks {
 pub(super) const WINDOW: u32 = 8;
 
 /// Squared distances are counted in quarters of a cell's size squared: in half cells, squared.
-const QUARTERS: f64 = 4.0;
+pub(super) const HALF_CELLS_SQ: f64 = 4.0;
 
-/// The squared distance of a cell that sees no obstacle.
+/// Samples of a block along an axis.
+pub(super) const SAMPLES: u32 = 4;
+
+/// Cells from one to the next.
+const APART: f64 = 4.0 / (SAMPLES - 1) as f64;
+
+/// The squared distance of a sample that sees no obstacle.
 pub(super) const FAR: u8 = u8::MAX;
 
 /// The cells at most the window away from those between two.
@@ -140,13 +159,13 @@ pub(super) fn seen_from(cell: Block) -> [Block; 2] {
     window([cell, cell]).map(|c| coarsen(c, 2))
 }
 
-/// The cells that some cell of a block sees.
+/// The cells that some sample of a block sees.
 pub(super) fn seen_by(block: Block) -> [Block; 2] {
     let low = block.map(|b| b << 2);
     window([low, low.map(|c| c + 3)])
 }
 
-/// Which block of which cell, and which byte in it.
+/// The block that a cell is in, and its place there.
 #[inline(always)]
 pub(super) fn address(cell: Block) -> (Block, usize) {
     (coarsen(cell, 2), within(cell))
@@ -201,14 +220,13 @@ impl Holders {
         }
     }
 
-    /// No cell of the block gets a smaller number by an obstacle in a cube.
+    /// No sample of the block gets a smaller number by an obstacle in a cube.
     fn least_gap_sq(&self, cube: Block) -> u32 {
         let gap_sq = |axis: usize| {
             let (low, cube) = (self.block[axis] << 2, cube[axis] * self.size);
-            let beyond = cube.saturating_sub(low + 3);
-            let before = low.saturating_sub(cube + self.size - 1);
-            // A cell begins half of one from its middle.
-            let half_cells = (2 * beyond.max(before)).saturating_sub(1);
+            let beyond = cube.saturating_sub(low + 4);
+            let before = low.saturating_sub(cube + self.size);
+            let half_cells = 2 * beyond.max(before);
             half_cells * half_cells
         };
         // Rounding takes off less than one an axis.
@@ -238,7 +256,7 @@ fn farthest(distances: &Distances) -> u8 {
     most.reduce_max()
 }
 
-/// Squared distances along an axis from the cells of a block.
+/// Squared distances along an axis from the samples of a block.
 type Row = [u8; 4];
 
 /// Lowers the squared distances of a block by those along each axis.
@@ -252,12 +270,12 @@ fn lower_by(distances: &mut Distances, [x, y, z]: [Row; 3]) {
     }
 }
 
-/// Four rows of cells in one register.
+/// Four rows of samples in one register.
 #[inline(always)]
 fn layer(rows: [Row; 4]) -> u8x16 {
-    let mut cells = [0; 16];
-    cells.as_chunks_mut().0.copy_from_slice(&rows);
-    u8x16::new(cells)
+    let mut samples = [0; 16];
+    samples.as_chunks_mut().0.copy_from_slice(&rows);
+    u8x16::new(samples)
 }
 
 /// Each of four bytes four times.
@@ -289,7 +307,7 @@ pub(super) fn lower_by_cell(distances: &mut Distances, block: Block, obstacle: B
     lower_by(distances, rows);
 }
 
-/// Squared distances along an axis from a block's cells to one of the next finer grid.
+/// Squared distances along an axis from a block's samples to a cell of the next finer grid.
 #[inline(always)]
 fn row_to_cell(block: u32, obstacle: u32) -> Row {
     let aside = block.wrapping_sub(obstacle >> 4).wrapping_add(ASIDE);
@@ -308,17 +326,17 @@ static TO_CELLS: [[Row; MOST_BLOCKS]; 16] = {
     let mut rows = [[[0; 4]; MOST_BLOCKS]; 16];
     let mut i = 0;
     while i < 64 * MOST_BLOCKS {
-        let (place, block, cell) = (i / (4 * MOST_BLOCKS), i / 4 % MOST_BLOCKS, i % 4);
-        // In eighths of a cell, from the corner of the first of these blocks.
-        let middle = 8 * (4 * block + cell) + 4;
-        let low = 32 * ASIDE as usize + 2 * place;
-        let gap = if middle < low {
-            low - middle
+        let (place, block, sample) = (i / (4 * MOST_BLOCKS), i / 4 % MOST_BLOCKS, i % 4);
+        // In twelfths of a cell, from the corner of the first of these blocks.
+        let at = 16 * (3 * block + sample);
+        let low = 48 * ASIDE as usize + 3 * place;
+        let gap = if at < low {
+            low - at
         } else {
-            middle.saturating_sub(low + 2)
+            at.saturating_sub(low + 3)
         };
-        let half_cells_sq = gap * gap / 16;
-        rows[place][block][cell] = if half_cells_sq < FAR as usize {
+        let half_cells_sq = gap * gap / 36;
+        rows[place][block][sample] = if half_cells_sq < FAR as usize {
             half_cells_sq as u8
         } else {
             FAR
@@ -331,16 +349,18 @@ static TO_CELLS: [[Row; MOST_BLOCKS]; 16] = {
 /// Taken off squared distances in half cells, for what single precision may have added.
 const ROUNDED: f32 = 1e-4;
 
-/// Squared distances along an axis from the cells of the finest grid's blocks, from one on, to a place.
+/// Squared distances along an axis from the samples of the finest grid's blocks, from one on, to a place.
 /// Each row is worked out from its own block, so that it is the same wherever one begins.
 #[inline(always)]
 fn rows_to_centre(low: u32, p: f64) -> [Row; MOST_BLOCKS] {
-    let first = |block: u32| (p - f64::from(block << 2)) as f32;
+    const S: f32 = APART as f32;
+    let first = |block: u32| (p + 0.5 - f64::from(block << 2)) as f32;
     let two = |i: u32| {
         let [a, b] = [first(low + i), first(low + i + 1)];
         let gaps = f32x8::new([a, a, a, a, b, b, b, b])
-            - f32x8::new([0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
-        let half_cells_sq = gaps * gaps * f32x8::splat(QUARTERS as f32) - f32x8::splat(ROUNDED);
+            - f32x8::new([0.0, S, 2.0 * S, 3.0 * S, 0.0, S, 2.0 * S, 3.0 * S]);
+        let half_cells_sq =
+            gaps * gaps * f32x8::splat(HALF_CELLS_SQ as f32) - f32x8::splat(ROUNDED);
         let limited = half_cells_sq.fast_min(f32x8::splat(FAR.into()));
         i16x8::from_i32x8_saturate(limited.fast_trunc_int())
     };
@@ -365,7 +385,7 @@ pub(super) struct Gaps {
     least: [[u8; MOST_BLOCKS]; 3],
     x: [u8x16; MOST_BLOCKS],
     y: [u8x16; MOST_BLOCKS],
-    /// A layer of cells each.
+    /// A layer of samples each.
     z: [[u8x16; 4]; MOST_BLOCKS],
 }
 
@@ -402,7 +422,7 @@ impl Gaps {
         }
     }
 
-    /// Lowers the squared distances of one of the blocks, where it may have cells that see the obstacle.
+    /// Lowers the squared distances of one of the blocks, where it may have samples that see the obstacle.
     /// No more than the least there is.
     #[inline(always)]
     pub(super) fn lower(&self, distances: &SharedDistances, block: Block) -> u8 {
@@ -414,32 +434,6 @@ impl Gaps {
         }
         least
     }
-}
-
-/// Whole numbers of half cells squared as distances in cells.
-pub(super) struct Roots([f64; 256]);
-
-impl Default for Roots {
-    fn default() -> Self {
-        Self(std::array::from_fn(|quarters| {
-            (quarters as f64 / QUARTERS).sqrt()
-        }))
-    }
-}
-
-impl Roots {
-    /// The distance between middle and obstacle that a cell has, in cells: no more than that.
-    #[inline(always)]
-    pub(super) fn least(&self, distance_sq: u8) -> f64 {
-        self.0[usize::from(distance_sq)]
-    }
-}
-
-/// The middle of a cell, from a grid of this cell size: of the finest cells in it.
-#[inline(always)]
-pub(super) fn middle(cell: Block, size: f64) -> DVec3 {
-    let low = DVec3::new(cell[0].into(), cell[1].into(), cell[2].into());
-    low * size + 0.5 * (size - 1.0)
 }
 
 #[cfg(test)]
@@ -495,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_get_the_squared_distance_to_an_occupied_one() {
+    fn samples_get_the_squared_distance_to_an_occupied_cell() {
         let mut stream = Stream::new(8, Purpose::Walker, 0);
         for _ in 0..2000 {
             let obstacle = [0; 3].map(|_| (400.0 * stream.uniform()) as u32);
@@ -504,12 +498,12 @@ mod tests {
             let mut distances = Distances::default();
             lower_by_cell(&mut distances, block, obstacle);
             for place in 0..64 {
-                let cell = cell_at(block, place);
                 let half_cells = |axis: usize| {
-                    let middle = 2.0 * f64::from(cell[axis]) + 1.0;
+                    let thirds = 24 * block[axis] + 8 * (place >> (2 * axis) & 3);
+                    let sample = f64::from(thirds) / 3.0;
                     let low = 0.5 * f64::from(obstacle[axis]);
-                    let gap = (low - middle).max(middle - low - 0.5).max(0.0);
-                    (gap * gap).floor()
+                    let gap = (low - sample).max(sample - low - 0.5).max(0.0);
+                    (gap * gap + 1e-9).floor()
                 };
                 let expected = (half_cells(0) + half_cells(1) + half_cells(2)).min(255.0);
                 assert_eq!(distances.0[place as usize], expected as u8);

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::CONTACT;
 use super::block::{Block, coarsen};
+use super::corners::Inside;
 use super::field::{
     Blocks, Distances, Gaps, Holders, address, lower_by_centre, seen_by, seen_from,
 };
@@ -18,11 +19,14 @@ use super::tree::Tree;
 pub(super) const BLOCK: f64 = 4.0;
 
 /// A centre no farther from a block than the root of this can touch something in it, or nearly.
-const TOUCHING: f64 = CONTACT * CONTACT * (1.0 + 1e-5);
+const TOUCHING: f64 = (CONTACT + BESIDE) * (CONTACT + BESIDE);
 
-/// A block with greater numbers only is farther than that from all centres: its cells reach 0.87 from their
-/// middles.
-const MAY_TOUCH: u8 = 33;
+/// A place may be so far beside the block that it is said to be in.
+const BESIDE: f64 = 0.007;
+
+/// A block with greater numbers only is farther than that from all centres: no place in it is more than 1.16 from a
+/// sample.
+const MAY_TOUCH: u8 = 40;
 
 /// The blocks of the finest grid, by their numbers in the tree. Lengths are in units of the radius.
 #[derive(Default)]
@@ -111,7 +115,7 @@ impl Finest {
         }
         let around = Ball {
             p: corner_of(block) + 0.5 * (BLOCK - 1.0),
-            reach: 0.5 * BLOCK * 3f64.sqrt() + CONTACT,
+            reach: 0.5 * BLOCK * 3f64.sqrt() + CONTACT + BESIDE,
         };
         self.visit(tree, around, centres, &mut |id, q| {
             let offset = q - corner_of(block);
@@ -144,13 +148,13 @@ impl Finest {
 
     /// Whether a place touches a centre, by its block.
     #[inline]
-    pub(super) fn touch(&self, number: u32, p: DVec3) -> Touch {
-        self.lines.touch(self.list(number), Place::new(p))
+    pub(super) fn touch(&self, number: u32, inside: Inside) -> Touch {
+        self.lines.touch(self.list(number), Place::new(inside))
     }
 
     /// The ids of those that may touch a place, by its block.
-    pub(super) fn touching(&self, number: u32, p: DVec3) -> impl Iterator<Item = u32> {
-        self.lines.touching(self.list(number), Place::new(p))
+    pub(super) fn touching(&self, number: u32, inside: Inside) -> impl Iterator<Item = u32> {
+        self.lines.touching(self.list(number), Place::new(inside))
     }
 
     #[inline(always)]
@@ -218,12 +222,6 @@ pub(super) fn cell_of(p: DVec3) -> Block {
 #[inline(always)]
 pub(super) fn rounded(p: DVec3) -> [u32; 3] {
     (p + SHIFT).to_array().map(|x| x.to_bits() as u32)
-}
-
-/// The middle of that cell.
-#[inline(always)]
-pub(super) fn middle_of(p: DVec3) -> DVec3 {
-    (p + SHIFT) - SHIFT
 }
 
 /// What is added to it loses all digits behind the point, and ends in its bits as an integer.

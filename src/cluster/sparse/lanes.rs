@@ -8,6 +8,8 @@ use std::sync::atomic::{AtomicU8, AtomicU32};
 use bytemuck::cast;
 use wide::{f32x8, u8x16};
 
+use super::field::CUBE;
+
 /// A line of cache of small numbers.
 pub(super) type Bytes = [AtomicU8; 64];
 
@@ -26,6 +28,19 @@ impl<const N: usize> Lanes for [AtomicU32; N] {}
 pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
     [at::<_, 0>(lanes), half_at::<_, 16>(lanes)]
 }
+
+/// Eight bytes of 4³ from one on, two along each axis, as [`CUBE`] has them.
+///
+/// # Panics
+/// When there are not so many from there on.
+#[inline(always)]
+pub(super) fn cube(lanes: &Bytes, first: usize) -> u64 {
+    assert!(first < FIRSTS);
+    cube_at(lanes, first)
+}
+
+/// The first of eight bytes is before this.
+const FIRSTS: usize = 64 - CUBE[7];
 
 #[inline(always)]
 pub(super) fn bytes(lanes: &Bytes) -> [u8x16; 4] {
@@ -56,9 +71,9 @@ pub(super) fn floats(lanes: &Floats) -> [f32x8; 3] {
 }
 
 #[cfg(all(target_arch = "x86_64", not(miri)))]
-use instructions::{at, half_at, set_at};
+use instructions::{at, cube_at, half_at, set_at};
 #[cfg(not(all(target_arch = "x86_64", not(miri))))]
-use one_by_one::{at, half_at, set_at};
+use one_by_one::{at, cube_at, half_at, set_at};
 
 /// By instructions for all sixteen bytes: none of the language's atomics is read or written by these.
 #[cfg(all(target_arch = "x86_64", not(miri)))]
@@ -99,6 +114,26 @@ mod instructions {
         read!("movq", 8 of lanes from FROM)
     }
 
+    /// The first is before [`FIRSTS`](super::FIRSTS): the second row of each layer is four bytes on, the second layer
+    /// sixteen.
+    #[inline(always)]
+    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u64 {
+        let (read, above): (__m128i, __m128i);
+        // SAFETY: as above; `cube` asserts that the last of the bytes, 21 after the first, is one of the lanes.
+        unsafe {
+            asm!(
+                "movq {read}, qword ptr [{first}]",
+                "movq {above}, qword ptr [{first} + 14]",
+                first = in(reg) lanes.as_ptr().add(first),
+                read = out(xmm_reg) read,
+                above = lateout(xmm_reg) above,
+                options(pure, readonly, nostack, preserves_flags),
+            );
+        }
+        let [read, above] = [read, above].map(|r| cast::<_, [u64; 2]>(r)[0]);
+        read & 0xffff_0000_ffff | above & 0xffff_0000_ffff_0000
+    }
+
     #[inline(always)]
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
         const { assert!(FROM + 16 <= size_of::<Bytes>()) };
@@ -122,7 +157,7 @@ mod instructions {
 mod one_by_one {
     use std::sync::atomic::Ordering;
 
-    use super::{AtomicU8, AtomicU32, Bytes, Lanes, cast, u8x16};
+    use super::{AtomicU8, AtomicU32, Bytes, CUBE, Lanes, cast, u8x16};
 
     /// Sixteen bytes or less from a place on.
     pub(super) trait OneByOne: Lanes {
@@ -155,6 +190,10 @@ mod one_by_one {
         u8x16::new([a, b, c, d, e, f, g, h, 0, 0, 0, 0, 0, 0, 0, 0])
     }
 
+    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u64 {
+        u64::from_le_bytes(CUBE.map(|step| lanes[first + step].load(Ordering::Relaxed)))
+    }
+
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
         for (lane, byte) in lanes[FROM..].iter().zip(bytes.to_array()) {
             lane.store(byte, Ordering::Relaxed);
@@ -180,6 +219,9 @@ mod tests {
         for (axis, found) in floats(&numbers).into_iter().enumerate() {
             let expected = std::array::from_fn(|i| 1.5 * (8 * axis + i) as f32);
             assert_eq!(found.to_array(), expected);
+        }
+        for first in 0..FIRSTS {
+            assert_eq!(cube(&lanes, first), one_by_one::cube_at(&lanes, first));
         }
         let turned = bytes(&lanes).map(|bytes| !bytes);
         set_bytes(&lanes, turned);

@@ -5,15 +5,17 @@
 //! that leaves in doubt whether one touches are centres themselves looked at.
 
 mod block;
+mod corners;
 mod field;
 mod finest;
 mod lanes;
 mod lists;
+mod look;
 mod slab;
 mod touching;
 mod tree;
 
-use std::hint::{black_box, select_unpredictable};
+use std::hint::black_box;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 use glam::DVec3;
@@ -21,15 +23,13 @@ use glam::DVec3;
 use super::index::{ElementIndex, Look, Mark};
 use super::{Element, Population, make_room};
 use crate::ahead::fetch;
-use block::{Block, coarsen, within};
-use field::{
-    Blocks, Distances, FAR, Roots, SharedDistances, WINDOW, address, lower_by_cell,
-    lower_by_centre, middle,
-};
-use finest::{Ball, Centres, Finest, cell_of, middle_of};
+use block::{Block, coarsen};
+use corners::{Roots, Said, Spot};
+use field::{Blocks, Distances, SharedDistances, WINDOW, address, lower_by_cell, lower_by_centre};
+use finest::{Ball, Centres, Finest, cell_of};
 use lists::CellLists;
 use slab::Slab;
-use touching::{Touch, lines_of};
+use touching::lines_of;
 use tree::{MOST_LEVELS, Path, Tree};
 
 /// Sparse grids over the space that walkers ask about.
@@ -102,12 +102,12 @@ struct Places {
     high: DVec3,
 }
 
-/// A cell that was looked at, and what it said.
+/// Samples that were looked at, and what they said.
 struct Read {
     block: u32,
     level: u8,
-    within: u8,
-    distance_sq: u8,
+    first: u8,
+    said: Said,
 }
 
 /// A block that was worked out by a walker.
@@ -123,13 +123,6 @@ const CONTACT: f64 = 2.0;
 /// The grid to begin with: cells of 64 radii. Where it is not the right one, the search costs a few
 /// looks more.
 const FIRST_LEVEL: usize = 3;
-
-/// A bound below this many radii serves no better than contact: growth's steps are a radius then.
-/// As elements are added it only sinks, along with all that led to it.
-const NEAR: f64 = 3.0;
-
-/// A bound of this many cells is worth more than a look at the next finer grid.
-const GOOD: f64 = 1.6;
 
 /// Room that is made ahead: blocks of the finest grid and of the others, lines of what can touch something in a
 /// block, and centres in wide cells.
@@ -245,7 +238,7 @@ impl ElementIndex for SparseIndex {
                 return true;
             }
             let now = &self.grid(read.level.into())[read.block];
-            now.of(read.within.into()) == read.distance_sq
+            now.about(read.first) == read.said
         };
         let unchanged = |new: &NewBlock| {
             let mut now = NewBlock { ..*new };
@@ -294,33 +287,10 @@ impl ElementIndex for SparseIndex {
         notes.near.clear();
     }
 
-    #[inline]
+    #[inline(always)]
     fn look(&self, elements: &Population<'_>, position: DVec3, notes: &mut Notes) -> Look {
-        let p = self.scaled(position);
-        if notes.level == 0 {
-            let cell = cell_of(p);
-            if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
-                let distance_sq = self.finest.blocks.distances[number].of(within(cell));
-                if distance_sq != FAR {
-                    let bound = self.near_bound(p, distance_sq);
-                    if notes.remembers {
-                        if bound < NEAR {
-                            notes.near.push(position);
-                        } else {
-                            notes.keep(Some(Read::new(0, number, within(cell), distance_sq)));
-                        }
-                    }
-                    // Asked of all places here, for how near it is is not to be foreseen.
-                    let touching = match self.finest.touch(number, p) {
-                        Touch::No => false,
-                        Touch::Yes => true,
-                        Touch::Unsure => self.touches(elements, position),
-                    };
-                    return self.look_near(bound, touching);
-                }
-            }
-        }
-        self.search(elements, position, notes)
+        let DVec3 { x, y, z } = position;
+        self.look_at(elements, x, y, z, notes)
     }
 
     fn count_bound(
@@ -340,9 +310,9 @@ impl ElementIndex for SparseIndex {
     }
 
     fn read_ahead(&self, elements: &Population<'_>, position: DVec3) {
-        let p = self.scaled(position);
-        if let Some(number) = self.tree.get(0, address(cell_of(p)).0) {
-            let first = self.finest.touching(number, p).next();
+        let spot = self.scale.spot(position);
+        if let Some(number) = self.tree.get(0, address(spot.cell()).0) {
+            let first = self.finest.touching(number, spot.inside(0)).next();
             let first = first.and_then(|id| elements.get(id));
             black_box(first.map(|first| first.position.x));
         }
@@ -362,10 +332,11 @@ impl ElementIndex for SparseIndex {
             let found = elements.get(id).filter(near);
             found.is_some_and(|element| test(id, element))
         };
-        let (block, _) = address(cell_of(p));
+        let spot = self.scale.spot(position);
+        let (block, _) = address(spot.cell());
         let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
         match (known, &self.wide) {
-            (Some(number), _) => self.finest.touching(number, p).any(passes),
+            (Some(number), _) => self.finest.touching(number, spot.inside(0)).any(passes),
             (_, Some(wide)) if wide.holds(reach) => {
                 let ahead = |id: u32| fetch(elements.get(id));
                 wide.any(p, reach, ahead, &mut passes)
@@ -384,57 +355,6 @@ impl ElementIndex for SparseIndex {
 }
 
 impl SparseIndex {
-    /// Looks at one grid after the other for the one that can tell most.
-    ///
-    /// The search begins with the grid that answered last: a step seldom changes the scale. What a grid
-    /// said is remembered only if less would have led elsewhere: as elements are added bounds only sink.
-    #[inline(never)]
-    fn search(&self, elements: &Population<'_>, position: DVec3, notes: &mut Notes) -> Look {
-        let p = self.scaled(position);
-        let cell = cell_of(p).map(|c| c.min(self.tree.last_cell()));
-        let mut coarser_says: Option<(f64, Option<Read>)> = None;
-        let mut finer_says = f64::NEG_INFINITY;
-        loop {
-            let level = notes.level;
-            let size = f64::from(1u32 << (2 * level));
-            let (distance_sq, read) = self.distance_sq(elements, level, cell, notes);
-            if level == 0 && distance_sq != FAR {
-                let bound = self.near_bound(p, distance_sq);
-                if bound >= NEAR {
-                    notes.keep(read);
-                } else if notes.remembers {
-                    notes.near.push(position);
-                }
-                let touching = bound < CONTACT && self.touches(elements, position);
-                return self.look_near(bound, touching);
-            }
-            let aside = p.distance(middle(coarsen(cell, 2 * level), size));
-            let here = self.roots.least(distance_sq) * size - aside;
-            if distance_sq == FAR && level < self.tree.top() {
-                notes.keep(read);
-                if let Some((bound, read)) = coarser_says {
-                    notes.keep(read.filter(|_| bound > here));
-                    return self.nothing_nearer_than(here.max(bound));
-                }
-                finer_says = here;
-                notes.level = level + 1;
-            } else if finer_says > 0.0 || here >= GOOD * size || level == 0 {
-                notes.keep(read.filter(|_| here > finer_says));
-                return self.nothing_nearer_than(here.max(finer_says));
-            } else {
-                coarser_says = Some((here, read));
-                notes.level = level - 1;
-            }
-        }
-    }
-
-    /// A bound on the distance to the nearest centre by what the finest grid says of the cell about a
-    /// point.
-    #[inline(always)]
-    fn near_bound(&self, p: DVec3, distance_sq: u8) -> f64 {
-        self.roots.least(distance_sq) - p.distance(middle_of(p))
-    }
-
     /// For each grid, whether no element after the first so many changed what it says.
     fn unchanged_since(&self, known: usize) -> [bool; MOST_LEVELS] {
         let mut unchanged = [false; MOST_LEVELS];
@@ -450,68 +370,11 @@ impl SparseIndex {
         self.scale.scaled(position)
     }
 
-    fn nothing_nearer_than(&self, bound: f64) -> Look {
-        Look {
-            clear: bound * self.radius,
-            touching: false,
-        }
-    }
-
     fn grid(&self, level: usize) -> &Slab<SharedDistances> {
         match level {
             0 => &self.finest.blocks.distances,
             _ => &self.coarser.distances,
         }
-    }
-
-    /// What a grid says of the cell about a point; also as something to remember, where the block is there.
-    #[inline]
-    fn distance_sq(
-        &self,
-        elements: &Population<'_>,
-        level: usize,
-        cell: Block,
-        notes: &mut Notes,
-    ) -> (u8, Option<Read>) {
-        let (block, within) = address(coarsen(cell, 2 * level));
-        match self.tree.follow(&mut notes.path, level, cell) {
-            Some(number) => {
-                if level > 0 {
-                    self.tree.fetch_finer(number, within);
-                }
-                let distance_sq = self.grid(level)[number].of(within);
-                (
-                    distance_sq,
-                    Some(Read::new(level, number, within, distance_sq)),
-                )
-            }
-            None => {
-                let new = self.new_block(elements, level, block, notes);
-                (new.0[within], None)
-            }
-        }
-    }
-
-    /// A block that is not there, worked out once a walker.
-    #[cold]
-    fn new_block<'a>(
-        &self,
-        elements: &Population<'_>,
-        level: usize,
-        block: Block,
-        notes: &'a mut Notes,
-    ) -> &'a Distances {
-        let noted = |new: &NewBlock| new.level == level && new.block == block;
-        let number = notes.new.iter().position(noted).unwrap_or_else(|| {
-            let distances = self.survey(level, block, &self.scale.of(elements));
-            notes.new.push(NewBlock {
-                level,
-                block,
-                distances,
-            });
-            notes.new.len() - 1
-        });
-        &notes.new[number].distances
     }
 
     /// Lowers a noted block by the elements born since.
@@ -591,23 +454,6 @@ impl SparseIndex {
             cell = block;
         }
     }
-
-    /// The finest grid's answer.
-    #[inline(always)]
-    fn look_near(&self, bound: f64, touching: bool) -> Look {
-        // How near it is here is not to be foreseen either.
-        let clear = select_unpredictable(bound < NEAR, CONTACT, bound);
-        Look {
-            clear: select_unpredictable(touching, 0.0, clear) * self.radius,
-            touching,
-        }
-    }
-
-    #[cold]
-    fn touches(&self, elements: &Population<'_>, position: DVec3) -> bool {
-        let contact = CONTACT * self.radius;
-        self.any_within(elements, position, contact, &mut |_, _| true)
-    }
 }
 
 impl Scale {
@@ -615,6 +461,11 @@ impl Scale {
     #[inline(always)]
     fn scaled(self, position: DVec3) -> DVec3 {
         (position - self.low) * self.inverse
+    }
+
+    #[inline(always)]
+    fn spot(self, position: DVec3) -> Spot {
+        Spot::new(position - self.low, self.inverse)
     }
 
     fn of<'a>(self, elements: &'a Population<'a>) -> Scaled<'a> {
@@ -663,30 +514,6 @@ impl Places {
 /// The number of the first that something does not hold for, or how many there are.
 fn first_not<T>(all: &[T], holds: impl Fn(&T) -> bool) -> u32 {
     all.iter().position(|one| !holds(one)).unwrap_or(all.len()) as u32
-}
-
-impl Notes {
-    /// Remembers what was read.
-    #[inline(always)]
-    fn keep(&mut self, read: Option<Read>) {
-        if self.remembers
-            && let Some(read) = read
-        {
-            self.reads.push(read);
-        }
-    }
-}
-
-impl Read {
-    #[inline(always)]
-    fn new(level: usize, block: u32, within: usize, distance_sq: u8) -> Self {
-        Self {
-            block,
-            level: level as u8,
-            within: within as u8,
-            distance_sq,
-        }
-    }
 }
 
 #[cfg(test)]

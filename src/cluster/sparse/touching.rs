@@ -10,7 +10,8 @@ use glam::DVec3;
 use wide::{i16x8, u8x16};
 
 use super::CONTACT;
-use super::finest::{BLOCK, cell_of, rounded};
+use super::corners::Inside;
+use super::finest::BLOCK;
 use super::lanes;
 use super::slab::Slab;
 
@@ -23,14 +24,8 @@ const BEGIN: f64 = -0.5 - CONTACT;
 /// Steps of a byte along an axis.
 const STEP: f64 = SPAN / 256.0;
 
-/// Steps that a block is wide.
-const STEPS: u32 = (BLOCK / STEP) as u32;
-
-/// The first step, from the middle of the block's lowest cell.
-const FIRST: u32 = (BEGIN / STEP) as i32 as u32;
-
-/// A centre and a point are each off by up to half a step an axis: √3 times as much in all.
-const ERROR: f64 = 1.7321 * STEP;
+/// A centre is off by up to half a step an axis, and a point by an eighth more: √3 times as much in all.
+const ERROR: f64 = 1.7321 * 1.125 * STEP;
 
 /// Squared distances in steps below which a centre touches for sure.
 const SURE: i16 = ((CONTACT - ERROR) * (CONTACT - ERROR) / (STEP * STEP)) as i16;
@@ -240,32 +235,12 @@ pub(super) struct Place {
     z: u8x16,
 }
 
-/// The lowest byte of a number.
-#[inline(always)]
-fn eight_times(step: u32) -> [u8; LANES] {
-    let four_times = u64::from(step as u8) * 0x0101_0101;
-    (four_times | four_times << 32).to_ne_bytes()
-}
-
 impl Place {
-    /// For a point in the cell of the finest grid about it.
     #[inline(always)]
-    pub(super) fn new(p: DVec3) -> Self {
-        let steps = rounded(p * (1.0 / STEP));
-        let blocks = cell_of(p).map(|c| c >> 2);
-        // From the grids' origin, but for what does not fit into a byte anyway.
-        let step = |axis: usize| {
-            steps[axis]
-                .wrapping_sub(blocks[axis] * STEPS)
-                .wrapping_sub(FIRST)
-        };
-        let [x, y, z] = [0, 1, 2].map(|axis| eight_times(step(axis)));
-        let register =
-            |halves: [[u8; LANES]; 2]| u8x16::new(halves.as_flattened().as_chunks().0[0]);
-        Self {
-            xy: register([x, y]),
-            z: register([z, z]),
-        }
+    pub(super) fn new(inside: Inside) -> Self {
+        const BEFORE: i32 = (CONTACT / STEP) as i32;
+        let [xy, z] = inside.steps(BEFORE);
+        Self { xy, z }
     }
 }
 

@@ -1,0 +1,205 @@
+//! How near the nearest centre is to a place.
+
+use std::hint::select_unpredictable;
+
+use glam::DVec3;
+
+use super::block::{Block, coarsen};
+use super::corners::{Corners, NOTHING_SEEN, Said, Spot};
+use super::field::{Distances, address};
+use super::touching::Touch;
+use super::{CONTACT, ElementIndex, NewBlock, Notes, Read, SparseIndex};
+use crate::cluster::{Look, Population};
+
+/// A bound below this many radii serves no better than contact: growth's steps are a radius then.
+/// As elements are added it only sinks, along with all that led to it.
+const NEAR: f64 = 3.0;
+
+/// A bound of this many cells is worth more than a look at the next finer grid.
+const GOOD: f64 = 1.9;
+
+impl SparseIndex {
+    /// How near the nearest centre is. The place comes in registers: what is in memory has just been written, and is
+    /// waited for.
+    #[inline(never)]
+    pub(super) fn look_at(
+        &self,
+        elements: &Population<'_>,
+        x: f64,
+        y: f64,
+        z: f64,
+        notes: &mut Notes,
+    ) -> Look {
+        let position = DVec3 { x, y, z };
+        if notes.level == 0 {
+            let spot = self.scale.spot(position);
+            let cell = spot.cell();
+            if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
+                let inside = spot.inside(0);
+                let corners = Corners::about(inside);
+                let said = self.finest.blocks.distances[number].about(corners.first);
+                if said != NOTHING_SEEN {
+                    let bound = corners.bound(said, &self.roots);
+                    if notes.remembers {
+                        if bound < NEAR {
+                            notes.near.push(position);
+                        } else {
+                            notes.keep(Some(Read::new(0, number, &corners, said)));
+                        }
+                    }
+                    // Asked of all places here, for how near it is is not to be foreseen.
+                    let touching = match self.finest.touch(number, inside) {
+                        Touch::No => false,
+                        Touch::Yes => true,
+                        Touch::Unsure => self.touches(elements, position),
+                    };
+                    return self.look_near(bound, touching);
+                }
+            }
+        }
+        self.search(elements, x, y, z, notes)
+    }
+
+    /// Looks at one grid after the other for the one that can tell most.
+    ///
+    /// The search begins with the grid that answered last: a step seldom changes the scale. What a grid
+    /// said is remembered only if less would have led elsewhere: as elements are added bounds only sink.
+    #[inline(never)]
+    fn search(&self, elements: &Population<'_>, x: f64, y: f64, z: f64, notes: &mut Notes) -> Look {
+        let position = DVec3 { x, y, z };
+        let p = self.scaled(position);
+        let in_grids = p.clamp(DVec3::ZERO, DVec3::splat(self.tree.last_cell().into()));
+        let outside = p.distance(in_grids);
+        let spot = Spot::new(in_grids, 1.0);
+        let cell = spot.cell();
+        let mut coarser_says: Option<(f64, Option<Read>)> = None;
+        let mut finer_says = f64::NEG_INFINITY;
+        loop {
+            let level = notes.level;
+            let size = f64::from(1u32 << (2 * level));
+            let corners = Corners::about(spot.inside(level));
+            let (said, read) = self.said(elements, level, (cell, &corners), notes);
+            if level == 0 && said != NOTHING_SEEN {
+                let bound = corners.bound(said, &self.roots) - outside;
+                if bound >= NEAR {
+                    notes.keep(read);
+                } else if notes.remembers {
+                    notes.near.push(position);
+                }
+                let touching = bound < CONTACT && self.touches(elements, position);
+                return self.look_near(bound, touching);
+            }
+            let here = corners.bound(said, &self.roots) * size - outside;
+            if said == NOTHING_SEEN && level < self.tree.top() {
+                notes.keep(read);
+                if let Some((bound, read)) = coarser_says {
+                    notes.keep(read.filter(|_| bound > here));
+                    return self.nothing_nearer_than(here.max(bound));
+                }
+                finer_says = here;
+                notes.level = level + 1;
+            } else if finer_says > 0.0 || here >= GOOD * size || level == 0 {
+                notes.keep(read.filter(|_| here > finer_says));
+                return self.nothing_nearer_than(here.max(finer_says));
+            } else {
+                coarser_says = Some((here, read));
+                notes.level = level - 1;
+            }
+        }
+    }
+
+    fn nothing_nearer_than(&self, bound: f64) -> Look {
+        Look {
+            clear: bound * self.radius,
+            touching: false,
+        }
+    }
+
+    /// What a grid says of a place in a cell; also as something to remember, where the block is there.
+    #[inline]
+    fn said(
+        &self,
+        elements: &Population<'_>,
+        level: usize,
+        (cell, corners): (Block, &Corners),
+        notes: &mut Notes,
+    ) -> (Said, Option<Read>) {
+        let (block, within) = address(coarsen(cell, 2 * level));
+        match self.tree.follow(&mut notes.path, level, cell) {
+            Some(number) => {
+                if level > 0 {
+                    self.tree.fetch_finer(number, within);
+                }
+                let said = self.grid(level)[number].about(corners.first);
+                (said, Some(Read::new(level, number, corners, said)))
+            }
+            None => {
+                let new = self.new_block(elements, level, block, notes);
+                (new.about(corners.first), None)
+            }
+        }
+    }
+
+    /// A block that is not there, worked out once a walker.
+    #[cold]
+    fn new_block<'a>(
+        &self,
+        elements: &Population<'_>,
+        level: usize,
+        block: Block,
+        notes: &'a mut Notes,
+    ) -> &'a Distances {
+        let noted = |new: &NewBlock| new.level == level && new.block == block;
+        let number = notes.new.iter().position(noted).unwrap_or_else(|| {
+            let distances = self.survey(level, block, &self.scale.of(elements));
+            notes.new.push(NewBlock {
+                level,
+                block,
+                distances,
+            });
+            notes.new.len() - 1
+        });
+        &notes.new[number].distances
+    }
+
+    /// The finest grid's answer.
+    #[inline(always)]
+    fn look_near(&self, bound: f64, touching: bool) -> Look {
+        // How near it is here is not to be foreseen either.
+        let clear = select_unpredictable(bound < NEAR, CONTACT, bound);
+        Look {
+            clear: select_unpredictable(touching, 0.0, clear) * self.radius,
+            touching,
+        }
+    }
+
+    #[cold]
+    fn touches(&self, elements: &Population<'_>, position: DVec3) -> bool {
+        let contact = CONTACT * self.radius;
+        self.any_within(elements, position, contact, &mut |_, _| true)
+    }
+}
+
+impl Notes {
+    /// Remembers what was read.
+    #[inline(always)]
+    fn keep(&mut self, read: Option<Read>) {
+        if self.remembers
+            && let Some(read) = read
+        {
+            self.reads.push(read);
+        }
+    }
+}
+
+impl Read {
+    #[inline(always)]
+    fn new(level: usize, block: u32, corners: &Corners, said: Said) -> Self {
+        Self {
+            block,
+            level: level as u8,
+            first: corners.first,
+            said,
+        }
+    }
+}
