@@ -26,6 +26,7 @@ mod seeds;
 mod sharing;
 mod step;
 mod stick;
+mod stride;
 mod surroundings;
 mod together;
 mod walker;

@@ -11,11 +11,11 @@ use super::patience::Patience;
 use super::step::RandomStep;
 use super::stick::{Answer, Crowd};
 use super::surroundings::Ground;
-use super::{Boundary, Habitat, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
+use super::{Habitat, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
-use crate::walk::{Ball, Connectivity, End, Stand};
+use crate::walk::{Ball, Connectivity, Stand};
 
 /// Places tried in a row before the surface counts as full.
 pub(super) const MOST_TRIES: usize = 20_000;
@@ -86,7 +86,7 @@ pub(super) enum Fate {
 }
 
 /// Why a walker goes no further.
-enum Stop {
+pub(super) enum Stop {
     End(Fate),
     /// It goes on later.
     Pause,
@@ -190,86 +190,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         }
     }
 
-    /// Goes on to the end, or until paused: then there is no fate yet.
-    pub(super) fn go_on(&mut self, way: &mut Way) -> Option<Fate> {
-        let (substrate, parameters) = (self.around.substrate, self.around.parameters);
-        let absorb = parameters.boundary == Boundary::Absorb;
-        let brownian = parameters.law == Law::Brownian;
-        let mut now = way.clone();
-        loop {
-            if self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) {
-                if let Some(stop) = self.stopped(&now) {
-                    *way = now;
-                    return match stop {
-                        Stop::End(fate) => Some(fate),
-                        Stop::Pause => None,
-                    };
-                }
-                now.patience = match parameters.steps {
-                    Steps::Small => Patience::default(),
-                    _ => now.patience.after(now.bound, parameters.radius),
-                };
-            }
-            // 2. Step: uniform in the disc, d = s + r·√u − r (Sumner 6.8). What is random in the
-            // next one is drawn while the processor waits for what the index says of this one.
-            // A Brownian step may set out from beside a contact.
-            let from = brownian.then_some(now.here);
-            let step = match brownian {
-                true => self.brownian_step(&mut now),
-                false => now.random.within(now.bound, parameters.radius),
-            };
-            now.random = RandomStep::draw(&mut now.stream);
-            let surface = match self.far {
-                Some(far) => far.surface(now.level, substrate),
-                None => substrate,
-            };
-            let moved = now.here.step(surface, step, absorb);
-            self.track.counts.steps += 1;
-            self.track.counts.crossings += u64::from(moved.crossings);
-            if moved.end == End::Boundary {
-                self.track.counts.absorbed += 1;
-                return Some(Fate::Lost);
-            }
-            let Some(look) = self.look(moved.to.position) else {
-                return Some(self.kill());
-            };
-            match self.keeps_to_habitat(&mut now, (from, &moved.to), &look) {
-                Met::Nothing => {}
-                Met::End(fate) => return Some(fate),
-                _ => continue,
-            }
-            // 4. Contact: stick, or go back to the last position and walk on.
-            if look.touching {
-                let met = match self.far {
-                    Some(far) if now.level > 0 => self.meet_on_copy(far, &mut now, &moved.to, step),
-                    _ => match self.meet(None, &moved.to, &mut now.stream) {
-                        Meeting::Elsewhere => Met::Nothing,
-                        Meeting::Refused => Met::Refused,
-                        Meeting::Sticks(probability) => self.join(&now.here, step, probability),
-                    },
-                };
-                match met {
-                    Met::Nothing => {}
-                    Met::Refused => {
-                        (now.patience, now.thrown_back) = (now.patience.after_contact(), true);
-                        continue;
-                    }
-                    Met::OffCopy => continue,
-                    Met::End(fate) => return Some(fate),
-                }
-            }
-            now.thrown_back = false;
-            now.bound = self.step_bound(&look);
-            match now.patience.is_over() {
-                false => self.go(&mut now, moved.to),
-                true => self.find_sheet(&mut now, moved.to),
-            }
-        }
-    }
-
     /// Goes to a place.
-    #[inline(always)]
-    fn go(&mut self, now: &mut Way, there: Stand) {
+    pub(super) fn go(&mut self, now: &mut Way, there: Stand) {
         match self.far {
             Some(far) if !far.stays(now.level, now.bound) => self.arrive(far, now, there),
             _ => now.here = there,
@@ -329,7 +251,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// Whether to stop here. Otherwise the walker can be taken back to here.
-    fn stopped(&mut self, now: &Way) -> Option<Stop> {
+    pub(super) fn stopped(&mut self, now: &Way) -> Option<Stop> {
         if (self.interrupts.cancelled)() {
             return Some(Stop::End(Fate::Halted(Halt::Cancelled)));
         }
@@ -347,9 +269,9 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// How far it is to the lichen at least; none beyond the kill radius.
     #[inline]
-    fn look(&mut self, p: DVec3) -> Option<Look> {
+    pub(super) fn look(&mut self, p: DVec3) -> Option<Look> {
         if p.distance_squared(self.launcher.centre) > self.launcher.outside_sq {
-            return self.look_from_outside(p);
+            return self.look_from_outside(p.x, p.y, p.z);
         }
         Some(self.look_about(p))
     }
@@ -362,9 +284,11 @@ impl<I: ElementIndex> Walk<'_, I> {
         index.look(elements, p, &mut self.track.notes)
     }
 
-    /// The same for a walker well outside the sphere that holds the lichen.
+    /// The same for a walker well outside the sphere that holds the lichen. Its place comes in registers, and so need
+    /// not be in memory for those that are inside.
     #[inline(never)]
-    fn look_from_outside(&mut self, p: DVec3) -> Option<Look> {
+    fn look_from_outside(&mut self, x: f64, y: f64, z: f64) -> Option<Look> {
+        let p = DVec3 { x, y, z };
         let from_centre = p.distance(self.launcher.centre);
         if from_centre > self.launcher.kill && !self.launcher.encloses() {
             return None;
@@ -438,7 +362,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
     /// disc of radius r alone, and long steps change nothing but the time it takes.
     #[inline]
-    fn step_bound(&self, look: &Look) -> f64 {
+    pub(super) fn step_bound(&self, look: &Look) -> f64 {
         let Parameters {
             radius, steps, law, ..
         } = *self.around.parameters;
@@ -458,7 +382,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// soon where not. On a copy nothing is asked of sheets, and what holds for the walker's own alone does not
     /// lift it.
     #[cold]
-    fn find_sheet(&mut self, now: &mut Way, there: Stand) {
+    pub(super) fn find_sheet(&mut self, now: &mut Way, there: Stand) {
         if Patience::is_wide(now.bound, self.around.parameters.radius) {
             now.patience = Patience::OUT_OF_THE_NARROWS;
             return self.go(now, there);
@@ -539,7 +463,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     }
 
     /// 5. Join.
-    fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Met {
+    pub(super) fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Met {
         let from = from.surface_point(self.around.substrate);
         self.join_from(&from, step, probability)
     }

@@ -61,7 +61,7 @@ impl Stand {
 
     /// A straight step, a vector in the triangle's chart.
     #[inline(always)]
-    pub fn step(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
+    pub fn step(self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
         let there = self.at + step;
         if substrate.charts()[self.triangle as usize].contains(there) {
             return Moved {
@@ -70,16 +70,22 @@ impl Stand {
                 crossings: 0,
             };
         }
-        self.step_across(substrate, step, absorb)
+        Self::step_across(substrate, self.triangle, self.at, step, absorb)
     }
 
     #[inline(never)]
-    fn step_across(&self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
-        let corners = substrate.charts()[self.triangle as usize].corners();
-        let about = corners.map(|c| c - self.at);
+    fn step_across(
+        substrate: &Substrate,
+        triangle: u32,
+        at: DVec2,
+        step: DVec2,
+        absorb: bool,
+    ) -> Moved {
+        let corners = substrate.charts()[triangle as usize].corners();
+        let about = corners.map(|c| c - at);
         let traced = match absorb {
-            true => trace_out(substrate, self.triangle, about, step, &mut Absorbing),
-            false => trace_out(substrate, self.triangle, about, step, &mut Reflecting),
+            true => trace_out(substrate, triangle, about, step, &mut Absorbing),
+            false => trace_out(substrate, triangle, about, step, &mut Reflecting),
         };
         Moved {
             to: Self::new(substrate, &traced.point),
