@@ -33,9 +33,9 @@ const BESIDE: f64 = 4.0;
 /// A walker on a copy lands when its bound is less than this many times what the copy may stray.
 const LAND: f64 = 2.0;
 
-/// And when it is less than this many radii. Ways over a copy are others among bumps that it lies flat over, however
-/// little it strays: on a boulder 2 % of a direction's hits are elsewhere if walkers land at 15 r, 1.4 % at 30 r, 0.7 %
-/// at 45 r, and none that can be told at 60 r (at most 0.5 %).
+/// And when it is less than this many radii. Nearer than that ways over a copy lead elsewhere, however little it strays:
+/// of a direction's hits on a boulder 2 % differ if walkers land at 15 r, 1.4 % at 30 r, 0.7 % at 45 r, and none that can
+/// be told at 60 r (at most 0.5 %).
 const FROM_LICHEN: f64 = 60.0;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.

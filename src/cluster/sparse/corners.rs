@@ -3,7 +3,9 @@
 //! For any obstacles d²(p) − |p|² is the least of functions that are linear in p, one for each of their points, and
 //! therefore concave. So with the shares λ of some samples c whose mean is p
 //!
-//!     d²(p) ≥ Σ λ d²(c) − Σ λ |c − p|²
+//! ```text
+//! d²(p) ≥ Σ λ d²(c) − Σ λ |c − p|²
+//! ```
 //!
 //! Here these are the eight corners of a cube about p, with shares that are linear along each axis. Samples h apart lose
 //! no more than 3 h²/8d of a distance d, and h²/4d on average, where by the nearest of them alone 0.48 h is lost.
@@ -235,7 +237,6 @@ mod tests {
                 }
             }
         }
-        // By the nearest sample alone, in cells of their own, they were 0.85.
         assert!(sum / n > 0.95, "{} of the distance", sum / n);
     }
 
