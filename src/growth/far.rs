@@ -19,8 +19,8 @@ use super::surroundings::Ground;
 use crate::substrate::{Copies, Errors, Frame, Substrate, SurfacePoint};
 use crate::walk::Stand;
 
-/// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies
-/// may as many times more as their bounds are larger.
+/// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies may eight times
+/// more each.
 const ERROR: f64 = 7.5;
 
 /// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Over
@@ -33,7 +33,7 @@ const BESIDE: f64 = 4.0;
 /// A walker on a copy lands when its bound is less than this many times what the copy may stray.
 const LAND: f64 = 2.0;
 
-/// And when it is less than this many radii. Nearer than that ways over a copy lead elsewhere, however little it strays:
+/// And when it is less than this many radii. Nearer than that ways over a copy lead elsewhere, also if it strays less:
 /// of a direction's hits on a boulder 2 % differ if walkers land at 15 r, 1.4 % at 30 r, 0.7 % at 45 r, and none that can
 /// be told at 60 r (at most 0.5 %).
 const FROM_LICHEN: f64 = 60.0;

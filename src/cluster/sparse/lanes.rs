@@ -35,7 +35,6 @@ pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
 /// When there are not so many from there on.
 #[inline(always)]
 pub(super) fn cube(lanes: &Bytes, first: usize) -> u64 {
-    assert!(first < FIRSTS);
     cube_at(lanes, first)
 }
 
@@ -82,7 +81,7 @@ mod instructions {
     use std::arch::asm;
     use std::arch::x86_64::__m128i;
 
-    use super::{Bytes, Lanes, cast, u8x16};
+    use super::{Bytes, FIRSTS, Lanes, cast, u8x16};
 
     /// What an instruction reads of so many bytes of some atomics.
     macro_rules! read {
@@ -114,12 +113,12 @@ mod instructions {
         read!("movq", 8 of lanes from FROM)
     }
 
-    /// The first is before [`FIRSTS`](super::FIRSTS): the second row of each layer is four bytes on, the second layer
-    /// sixteen.
+    /// The second row of each layer is four bytes on, the second layer sixteen.
     #[inline(always)]
     pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u64 {
+        assert!(first < FIRSTS);
         let (read, above): (__m128i, __m128i);
-        // SAFETY: as above; `cube` asserts that the last of the bytes, 21 after the first, is one of the lanes.
+        // SAFETY: as above; the last of the bytes, 21 after the first, is one of the lanes.
         unsafe {
             asm!(
                 "movq {read}, qword ptr [{first}]",

@@ -79,17 +79,16 @@ impl SparseIndex {
             let size = f64::from(1u32 << (2 * level));
             let corners = Corners::about(spot.inside(level));
             let (said, read) = self.said(elements, level, (cell, &corners), notes);
+            let here = corners.bound(said, &self.roots) * size - outside;
             if level == 0 && said != NOTHING_SEEN {
-                let bound = corners.bound(said, &self.roots) - outside;
-                if bound >= NEAR {
+                if here >= NEAR {
                     notes.keep(read);
                 } else if notes.remembers {
                     notes.near.push(position);
                 }
-                let touching = bound < CONTACT && self.touches(elements, position);
-                return self.look_near(bound, touching);
+                let touching = here < CONTACT && self.touches(elements, position);
+                return self.look_near(here, touching);
             }
-            let here = corners.bound(said, &self.roots) * size - outside;
             if said == NOTHING_SEEN && level < self.tree.top() {
                 notes.keep(read);
                 if let Some((bound, read)) = coarser_says {

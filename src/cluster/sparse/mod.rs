@@ -81,7 +81,7 @@ pub struct Notes {
     known: usize,
     /// Whether what is seen goes into the lists below.
     remembers: bool,
-    /// The cells that were looked at, in blocks that were there.
+    /// The samples that were looked at, in blocks that were there.
     reads: Vec<Read>,
     /// Places so near to elements that nothing matters but whether they touch.
     near: Places,

@@ -69,7 +69,7 @@ fn bounds_and_contacts_agree_with_brute_force() {
             index.add(&(&elements).into());
         }
         let quality = judge(&index, &elements, &mut notes, &mut stream);
-        assert!(quality > 0.7, "bounds of {quality} of the distance");
+        assert!(quality > 0.92, "bounds of {quality} of the distance");
         index.adopt(&(&elements).into(), &mut notes);
     }
 }
@@ -103,6 +103,52 @@ fn crowds_hide_no_older_centre() {
             index.adopt(&(&elements).into(), &mut notes);
         }
     }
+}
+
+/// A place at the end of a block may be said to be in the next one, and what touches it then is asked of that.
+#[test]
+fn contacts_agree_at_the_ends_of_blocks() {
+    let mut stream = Stream::new(15, Purpose::Walker, 0);
+    let beside = [0.0, 1e-9, 1.0 / 512.0, 1.0 / 256.0, 0.003, 0.006];
+    let apart = [1e-9, 1e-4, 1e-3, 0.004, 0.01, 0.05];
+    let mut touching = 0;
+    for i in 0..4_000 {
+        let (mut index, mut notes) = (empty(), Notes::default());
+        let Scale { low, inverse } = index.scale;
+        let mut signed = |all: &[f64; 6]| {
+            let one = all[(6.0 * stream.uniform()) as usize];
+            if stream.uniform() < 0.5 { one } else { -one }
+        };
+        let mut place = DVec3::new(502.0, 481.0, 63.0);
+        // One axis, two or all three.
+        for axis in 0..=i % 3 {
+            place[(i + axis) % 3] =
+                4.0 * (place[(i + axis) % 3] / 4.0).round() - 0.5 + signed(&beside);
+        }
+        let distance = 2.0 + signed(&apart);
+        let along = match i % 2 {
+            0 => DVec3::AXES[i / 2 % 3],
+            _ => DVec3::from([0; 3].map(|_| stream.uniform() - 0.5)).normalize(),
+        };
+        let [p, q] = [place, place + along * distance].map(|p| low + p / inverse);
+        let elements = vec![element(q)];
+        index.add(&(&elements).into());
+        // The second time its block is there.
+        for _ in 0..2 {
+            index.begin(1, &mut notes, false);
+            for _ in 0..3 {
+                let look = index.look(&(&elements).into(), p, &mut notes);
+                assert_eq!(
+                    look.touching,
+                    p.distance(q) < 2.0 * RADIUS,
+                    "{place} {along} {distance}"
+                );
+                touching += usize::from(look.touching);
+            }
+            index.adopt(&(&elements).into(), &mut notes);
+        }
+    }
+    assert!((8_000..16_000).contains(&touching), "{touching}");
 }
 
 #[test]

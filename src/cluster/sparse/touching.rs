@@ -1,7 +1,7 @@
 //! The centres that can touch something in a block of the finest grid.
 //!
 //! Their places relative to the block are kept as bytes, eight centres to a cache line, and compared
-//! as such, eight at once. That tells whether something touches except in a band of a ninth of a radius;
+//! as such, eight at once. That tells whether something touches except in a band of an eighth of a radius;
 //! what falls into the band is decided by the full positions.
 
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
