@@ -311,10 +311,7 @@ fn as_few_triangles_as_a_coarser_skin_can_have_are_had() {
         String::from_utf8(output.stderr).unwrap()
     };
     let told = made("out -o a.ply --decimate 100 --threads 1");
-    assert!(
-        told.contains("a coarser skin (--resolution 4r --falloff 1.8r)"),
-        "{told}"
-    );
+    assert!(told.contains("of a coarser skin (--resolution "), "{told}");
     assert!(!told.contains("warning"), "{told}");
     let (triangles, open, wild) = loaded(&desk.path("a.ply"));
     assert!(triangles <= 110 && (open, wild) == (0, 0), "{triangles}");
