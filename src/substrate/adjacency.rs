@@ -27,6 +27,16 @@ impl Twin {
         Self(half_edge | if flipped { Self::FLIPPED } else { 0 })
     }
 
+    #[inline(always)]
+    pub(crate) fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// The half-edge across.
     pub fn half_edge(self) -> HalfEdge {
         self.0 & !Self::FLIPPED

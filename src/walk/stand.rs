@@ -81,14 +81,16 @@ impl Stand {
         step: DVec2,
         absorb: bool,
     ) -> Moved {
-        let corners = substrate.charts()[triangle as usize].corners();
-        let about = corners.map(|c| c - at);
         let traced = match absorb {
-            true => trace_out(substrate, triangle, about, step, &mut Absorbing),
-            false => trace_out(substrate, triangle, about, step, &mut Reflecting),
+            true => trace_out(substrate, triangle, at, step, &mut Absorbing),
+            false => trace_out(substrate, triangle, at, step, &mut Reflecting),
         };
+        let triangle = traced.place.half_edge / 3;
+        let at = traced
+            .place
+            .in_chart(&substrate.charts()[triangle as usize]);
         Moved {
-            to: Self::new(substrate, &traced.point),
+            to: Self::lifted(substrate, triangle, at),
             end: traced.end,
             crossings: traced.crossings,
         }

@@ -1,6 +1,7 @@
 //! A straight step over the surface by unfolding (Sumner 2001, 6.1).
 //!
-//! Everything happens in one plane, with the walker at the origin and its path along the x axis.
+//! Everything happens in one plane, with the path along the x axis. An edge is known by the way across it, from its
+//! end on the left of the path to the one on the right, and by the way from the one on the left to the path's end.
 //! The triangle beyond an edge is laid flat beside it from two numbers, its apex in terms of that
 //! edge, so the loop has no division, no square root and no 3-D position. All lengths in this plane are
 //! scaled by the step's length, so that aligning the start triangle needs no square root either.
@@ -17,7 +18,7 @@ use glam::DVec2;
 use wide::f64x2;
 
 use crate::ahead::fetch;
-use crate::substrate::{Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
+use crate::substrate::{Chart, Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
 
 /// Why a trace ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,230 +106,296 @@ pub fn trace_visiting<V: Visitor>(
     step: DVec2,
     visitor: &mut V,
 ) -> Trace {
-    let corners = substrate.charts()[from.triangle as usize].corners();
+    let chart = &substrate.charts()[from.triangle as usize];
+    let [a, b, c] = chart.corners();
     let [w0, w1, w2] = from.weights();
-    let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
-    let corners = corners.map(|c| c - at);
-    if contains(&corners, step) || step == DVec2::ZERO {
+    let at = a * w0 + b * w1 + c * w2;
+    let there = at + step;
+    let reached = if chart.contains(there) || step == DVec2::ZERO {
         if V::WATCHES {
             visitor.arrive(step);
         }
-        return Trace {
-            point: weigh(from.triangle, areas(&corners, step)),
-            end: End::Distance,
-            crossings: 0,
-        };
+        Reached::inside(chart, from.triangle, there)
+    } else {
+        trace_out(substrate, from.triangle, at, step, visitor)
+    };
+    Trace {
+        point: reached.place.surface_point(substrate),
+        end: reached.end,
+        crossings: reached.crossings,
     }
-    trace_out(substrate, from.triangle, corners, step, visitor)
 }
 
-/// As [`trace_visiting`], for a step that is not zero and leaves the triangle, but for round-off: from
-/// the origin of a frame in which the triangle's corners are given, its chart's, shifted.
+/// A place in a triangle, in terms of one of its half-edges: at start + along·e + height·e⊥, as the triangle's
+/// apex is in a [`Crossing`].
+#[derive(Clone, Copy)]
+pub(super) struct Beside {
+    pub(super) half_edge: HalfEdge,
+    along: f64,
+    height: f64,
+}
+
+/// Where a trace ended.
+pub(super) struct Reached {
+    pub(super) place: Beside,
+    pub(super) end: End,
+    pub(super) crossings: u32,
+}
+
+impl Beside {
+    /// In the triangle's chart.
+    #[inline(always)]
+    pub(super) fn in_chart(&self, chart: &Chart) -> DVec2 {
+        let corners = chart.corners();
+        let k = self.half_edge as usize % 3;
+        let edges = [corners[1], corners[2] - corners[1], -corners[2]];
+        corners[k] + edges[k] * self.along + edges[k].perp() * self.height
+    }
+
+    fn surface_point(&self, substrate: &Substrate) -> SurfacePoint {
+        let apex = &substrate.crossings()[self.half_edge as usize];
+        let of_apex = self.height / apex.height;
+        let of_end = self.along - of_apex * apex.along;
+        let mut weights = [1.0 - of_end - of_apex, of_end, of_apex];
+        weights.rotate_right(self.half_edge as usize % 3);
+        SurfacePoint::from_weights(self.half_edge / 3, weights)
+    }
+}
+
+impl Reached {
+    /// A place in the triangle where the path began.
+    fn inside(chart: &Chart, triangle: u32, at: DVec2) -> Self {
+        let base = chart.corners()[1].x;
+        Self {
+            place: Beside {
+                half_edge: 3 * triangle,
+                along: at.x / base,
+                height: at.y / base,
+            },
+            end: End::Distance,
+            crossings: 0,
+        }
+    }
+}
+
+/// As [`trace_visiting`], for a step that is not zero and leaves the triangle, but for round-off, from a place in the
+/// triangle's chart.
 #[inline(always)]
 pub(super) fn trace_out<V: Visitor>(
     substrate: &Substrate,
     triangle: u32,
-    corners: [DVec2; 3],
+    at: DVec2,
     step: DVec2,
     visitor: &mut V,
-) -> Trace {
-    let ended = |point, end, crossings| Trace {
-        point,
-        end,
-        crossings,
-    };
-    let corners = corners.map(|c| DVec2::new(step.dot(c), step.perp_dot(c)));
+) -> Reached {
+    let turned = |c: DVec2| DVec2::new(step.dot(c - at), step.perp_dot(c - at));
+    let corners = substrate.charts()[triangle as usize].corners().map(turned);
     let end = step.length_squared();
-    let mut front = Front::leaving(substrate, triangle, &corners);
-    if !front.is_passed(end) {
-        let weights = areas(&corners, DVec2::new(end, 0.0));
-        if is_near(&corners, end, weights) {
-            if V::WATCHES {
-                visitor.arrive(step);
+    let mut front = Front::leaving(substrate, triangle, &corners, end);
+    for crossings in 0..MOST_CROSSINGS {
+        if !front.is_passed() {
+            let behind = front.behind(substrate.crossings());
+            if behind.holds_end(end) {
+                if V::WATCHES {
+                    visitor.arrive(behind.in_chart(substrate) * step.length());
+                }
+                return Reached {
+                    place: behind.end(),
+                    end: End::Distance,
+                    crossings,
+                };
             }
-            return ended(weigh(triangle, weights), End::Distance, 0);
         }
-    }
-    for crossings in 1..MOST_CROSSINGS + 1 {
         if V::WATCHES {
-            let half_edge = front.half_edge(substrate);
+            let half_edge = front.half_edge();
             let (share, distance_share) = front.meeting(end);
             visitor.leave(half_edge, share, distance_share);
         }
-        if V::ABSORB && front.is_boundary(substrate) {
-            return ended(
-                front.point_on_edge(substrate, end),
-                End::Boundary,
-                crossings - 1,
-            );
+        if V::ABSORB && front.is_boundary() {
+            return front.ended(end, End::Boundary, crossings);
         }
-        let unfolded = front.cross(substrate.crossings());
-        front = unfolded.next_front();
-        if front.is_passed(end) {
-            continue;
-        }
-        let corners = unfolded.corners_from_entry();
-        let weights = areas(&corners, DVec2::new(end, 0.0));
-        if is_near(&corners, end, weights) {
-            if V::WATCHES {
-                visitor.arrive(unfolded.in_chart(substrate) * step.length());
-            }
-            let weights = unfolded.in_own_order(weights);
-            return ended(weigh(unfolded.entry / 3, weights), End::Distance, crossings);
-        }
+        front = front.cross(substrate.crossings());
     }
-    ended(
-        front.point_on_edge(substrate, end),
-        End::Crossings,
-        MOST_CROSSINGS,
-    )
+    front.ended(end, End::Crossings, MOST_CROSSINGS)
 }
 
-/// True when a point is in a counter-clockwise triangle, its edges included.
-pub(super) fn contains([a, b, c]: &[DVec2; 3], p: DVec2) -> bool {
-    (*b - *a).perp_dot(p - *a) >= 0.0
-        && (*c - *b).perp_dot(p - *b) >= 0.0
-        && (*a - *c).perp_dot(p - *c) >= 0.0
-}
-
-/// Doubled areas of the triangles that a point makes with the edges across from each corner: the
-/// point's weights, not normalised, all of one sign inside. A mirrored triangle's are negative.
-fn areas([a, b, c]: &[DVec2; 3], p: DVec2) -> [f64; 3] {
-    let (a, b, c) = (*a - p, *b - p, *c - p);
-    [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)]
-}
-
-/// Whether the path's end, with these areas, is in the triangle, or outside by no more than round-off.
+/// Whether the origin is in a triangle, or outside by no more than round-off.
 ///
-/// That is asked at the end of a path because one along an edge is only by round-off on this or
-/// that side of it, and then seems to end at any edge that it runs along.
-fn is_near([a, b, c]: &[DVec2; 3], end: f64, areas: [f64; 3]) -> bool {
+/// That is asked of a path's end because one along an edge is only by round-off on this or
+/// that side of it, and then seems to end at any edge that it runs along. Numbers come in registers: most ends
+/// need not be asked for, and had rather not be written to memory.
+#[cold]
+#[inline(never)]
+fn is_near(a: (f64, f64), b: (f64, f64), c: (f64, f64), length: f64) -> bool {
     /// Of a place in the plane, beside the path's length; far above what builds up.
     const ROUND_OFF: f64 = 1e-11;
-    let least = smaller(smaller(areas[0], areas[1]), areas[2]);
-    let most = -smaller(smaller(-areas[0], -areas[1]), -areas[2]);
-    if least * most >= 0.0 {
-        return true;
-    }
-    let out = least.abs().min(most.abs());
-    let edges_sq = (*b - *a).length_squared() + (*c - *a).length_squared();
-    let error_sq = (end * end + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
-    out * out <= error_sq
+    let [a, b, c] = [a, b, c].map(DVec2::from);
+    let areas = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    // A mirrored triangle's are negative.
+    let sign = 1f64.copysign(areas.iter().sum());
+    let least = { areas.iter() }.fold(f64::INFINITY, |least, area| least.min(sign * area));
+    let edges_sq = (b - a).length_squared() + (c - a).length_squared();
+    let error_sq = (length * length + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
+    least >= 0.0 || least * least <= error_sq
 }
 
-/// The smaller of two numbers, in one instruction: nobody asks for what comes of none.
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The surface point with these areas.
-fn weigh(triangle: u32, areas: [f64; 3]) -> SurfacePoint {
-    let sum: f64 = areas.iter().sum();
-    SurfacePoint::from_weights(triangle, areas.map(|w| w * 1f64.copysign(sum)))
-}
-
-/// An edge that the path is about to cross: `left` and `right` of it as the path looks.
+/// An edge that the path is about to cross.
+#[derive(Clone, Copy)]
 struct Front {
-    left: DVec2,
-    right: DVec2,
+    /// From the edge's end on the left of the path to the one on the right.
+    across: DVec2,
+    /// From the one on the left to the path's end.
+    to_end: DVec2,
+    /// The half-edge through which the path came into the triangle being left, whether it leaves by the first edge
+    /// after that, and whether the triangle lies as its mirror image.
+    came: HalfEdge,
+    by_first: bool,
+    mirrored: bool,
     /// The half-edge through which the path comes into what lies beyond.
     entry: Twin,
-    /// The triangle being left lies as its mirror image.
-    mirrored: bool,
-    /// What lies beyond.
-    beyond: Crossing,
+    /// What lies beyond: its third corner, and what lies across its other two edges.
+    apex: DVec2,
+    exits: Exits,
+}
+
+/// What lies across two edges, the one after the other, in one number: that is taken as a whole, and stays in a
+/// register.
+#[derive(Clone, Copy)]
+struct Exits(u64);
+
+impl Exits {
+    #[inline(always)]
+    fn of(crossing: &Crossing) -> Self {
+        let [first, second] = crossing.exits.map(|twin| u64::from(twin.bits()));
+        Self(first | second << 32)
+    }
+
+    #[inline(always)]
+    fn both(self) -> [Twin; 2] {
+        [self.0 as u32, (self.0 >> 32) as u32].map(Twin::from_bits)
+    }
+
+    #[inline(always)]
+    fn swapped(self) -> Self {
+        Self(self.0.rotate_left(32))
+    }
 }
 
 impl Front {
     /// The edge through which the path leaves a counter-clockwise triangle about its start.
     #[inline(always)]
-    fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3]) -> Self {
+    fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3], end: f64) -> Self {
         let side = corners.map(|c| c.y);
         let is_left = |k: usize| usize::from(side[k] > 0.0) << k;
         let k = match EXITS[is_left(0) | is_left(1) | is_left(2)] {
             3 => grazing(side),
             k => k,
         };
-        // From the crossing that comes before it, which lies where the path has just been.
-        let before = 3 * triangle as usize + (k + 2) % 3;
-        let entry = substrate.crossings()[before].exits[0];
+        // As if it had come through the edge before, which lies where the path has just been.
+        let came = 3 * triangle + (k as u32 + 2) % 3;
+        let entry = substrate.crossings()[came as usize].exits[0];
+        let (left, right) = (corners[(k + 1) % 3], corners[k]);
+        let beyond = &substrate.crossings()[entry.half_edge() as usize];
         Self {
-            left: corners[(k + 1) % 3],
-            right: corners[k],
-            entry,
+            across: right - left,
+            to_end: DVec2::new(end, 0.0) - left,
+            came,
+            by_first: true,
             mirrored: false,
-            beyond: substrate.crossings()[entry.half_edge() as usize],
+            entry,
+            apex: apex(beyond),
+            exits: Exits::of(beyond),
         }
     }
 
     /// Whether the path ends beyond the edge.
     #[inline(always)]
-    fn is_passed(&self, end: f64) -> bool {
-        (self.left - self.right).perp_dot(DVec2::new(end, 0.0) - self.right) < 0.0
+    fn is_passed(&self) -> bool {
+        self.across.perp_dot(self.to_end) > 0.0
     }
 
     /// The half-edge on the near side.
-    fn half_edge(&self, substrate: &Substrate) -> HalfEdge {
-        substrate.twin(self.entry.half_edge()).half_edge()
-    }
-
-    fn is_boundary(&self, substrate: &Substrate) -> bool {
-        self.half_edge(substrate) == self.entry.half_edge()
-    }
-
-    /// Lays the triangle beyond the edge flat.
-    ///
-    /// What lies beyond both its other edges is fetched now, while it is worked out which one the
-    /// path takes, and what lies beyond the next four: on a fine mesh that takes longer than all the
-    /// arithmetic.
     #[inline(always)]
-    fn cross(self, crossings: &[Crossing]) -> Unfolded {
+    fn half_edge(&self) -> HalfEdge {
+        let (triangle, k) = (self.came / 3, self.came % 3);
+        3 * triangle + (k + 2 - u32::from(self.by_first)) % 3
+    }
+
+    fn is_boundary(&self) -> bool {
+        self.half_edge() == self.entry.half_edge()
+    }
+
+    /// Goes on to the edge by which the path leaves what lies beyond, laid flat.
+    ///
+    /// It is as often the one as the other, which no processor foresees: so both are worked out, and one is taken
+    /// without a branch. What decides stays in the registers of the corners, for these are what the next edge
+    /// waits for.
+    ///
+    /// What lies beyond both is fetched now, while it is worked out which one the path takes, and what lies beyond
+    /// the next four: on a fine mesh that takes longer than all the arithmetic.
+    #[inline(always)]
+    fn cross(self, crossings: &[Crossing]) -> Self {
         let mirrored = self.mirrored ^ self.entry.is_flipped();
-        let entry = self.entry.half_edge();
-        let crossing = self.beyond;
-        let e = self.right - self.left;
-        // A mirrored triangle's half-edge runs from right to left.
-        let along = if mirrored {
-            1.0 - crossing.along
-        } else {
-            crossing.along
+        // In its own winding a triangle's entry begins on the left and ends on the right, where its first exit is. A
+        // mirrored one has it the other way.
+        let (along, exits) = match mirrored {
+            false => (self.apex.x, self.exits),
+            true => (1.0 - self.apex.x, self.exits.swapped()),
         };
-        let beyond = |exit: Twin| crossings[exit.half_edge() as usize];
-        let [a, b] = [beyond(crossing.exits[0]), beyond(crossing.exits[1])];
-        for exit in [a.exits, b.exits].as_flattened() {
+        let [right, left] = exits.both();
+        let [a, b] = [right, left].map(|exit| &crossings[exit.half_edge() as usize]);
+        let (exits_a, exits_b) = (Exits::of(a), Exits::of(b));
+        for exit in [exits_a.both(), exits_b.both()].as_flattened() {
             fetch(crossings.get(exit.half_edge() as usize));
         }
-        Unfolded {
-            left: self.left,
-            right: self.right,
-            apex: self.left + e * along + e.perp() * crossing.height,
-            entry,
-            exits: crossing.exits,
-            beyond: [a, b],
+        let to_apex = self.across * along + self.across.perp() * self.apex.y;
+        let is_left = f64x2::splat(to_apex.y).simd_gt(f64x2::splat(self.to_end.y));
+        let apex_is_left = to_apex.y > self.to_end.y;
+        Self {
+            across: either(is_left, self.across - to_apex, to_apex),
+            to_end: self.to_end - either(is_left, to_apex, DVec2::ZERO),
+            came: self.entry.half_edge(),
+            by_first: apex_is_left != mirrored,
             mirrored,
+            entry: select_unpredictable(apex_is_left, right, left),
+            apex: either(is_left, apex(a), apex(b)),
+            exits: Exits(select_unpredictable(apex_is_left, exits_a.0, exits_b.0)),
+        }
+    }
+
+    /// The triangle on the near side.
+    #[inline(always)]
+    fn behind(&self, crossings: &[Crossing]) -> Behind {
+        let half_edge = self.half_edge();
+        Behind {
+            across: self.across,
+            to_end: self.to_end,
+            half_edge,
+            mirrored: self.mirrored,
+            apex: crossings[half_edge as usize],
         }
     }
 
     /// Where the path meets the edge: share of the half-edge from its start, share of the step.
     fn meeting(&self, end: f64) -> (f64, f64) {
-        let (r, l) = (self.right.y, self.left.y);
-        let from_right = if l > r {
-            (-r / (l - r)).clamp(0.0, 1.0)
+        let left = DVec2::new(end, 0.0) - self.to_end;
+        let right = left + self.across;
+        let from_right = if left.y > right.y {
+            (-right.y / (left.y - right.y)).clamp(0.0, 1.0)
         } else {
             0.5
         };
-        let edge = self.left - self.right;
-        let crossed = self.right + edge * from_right;
+        let edge = -self.across;
+        let crossed = right + edge * from_right;
         // Along an edge round-off says where the two meet: anywhere on the path is as true.
         let ahead = crossed.x / end;
         let from_right = if (0.0..=1.0).contains(&ahead) {
             from_right
         } else {
             let nearest = DVec2::new(crossed.x.clamp(0.0, end), 0.0);
-            ((nearest - self.right).dot(edge) / edge.length_squared()).clamp(0.0, 1.0)
+            ((nearest - right).dot(edge) / edge.length_squared()).clamp(0.0, 1.0)
         };
-        let point = self.right + edge * from_right;
+        let point = right + edge * from_right;
         let share = if self.mirrored {
             1.0 - from_right
         } else {
@@ -337,15 +404,25 @@ impl Front {
         (share, (point.x / end).clamp(0.0, 1.0))
     }
 
-    fn point_on_edge(&self, substrate: &Substrate, end: f64) -> SurfacePoint {
-        let (share, _) = self.meeting(end);
-        let half_edge = self.half_edge(substrate);
-        let k = half_edge as usize % 3;
-        let mut weights = [0.0; 3];
-        weights[k] = 1.0 - share;
-        weights[(k + 1) % 3] = share;
-        SurfacePoint::from_weights(half_edge / 3, weights)
+    /// A path that goes no farther than this edge.
+    fn ended(&self, length: f64, end: End, crossings: u32) -> Reached {
+        let (along, _) = self.meeting(length);
+        Reached {
+            place: Beside {
+                half_edge: self.half_edge(),
+                along,
+                height: 0.0,
+            },
+            end,
+            crossings,
+        }
     }
+}
+
+/// Along and height.
+#[inline(always)]
+fn apex(crossing: &Crossing) -> DVec2 {
+    DVec2::new(crossing.along, crossing.height)
 }
 
 /// One of two, by a mask.
@@ -371,72 +448,53 @@ fn grazing(side: [f64; 3]) -> usize {
     }
 }
 
-/// A triangle laid flat beyond the edge that the path came through.
-struct Unfolded {
-    left: DVec2,
-    right: DVec2,
-    apex: DVec2,
-    /// The half-edge that the path came through, and what lies across the two after it.
-    entry: HalfEdge,
-    exits: [Twin; 2],
-    beyond: [Crossing; 2],
+/// A triangle before an edge that the path would cross next, did it not end there.
+struct Behind {
+    /// As they are of a [`Front`].
+    across: DVec2,
+    to_end: DVec2,
     mirrored: bool,
+    /// The edge as a half-edge of this triangle, and the triangle's third corner.
+    half_edge: HalfEdge,
+    apex: Crossing,
 }
 
-impl Unfolded {
-    /// The edge that the path leaves by. It is as often the one as the other, which no processor
-    /// foresees: so both are worked out, and one is taken without a branch. What decides stays in the
-    /// registers of the corners, for these are what the next edge waits for.
+impl Behind {
+    /// Whether the path's end, which is not beyond the edge, is in the triangle, but for round-off.
     #[inline(always)]
-    fn next_front(&self) -> Front {
-        let is_left = f64x2::splat(self.apex.y).simd_gt(f64x2::ZERO);
-        // In its own winding the triangle runs entry, then the edge at the entry's end. That end
-        // is on the right, or on the left where the triangle lies mirrored.
-        let is_second = if self.mirrored { is_left } else { !is_left };
-        let second = (self.apex.y > 0.0) == self.mirrored;
-        let [a, b] = &self.beyond;
-        let exit = |i: usize| select_unpredictable(second, b.exits[i], a.exits[i]);
-        let apart = |c: &Crossing| DVec2::new(c.along, c.height);
-        let beyond = either(is_second, apart(b), apart(a));
-        Front {
-            left: either(is_left, self.apex, self.left),
-            right: either(is_left, self.right, self.apex),
-            entry: select_unpredictable(second, self.exits[1], self.exits[0]),
-            mirrored: self.mirrored,
-            beyond: Crossing {
-                along: beyond.x,
-                height: beyond.y,
-                exits: [exit(0), exit(1)],
+    fn holds_end(&self, length: f64) -> bool {
+        let Beside { along, height, .. } = self.end();
+        let of_end = along * self.apex.height - height * self.apex.along;
+        let of_others = self.apex.height - height;
+        (of_end >= 0.0 && of_end <= of_others) || {
+            let [a, b, c] = self.corners().map(|c| (c - self.to_end).into());
+            is_near(a, b, c, length)
+        }
+    }
+
+    /// The path's end.
+    #[inline(always)]
+    fn end(&self) -> Beside {
+        let inverse = 1.0 / self.across.length_squared();
+        let from_left = self.across.dot(self.to_end) * inverse;
+        Beside {
+            half_edge: self.half_edge,
+            along: match self.mirrored {
+                false => 1.0 - from_left,
+                true => from_left,
             },
+            height: -self.across.perp_dot(self.to_end) * inverse,
         }
     }
 
-    /// The corners in the triangle's winding, from the start of the entry on.
-    #[inline(always)]
-    fn corners_from_entry(&self) -> [DVec2; 3] {
-        if self.mirrored {
-            [self.right, self.left, self.apex]
-        } else {
-            [self.left, self.right, self.apex]
+    /// The corners in the triangle's winding, from the start of the half-edge on, as seen from the end on the left.
+    fn corners(&self) -> [DVec2; 3] {
+        let Crossing { along, height, .. } = self.apex;
+        let apex = |from_left: f64| self.across * from_left - self.across.perp() * height;
+        match self.mirrored {
+            false => [self.across, DVec2::ZERO, apex(1.0 - along)],
+            true => [DVec2::ZERO, self.across, apex(along)],
         }
-    }
-
-    /// What each of these corners has, in the triangle's own order. Which one is its first is not to be
-    /// foreseen: numbers are chosen without a branch, and not by way of memory, where a number that has just
-    /// been written is waited for.
-    #[inline(always)]
-    fn in_own_order(&self, [start, end, apex]: [f64; 3]) -> [f64; 3] {
-        let k = self.entry % 3;
-        let of_three = |numbers: [f64; 3]| {
-            let [first, second, third] = numbers.map(f64::to_bits);
-            let later = select_unpredictable(k == 1, second, third);
-            f64::from_bits(select_unpredictable(k == 0, first, later))
-        };
-        [
-            of_three([start, apex, end]),
-            of_three([end, start, apex]),
-            of_three([apex, end, start]),
-        ]
     }
 
     /// The path's direction in the frame of this triangle's chart.
@@ -448,9 +506,9 @@ impl Unfolded {
                 v
             }
         };
-        let chart = &substrate.charts()[self.entry as usize / 3];
-        let (flat, mut own) = (self.corners_from_entry(), chart.corners());
-        own.rotate_left(self.entry as usize % 3);
+        let chart = &substrate.charts()[self.half_edge as usize / 3];
+        let (flat, mut own) = (self.corners(), chart.corners());
+        own.rotate_left(self.half_edge as usize % 3);
         // The rotation that best takes the edges as they lie to those of the chart, as a complex
         // number: a needle's short edge alone would not tell it well.
         let turn = (0..3).fold(DVec2::ZERO, |sum, k| {
