@@ -101,4 +101,14 @@ impl ElementIndex for Counting {
     ) -> bool {
         self.0.any_within(elements, p, radius, test)
     }
+
+    fn any_touching(
+        &self,
+        elements: &Population<'_>,
+        p: DVec3,
+        notes: &mut Self::Notes,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool {
+        self.0.any_touching(elements, p, notes, test)
+    }
 }

@@ -98,6 +98,15 @@ pub trait ElementIndex: Sync {
         test: &mut dyn FnMut(u32, &Element) -> bool,
     ) -> bool;
 
+    /// The same for those nearer than two radii, for a walker that has [looked](Self::look) from there.
+    fn any_touching(
+        &self,
+        elements: &Population<'_>,
+        p: DVec3,
+        notes: &mut Self::Notes,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool;
+
     /// Visits every element with its centre nearer than `radius` to a point, in no stated order.
     fn within(
         &self,

@@ -83,4 +83,14 @@ impl ElementIndex for Scarce {
     ) -> bool {
         self.index.any_within(elements, p, radius, test)
     }
+
+    fn any_touching(
+        &self,
+        elements: &Population<'_>,
+        p: DVec3,
+        notes: &mut Self::Notes,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool {
+        self.index.any_touching(elements, p, notes, test)
+    }
 }

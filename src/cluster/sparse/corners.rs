@@ -38,11 +38,15 @@ const PARTS: f64 = (1 << BITS) as f64;
 const SHIFT: f64 = (3u64 << 51) as f64 + 0.5 * PARTS;
 
 impl Spot {
-    /// A place relative to the middle of the first cell, in units of which a radius is the inverse.
+    /// A place relative to the middle of the first cell, in radii.
     #[inline(always)]
-    pub(super) fn new(place: DVec3, inverse: f64) -> Self {
-        let parts = place * (inverse * PARTS) + SHIFT;
-        Self(parts.to_array().map(f64::to_bits))
+    pub(super) fn new(place: DVec3) -> Self {
+        Self::shifted(place * PARTS, DVec3::splat(SHIFT))
+    }
+
+    #[inline(always)]
+    fn shifted(parts: DVec3, shift: DVec3) -> Self {
+        Self((parts + shift).to_array().map(f64::to_bits))
     }
 
     /// The cell of the finest grid about it. A place on the border but for rounding may be in the one beside.
@@ -56,6 +60,31 @@ impl Spot {
     pub(super) fn inside(self, level: usize) -> Inside {
         let place = |along: u64| (along >> (2 * level)) as u32 & ((1 << BLOCK_BITS) - 1);
         Inside(self.0.map(place))
+    }
+}
+
+/// Where grids lie, for places that are not relative to them: a whole number of parts from the origin, so that
+/// one product and one sum are enough.
+#[derive(Clone, Copy)]
+pub(super) struct Parts {
+    /// Parts in a unit of length.
+    in_unit: f64,
+    /// What takes a place in parts to the grids' origin, and makes it whole, as [`SHIFT`] does.
+    shift: DVec3,
+}
+
+impl Parts {
+    /// For parts of a radius, and where the grids then begin: at the last place before `low` that will do.
+    pub(super) fn before(low: DVec3, radius: f64) -> (Self, DVec3) {
+        let in_unit = PARTS / radius;
+        let first = (low * in_unit).floor();
+        let shift = SHIFT - first;
+        (Self { in_unit, shift }, first / in_unit)
+    }
+
+    #[inline(always)]
+    pub(super) fn spot(&self, place: DVec3) -> Spot {
+        Spot::shifted(place * self.in_unit, self.shift)
     }
 }
 
@@ -84,8 +113,20 @@ impl Inside {
     }
 }
 
-/// Squared distances of the eight samples about a place, in the order of [`CUBE`](super::field::CUBE).
+/// Squared distances of the eight samples about a place, in the order of [`CUBE`](super::field::CUBE), and eight
+/// times 0.
+#[derive(Clone, Copy)]
+pub(super) struct Samples(pub(super) u8x16);
+
+/// The same as a number.
 pub(super) type Said = u64;
+
+impl Samples {
+    #[inline(always)]
+    pub(super) fn said(self) -> Said {
+        cast::<_, [Said; 2]>(self.0)[0]
+    }
+}
 
 /// What is said of a place that sees no obstacle.
 pub(super) const NOTHING_SEEN: Said = u64::MAX;
@@ -97,7 +138,7 @@ pub(super) struct Corners {
     pub(super) first: u8,
     /// Of each sample, of 2^[`ALL_BITS`] or a little less: rounded down, they make bounds no larger.
     shares: u16x8,
-    /// Σ λ |c − p|² along each axis, in squared half cells by shares.
+    /// Σ λ |c − p|² along each axis, in squared half cells by shares; less, in all, what [`Roots`] begin before 0.
     bow: i32x4,
 }
 
@@ -108,21 +149,26 @@ const WHOLE: i32 = 1 << BLOCK_BITS;
 const LONG_BITS: u32 = 15;
 const ALL_BITS: u32 = 13;
 
-/// Distances in cells by their squares, less [`ASIDE`].
-pub(super) struct Roots([f64; 1 << (8 + ROOT_BITS)]);
+/// Lengths by squared distances from −[`BEFORE`] on.
+pub(super) struct Roots([f64; 1 << (9 + ROOT_BITS)]);
+
+/// In steps between roots, more than what a bow takes from a sample of 0: 5⅓ squared half cells.
+const BEFORE: i32 = 11;
 
 /// Bits of a squared distance that tell roots apart, besides those of samples.
-const ROOT_BITS: u32 = 2;
+const ROOT_BITS: u32 = 1;
+const ROOT_SHIFT: u32 = ALL_BITS - ROOT_BITS;
 
 /// More than the cells between a place and where it is taken to be: less than a part along each axis, half of one on the
 /// finest grid. That is 0.0136 in all; what [`bow`] is rounded down by takes 0.0002.
 const ASIDE: f64 = 0.0155;
 
-impl Default for Roots {
-    fn default() -> Self {
+impl Roots {
+    /// What is said of distances in cells, less [`ASIDE`].
+    pub(super) fn new(length: impl Fn(f64) -> f64) -> Self {
         const TO_ONE: f64 = HALF_CELLS_SQ * (1 << ROOT_BITS) as f64;
-        let root = |sq: usize| (sq as f64 / TO_ONE).sqrt() - ASIDE;
-        Self(std::array::from_fn(root))
+        let root = |i: usize| (i.saturating_sub(BEFORE as usize) as f64 / TO_ONE).sqrt() - ASIDE;
+        Self(std::array::from_fn(|i| length(root(i))))
     }
 }
 
@@ -144,13 +190,13 @@ impl Corners {
         }
     }
 
-    /// No more than the distance to the nearest obstacle, in cells.
+    /// What is said of no more than the distance to the nearest obstacle.
     #[inline(always)]
-    pub(super) fn bound(&self, said: Said, Roots(roots): &Roots) -> f64 {
-        let samples = i16x8::from_u8x16_low(u8x16::new(u128::from(said).to_le_bytes()));
+    pub(super) fn bound(&self, samples: Samples, Roots(roots): &Roots) -> f64 {
+        let samples = i16x8::from_u8x16_low(samples.0);
         let [a, b, c, d] = (samples.dot(cast(self.shares)) - self.bow).to_array();
-        let sq = (a + b + (c + d)) >> (ALL_BITS - ROOT_BITS);
-        roots[sq.max(0) as usize % roots.len()]
+        let sq = (a + b + (c + d)) >> ROOT_SHIFT;
+        roots[sq as usize % roots.len()]
     }
 }
 
@@ -170,8 +216,11 @@ fn in_space([x, after_x, y, after_y, z, after_z, ..]: [u16; 8]) -> u16x8 {
 #[inline(always)]
 fn bow(after: i32x4, before: i32x4) -> i32x4 {
     const IN_256: i16 = 57;
+    const MOST: i32 = 3 * ((WHOLE / 2 * IN_256 as i32 * (WHOLE / 2)) >> 8);
+    const { assert!(MOST <= BEFORE << ROOT_SHIFT) };
     let [after, before]: [i16x8; 2] = [after, before].map(cast);
-    after.dot(before * i16x8::splat(IN_256)) >> 8
+    let bow: i32x4 = after.dot(before * i16x8::splat(IN_256)) >> 8;
+    bow - i32x4::new([0, 0, 0, BEFORE << ROOT_SHIFT])
 }
 
 #[cfg(test)]
@@ -196,9 +245,25 @@ mod tests {
 
     /// The bound on the distance from a place, in cells of the finest grid, by its block.
     fn bound(distances: &Distances, level: usize, p: DVec3) -> f64 {
-        let corners = Corners::about(Spot::new(p, 1.0).inside(level));
+        let corners = Corners::about(Spot::new(p).inside(level));
         let size = f64::from(1 << (2 * level));
-        corners.bound(distances.about(corners.first), &Roots::default()) * size
+        corners.bound(distances.about(corners.first), &Roots::new(|cells| cells)) * size
+    }
+
+    #[test]
+    fn places_anywhere_have_the_spots_that_they_have_in_the_grids() {
+        let mut stream = Stream::new(25, Purpose::Walker, 0);
+        for i in 0..10_000 {
+            let radius = 0.001 + stream.uniform();
+            let low = (random(&mut stream) - 0.5) * 10f64.powi(i % 7);
+            let (parts, first) = Parts::before(low, radius);
+            let before = (low - first) / radius * PARTS;
+            assert!(before.min_element() > -1e-3 && before.max_element() < 1.001);
+            let place = in_block(BLOCKS[0], 0, &mut stream);
+            let [there, expected] = [parts.spot(first + place * radius), Spot::new(place)];
+            let off = [0, 1, 2].map(|axis| there.0[axis].abs_diff(expected.0[axis]));
+            assert!(off.iter().all(|parts| *parts <= 1), "{off:?} parts");
+        }
     }
 
     #[test]
@@ -206,7 +271,7 @@ mod tests {
         let mut stream = Stream::new(21, Purpose::Walker, 0);
         for i in 0..10_000 {
             let p = in_block(BLOCKS[i % 2], 0, &mut stream);
-            let spot = Spot::new(p, 1.0);
+            let spot = Spot::new(p);
             let inside = DVec3::from(spot.inside(0).0.map(f64::from)) / PARTS;
             let low = DVec3::from(spot.cell().map(|c| f64::from(c / 4 * 4) - 0.5));
             assert!((low + inside - p).abs().max_element() <= 0.5 / PARTS);
@@ -251,7 +316,7 @@ mod tests {
             let cells: Vec<Block> = { 0..1 + (6.0 * stream.uniform()) as usize }
                 .map(|_| {
                     let p = in_block(block, 2, &mut stream) + 200.0 * (random(&mut stream) - 0.5);
-                    Spot::new(p, 1.0).cell().map(|c| c >> 2)
+                    Spot::new(p).cell().map(|c| c >> 2)
                 })
                 .collect();
             for &cell in &cells {

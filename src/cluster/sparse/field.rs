@@ -17,7 +17,7 @@ use glam::DVec3;
 use wide::{f32x8, i16x8, u8x16};
 
 use super::block::{Block, cell_at, coarsen, within};
-use super::corners::Said;
+use super::corners::Samples;
 use super::lanes::{self, Bytes};
 use super::slab::Slab;
 use super::tree::Tree;
@@ -29,8 +29,9 @@ pub(super) struct Distances(pub(super) [u8; 64]);
 
 impl Distances {
     /// Those of the eight samples from one on, two along each axis.
-    pub(super) fn about(&self, first: u8) -> Said {
-        Said::from_le_bytes(CUBE.map(|step| self.0[usize::from(first) + step]))
+    pub(super) fn about(&self, first: u8) -> Samples {
+        let bytes = CUBE.map(|step| self.0[usize::from(first) + step]);
+        Samples(bytemuck::cast([u64::from_le_bytes(bytes), 0]))
     }
 }
 
@@ -56,8 +57,8 @@ impl Default for SharedDistances {
 impl SharedDistances {
     /// Those of the eight samples from one on, two along each axis.
     #[inline(always)]
-    pub(super) fn about(&self, first: u8) -> Said {
-        lanes::cube(&self.0, first.into())
+    pub(super) fn about(&self, first: u8) -> Samples {
+        Samples(lanes::cube(&self.0, first.into()))
     }
 
     #[cfg(test)]

@@ -29,12 +29,12 @@ pub(super) fn three_halves(lanes: &[AtomicU8; 24]) -> [u8x16; 2] {
     [at::<_, 0>(lanes), half_at::<_, 16>(lanes)]
 }
 
-/// Eight bytes of 4³ from one on, two along each axis, as [`CUBE`] has them.
+/// Eight bytes of 4³ from one on, two along each axis, as [`CUBE`] has them, and eight that are 0.
 ///
 /// # Panics
 /// When there are not so many from there on.
 #[inline(always)]
-pub(super) fn cube(lanes: &Bytes, first: usize) -> u64 {
+pub(super) fn cube(lanes: &Bytes, first: usize) -> u8x16 {
     cube_at(lanes, first)
 }
 
@@ -115,7 +115,9 @@ mod instructions {
 
     /// The second row of each layer is four bytes on, the second layer sixteen.
     #[inline(always)]
-    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u64 {
+    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u8x16 {
+        const FIRST_ROWS: [u64; 2] = [0xffff_0000_ffff, 0];
+        const SECOND_ROWS: [u64; 2] = [0xffff_0000_ffff_0000, 0];
         assert!(first < FIRSTS);
         let (read, above): (__m128i, __m128i);
         // SAFETY: as above; the last of the bytes, 21 after the first, is one of the lanes.
@@ -129,8 +131,9 @@ mod instructions {
                 options(pure, readonly, nostack, preserves_flags),
             );
         }
-        let [read, above] = [read, above].map(|r| cast::<_, [u64; 2]>(r)[0]);
-        read & 0xffff_0000_ffff | above & 0xffff_0000_ffff_0000
+        let [read, above]: [u8x16; 2] = [read, above].map(cast);
+        let [first_rows, second_rows]: [u8x16; 2] = [FIRST_ROWS, SECOND_ROWS].map(cast);
+        read & first_rows | above & second_rows
     }
 
     #[inline(always)]
@@ -189,8 +192,9 @@ mod one_by_one {
         u8x16::new([a, b, c, d, e, f, g, h, 0, 0, 0, 0, 0, 0, 0, 0])
     }
 
-    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u64 {
-        u64::from_le_bytes(CUBE.map(|step| lanes[first + step].load(Ordering::Relaxed)))
+    pub(super) fn cube_at(lanes: &Bytes, first: usize) -> u8x16 {
+        let bytes = CUBE.map(|step| lanes[first + step].load(Ordering::Relaxed));
+        cast([u64::from_le_bytes(bytes), 0])
     }
 
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {

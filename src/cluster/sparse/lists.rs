@@ -7,9 +7,10 @@
 use std::hash::Hasher;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
+use bytemuck::cast;
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHasher;
-use wide::f32x8;
+use wide::{f32x8, i32x8};
 
 use super::block::{Block, about, between};
 use super::lanes::{self, Floats};
@@ -105,10 +106,11 @@ impl Chunks {
     /// Counts the centres of a list that may be within √`limit` of a point.
     fn count(&self, list: List, p: DVec3, limit: f32) -> u32 {
         let (p, possible) = (p.as_vec3(), limit * (1.0 + UNSURE));
-        let mut counts = f32x8::splat(0.0);
+        let mut counts = i32x8::splat(0);
         let mut at = list.head;
         while at != NONE {
-            counts += self.chunks[at].nearer_than(p, possible) & f32x8::splat(1.0);
+            // What is nearer is -1.
+            counts -= cast::<f32x8, i32x8>(self.chunks[at].nearer_than(p, possible));
             at = self.next(at);
         }
         counts.reduce_add() as u32

@@ -5,7 +5,7 @@ use std::hint::select_unpredictable;
 use glam::DVec3;
 
 use super::block::{Block, coarsen};
-use super::corners::{Corners, NOTHING_SEEN, Said, Spot};
+use super::corners::{Corners, NOTHING_SEEN, Said, Samples, Spot};
 use super::field::{Distances, address};
 use super::touching::Touch;
 use super::{CONTACT, ElementIndex, NewBlock, Notes, Read, SparseIndex};
@@ -37,11 +37,12 @@ impl SparseIndex {
             if let Some(number) = self.tree.follow_near(&mut notes.path, cell) {
                 let inside = spot.inside(0);
                 let corners = Corners::about(inside);
-                let said = self.finest.blocks.distances[number].about(corners.first);
+                let samples = self.finest.blocks.distances[number].about(corners.first);
+                let said = samples.said();
                 if said != NOTHING_SEEN {
-                    let bound = corners.bound(said, &self.roots);
+                    let clear = corners.bound(samples, &self.clear);
                     if notes.remembers {
-                        if bound < NEAR {
+                        if clear < NEAR * self.radius {
                             notes.near.push(position);
                         } else {
                             notes.keep(Some(Read::new(0, number, &corners, said)));
@@ -53,7 +54,7 @@ impl SparseIndex {
                         Touch::Yes => true,
                         Touch::Unsure => self.touches(elements, position),
                     };
-                    return self.look_near(bound, touching);
+                    return look_near(clear, touching);
                 }
             }
         }
@@ -69,8 +70,11 @@ impl SparseIndex {
         let position = DVec3 { x, y, z };
         let p = self.scaled(position);
         let in_grids = p.clamp(DVec3::ZERO, DVec3::splat(self.tree.last_cell().into()));
-        let outside = p.distance(in_grids);
-        let spot = Spot::new(in_grids, 1.0);
+        let outside = match p == in_grids {
+            true => 0.0,
+            false => p.distance(in_grids),
+        };
+        let spot = Spot::new(in_grids);
         let cell = spot.cell();
         let mut coarser_says: Option<(f64, Option<Read>)> = None;
         let mut finer_says = f64::NEG_INFINITY;
@@ -78,8 +82,9 @@ impl SparseIndex {
             let level = notes.level;
             let size = f64::from(1u32 << (2 * level));
             let corners = Corners::about(spot.inside(level));
-            let (said, read) = self.said(elements, level, (cell, &corners), notes);
-            let here = corners.bound(said, &self.roots) * size - outside;
+            let (samples, read) = self.said(elements, level, (cell, &corners), notes);
+            let (said, bound) = (samples.said(), corners.bound(samples, &self.cells));
+            let here = bound * size - outside;
             if level == 0 && said != NOTHING_SEEN {
                 if here >= NEAR {
                     notes.keep(read);
@@ -87,7 +92,7 @@ impl SparseIndex {
                     notes.near.push(position);
                 }
                 let touching = here < CONTACT && self.touches(elements, position);
-                return self.look_near(here, touching);
+                return look_near(clear(here) * self.radius, touching);
             }
             if said == NOTHING_SEEN && level < self.tree.top() {
                 notes.keep(read);
@@ -122,15 +127,16 @@ impl SparseIndex {
         level: usize,
         (cell, corners): (Block, &Corners),
         notes: &mut Notes,
-    ) -> (Said, Option<Read>) {
+    ) -> (Samples, Option<Read>) {
         let (block, within) = address(coarsen(cell, 2 * level));
         match self.tree.follow(&mut notes.path, level, cell) {
             Some(number) => {
                 if level > 0 {
                     self.tree.fetch_finer(number, within);
                 }
-                let said = self.grid(level)[number].about(corners.first);
-                (said, Some(Read::new(level, number, corners, said)))
+                let samples = self.grid(level)[number].about(corners.first);
+                let read = Read::new(level, number, corners, samples.said());
+                (samples, Some(read))
             }
             None => {
                 let new = self.new_block(elements, level, block, notes);
@@ -161,21 +167,24 @@ impl SparseIndex {
         &notes.new[number].distances
     }
 
-    /// The finest grid's answer.
-    #[inline(always)]
-    fn look_near(&self, bound: f64, touching: bool) -> Look {
-        // How near it is here is not to be foreseen either.
-        let clear = select_unpredictable(bound < NEAR, CONTACT, bound);
-        Look {
-            clear: select_unpredictable(touching, 0.0, clear) * self.radius,
-            touching,
-        }
-    }
-
     #[cold]
     fn touches(&self, elements: &Population<'_>, position: DVec3) -> bool {
         let contact = CONTACT * self.radius;
         self.any_within(elements, position, contact, &mut |_, _| true)
+    }
+}
+
+/// What a bound by the finest grid serves for, in radii.
+pub(super) fn clear(bound: f64) -> f64 {
+    if bound < NEAR { CONTACT } else { bound }
+}
+
+/// The finest grid's answer.
+#[inline(always)]
+fn look_near(clear: f64, touching: bool) -> Look {
+    Look {
+        clear: select_unpredictable(touching, 0.0, clear),
+        touching,
     }
 }
 

@@ -24,7 +24,7 @@ use super::index::{ElementIndex, Look, Mark};
 use super::{Element, Population, make_room};
 use crate::ahead::fetch;
 use block::{Block, coarsen};
-use corners::{Roots, Said, Spot};
+use corners::{Parts, Roots, Said, Spot};
 use field::{Blocks, Distances, SharedDistances, WINDOW, address, lower_by_cell, lower_by_centre};
 use finest::{Ball, Centres, Finest, cell_of};
 use lists::CellLists;
@@ -35,7 +35,9 @@ use tree::{MOST_LEVELS, Path, Tree};
 /// Sparse grids over the space that walkers ask about.
 pub struct SparseIndex {
     radius: f64,
-    roots: Roots,
+    /// Distances in cells, and how far it is at least by the finest grid, in local units.
+    cells: Roots,
+    clear: Roots,
     scale: Scale,
     tree: Tree,
     finest: Finest,
@@ -62,6 +64,7 @@ impl std::fmt::Debug for SparseIndex {
 struct Scale {
     low: DVec3,
     inverse: f64,
+    parts: Parts,
 }
 
 /// The centres in the grids' units.
@@ -147,15 +150,18 @@ impl ElementIndex for SparseIndex {
         let wide = wide
             .map(|wide| wide / radius)
             .filter(|&wide| wide > CONTACT);
+        let (parts, low) = Parts::before(low - margin * radius, radius);
         let mut coarser = Blocks::default();
         coarser.make_room(1);
         coarser.keep(&Distances::default());
         let mut index = Self {
             radius,
-            roots: Roots::default(),
+            cells: Roots::new(|cells| cells),
+            clear: Roots::new(|cells| look::clear(cells) * radius),
             scale: Scale {
-                low: low - margin * radius,
+                low,
                 inverse: 1.0 / radius,
+                parts,
             },
             tree: Tree::new(across + 2.0 * margin),
             finest: Finest::default(),
@@ -238,7 +244,7 @@ impl ElementIndex for SparseIndex {
                 return true;
             }
             let now = &self.grid(read.level.into())[read.block];
-            now.about(read.first) == read.said
+            now.about(read.first).said() == read.said
         };
         let unchanged = |new: &NewBlock| {
             let mut now = NewBlock { ..*new };
@@ -326,12 +332,7 @@ impl ElementIndex for SparseIndex {
         test: &mut dyn FnMut(u32, &Element) -> bool,
     ) -> bool {
         let (p, reach) = (self.scaled(position), radius * self.scale.inverse);
-        let limit = radius * radius;
-        let mut passes = |id: u32| {
-            let near = |e: &&Element| e.position.distance_squared(position) < limit;
-            let found = elements.get(id).filter(near);
-            found.is_some_and(|element| test(id, element))
-        };
+        let mut passes = |id: u32| is_near(elements, id, (position, radius), test);
         let spot = self.scale.spot(position);
         let (block, _) = address(spot.cell());
         let known = self.tree.get(0, block).filter(|_| reach <= CONTACT);
@@ -352,6 +353,34 @@ impl ElementIndex for SparseIndex {
             }
         }
     }
+
+    fn any_touching(
+        &self,
+        elements: &Population<'_>,
+        position: DVec3,
+        notes: &mut Notes,
+        test: &mut dyn FnMut(u32, &Element) -> bool,
+    ) -> bool {
+        let (spot, contact) = (self.scale.spot(position), CONTACT * self.radius);
+        let Some(number) = self.tree.follow_near(&mut notes.path, spot.cell()) else {
+            return self.any_within(elements, position, contact, test);
+        };
+        let mut ids = self.finest.touching(number, spot.inside(0));
+        ids.any(|id| is_near(elements, id, (position, contact), test))
+    }
+}
+
+/// Whether an element is nearer than a radius to a place and passes a test.
+#[inline(always)]
+fn is_near(
+    elements: &Population<'_>,
+    id: u32,
+    (position, radius): (DVec3, f64),
+    test: &mut dyn FnMut(u32, &Element) -> bool,
+) -> bool {
+    let near = |e: &&Element| e.position.distance_squared(position) < radius * radius;
+    let found = elements.get(id).filter(near);
+    found.is_some_and(|element| test(id, element))
 }
 
 impl SparseIndex {
@@ -465,7 +494,7 @@ impl Scale {
 
     #[inline(always)]
     fn spot(self, position: DVec3) -> Spot {
-        Spot::new(position - self.low, self.inverse)
+        self.parts.spot(position)
     }
 
     fn of<'a>(self, elements: &'a Population<'a>) -> Scaled<'a> {

@@ -51,6 +51,8 @@ fn judge(index: &SparseIndex, elements: &[Element], notes: &mut Notes, stream: &
             let (look, nearest) = (index.look(&elements.into(), p, notes), nearest(elements, p));
             assert!(look.clear <= nearest * (1.0 + 1e-12));
             assert_eq!(look.touching, nearest < 2.0 * RADIUS, "{nearest}");
+            let touched = index.any_touching(&elements.into(), p, notes, &mut |_, _| true);
+            assert_eq!(touched, look.touching);
             if nearest > 6.0 * RADIUS {
                 (sum, n) = (sum + look.clear / nearest, n + 1.0);
             }
@@ -114,7 +116,7 @@ fn contacts_agree_at_the_ends_of_blocks() {
     let mut touching = 0;
     for i in 0..4_000 {
         let (mut index, mut notes) = (empty(), Notes::default());
-        let Scale { low, inverse } = index.scale;
+        let Scale { low, inverse, .. } = index.scale;
         let mut signed = |all: &[f64; 6]| {
             let one = all[(6.0 * stream.uniform()) as usize];
             if stream.uniform() < 0.5 { one } else { -one }
@@ -143,6 +145,9 @@ fn contacts_agree_at_the_ends_of_blocks() {
                     p.distance(q) < 2.0 * RADIUS,
                     "{place} {along} {distance}"
                 );
+                let touched =
+                    index.any_touching(&(&elements).into(), p, &mut notes, &mut |_, _| true);
+                assert_eq!(touched, look.touching);
                 touching += usize::from(look.touching);
             }
             index.adopt(&(&elements).into(), &mut notes);
