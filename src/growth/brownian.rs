@@ -51,11 +51,18 @@ impl<I: ElementIndex> Walk<'_, I> {
             return now.random.within(radius, radius);
         }
         if now.level > 0 || now.bound >= radius {
-            return now.random.of_length(now.bound);
+            return now.random.of_length(now.bound.min(self.longest()));
         }
         let step;
         (now.here, step) = self.near_step(&now.here, &now.random);
         step
+    }
+
+    fn longest(&self) -> f64 {
+        match self.around.parameters.steps {
+            Steps::Small => self.around.parameters.radius,
+            Steps::Large | Steps::Exact => f64::INFINITY,
+        }
     }
 
     #[inline(never)]
@@ -65,10 +72,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             self.around.contact_distance(),
         );
         let near = self.near(here);
-        let longest = match self.around.parameters.steps {
-            Steps::Small => radius,
-            Steps::Large | Steps::Exact => f64::INFINITY,
-        };
+        let longest = self.longest();
         let free = (near.second - contact).min(SPAN * radius).min(longest);
         let Some((distance, _, centre)) = near.first else {
             let free = if near.elsewhere {

@@ -124,11 +124,14 @@ impl Far {
         })
     }
 
-    /// Whether a walker with this bound stays on its level, where that is the surface about the lichen. Others are
-    /// asked for more.
+    /// The bound up to which a walker stays on its level, where that is the surface about the lichen. On others it
+    /// is asked for more.
     #[inline]
-    pub(super) fn stays(&self, level: Level, bound: f64) -> bool {
-        level == self.ground && bound <= self.most_on_ground
+    pub(super) fn stays_to(&self, level: Level) -> f64 {
+        match level == self.ground {
+            true => self.most_on_ground,
+            false => f64::NEG_INFINITY,
+        }
     }
 
     /// Whether a level is a copy that hardly strays, where lichen is touched as on the surface.

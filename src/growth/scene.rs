@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
+use super::step::StepBounds;
 use super::stick::Crowd;
 use super::walker::{Interrupts, Walk};
 use super::{Habitat, Parameters, Stickiness, Surroundings};
@@ -61,6 +62,7 @@ impl<I: ElementIndex> Scene<'_, I> {
             scratch,
             on_copy,
             crowd: Crowd::default(),
+            bounds: StepBounds::new(&self.parameters),
             track: &mut flight.track,
             others_walk,
             interrupts,

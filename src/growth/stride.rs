@@ -86,15 +86,22 @@ impl<I: ElementIndex> Walk<'_, I> {
             None => substrate,
         };
         let absorb = parameters.boundary == Boundary::Absorb;
-        let (is_everywhere, is_patient) = (self.habitat.is_everywhere(), !now.patience.is_over());
+        let is_everywhere = self.habitat.is_everywhere();
+        let stays_to = match (now.patience.is_over(), self.far) {
+            (true, _) => f64::NEG_INFINITY,
+            (false, Some(far)) => far.stays_to(now.level),
+            (false, None) => f64::INFINITY,
+        };
+        let (radius, bounds) = (parameters.radius, self.bounds);
         let (mut here, mut bound, mut random) = (now.here, now.bound, now.random);
         let mut stream = now.stream.clone();
+        let (mut steps, mut crossings) = (self.track.counts.steps, 0);
+        let mut along = given.unwrap_or_else(|| random.within(bound, radius));
         let event = loop {
-            let along = given.unwrap_or_else(|| random.within(bound, parameters.radius));
             random = RandomStep::draw(&mut stream);
             let moved = here.step(surface, along, absorb);
-            self.track.counts.steps += 1;
-            self.track.counts.crossings += u64::from(moved.crossings);
+            steps += 1;
+            crossings += u64::from(moved.crossings);
             if moved.end == End::Boundary {
                 self.track.counts.absorbed += 1;
                 break Event::End(Fate::Lost);
@@ -106,15 +113,18 @@ impl<I: ElementIndex> Walk<'_, I> {
             if look.touching || !is_everywhere {
                 break Event::Arrival(Step { to, look, along });
             }
-            bound = self.step_bound(&look);
-            if !is_patient || self.far.is_some_and(|far| !far.stays(now.level, bound)) {
+            bound = bounds.of(&look);
+            if bound > stays_to {
                 break Event::Change(to);
             }
             here = to;
-            if given.is_some() || self.track.counts.steps.is_multiple_of(STEPS_PER_LOOK) {
+            if given.is_some() || steps.is_multiple_of(STEPS_PER_LOOK) {
                 break Event::Pause;
             }
+            along = random.within(bound, radius);
         };
+        self.track.counts.steps = steps;
+        self.track.counts.crossings += crossings;
         (now.here, now.bound, now.random, now.stream) = (here, bound, random, stream);
         event
     }
@@ -155,7 +165,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 Met::End(fate) => return Some(fate),
             }
         }
-        now.bound = self.step_bound(look);
+        now.bound = self.bounds.of(look);
         self.change(now, *to);
         None
     }

@@ -104,18 +104,23 @@ impl<'a, I: ElementIndex> Surroundings<'a, I> {
 
     /// Whether an element on the same sheet is in contact with a walker.
     pub fn in_contact(&self, scratch: &mut Connectivity, place: Place) -> bool {
-        self.in_contact_on(&self.mesh(), scratch, place)
-    }
-
-    pub(super) fn in_contact_on(
-        &self,
-        ground: &Ground<'_>,
-        scratch: &mut Connectivity,
-        place: Place,
-    ) -> bool {
         let contact = self.contact_distance();
         self.index
             .any_within(&self.elements, place.1, contact, &mut |_, element| {
+                let there = (element.at.triangle, element.position);
+                self.same_sheet(scratch, place, there)
+            })
+    }
+
+    /// The same for a walker that has looked from there.
+    pub(super) fn touches_on(
+        &self,
+        (ground, scratch): (&Ground<'_>, &mut Connectivity),
+        place: Place,
+        notes: &mut I::Notes,
+    ) -> bool {
+        self.index
+            .any_touching(&self.elements, place.1, notes, &mut |_, element| {
                 self.are_joined(ground.surface, scratch, [place, ground.place(element)])
             })
     }

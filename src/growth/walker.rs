@@ -8,10 +8,10 @@ use super::launch::{AreaSampler, LaunchRing};
 use super::launcher::Launcher;
 use super::near::Met;
 use super::patience::Patience;
-use super::step::RandomStep;
+use super::step::{RandomStep, StepBounds};
 use super::stick::{Answer, Crowd};
 use super::surroundings::Ground;
-use super::{Habitat, Halt, Law, Parameters, Steps, Stickiness, Surroundings};
+use super::{Habitat, Halt, Parameters, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::SurfacePoint;
@@ -54,6 +54,7 @@ pub(super) struct Walk<'b, I: ElementIndex> {
     /// The same for a copy of the surface.
     pub(super) on_copy: &'b mut Connectivity,
     pub(super) crowd: Crowd,
+    pub(super) bounds: StepBounds,
     pub(super) track: &'b mut Track<I>,
     /// Whether others may be born before this walker's element is: see [`Track`].
     pub(super) others_walk: bool,
@@ -135,7 +136,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         let Some(look) = self.look(here.position) else {
             return Err(self.kill());
         };
-        let bound = self.step_bound(&look);
+        let bound = self.bounds.of(&look);
         let random = RandomStep::draw(&mut stream);
         let mut way = Way {
             here,
@@ -193,7 +194,7 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// Goes to a place.
     pub(super) fn go(&mut self, now: &mut Way, there: Stand) {
         match self.far {
-            Some(far) if !far.stays(now.level, now.bound) => self.arrive(far, now, there),
+            Some(far) if now.bound > far.stays_to(now.level) => self.arrive(far, now, there),
             _ => now.here = there,
         }
     }
@@ -243,7 +244,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 return false;
             }
             (landed.here, landed.level) = (here, landed.level - 1);
-            let bound = self.step_bound(&look);
+            let bound = self.bounds.of(&look);
             landed.bound = bound - far.deviation(landed.level, landed.here.triangle);
         }
         *now = landed;
@@ -318,7 +319,8 @@ impl<I: ElementIndex> Walk<'_, I> {
             Some(copy) => (copy, &mut *self.on_copy),
             None => (&self.around.mesh(), &mut *self.scratch),
         };
-        if !self.around.in_contact_on(ground, scratch, place) {
+        let notes = &mut self.track.notes;
+        if !{ &self.around }.touches_on((ground, scratch), place, notes) {
             return Meeting::Elsewhere;
         }
         self.track.counts.contacts += 1;
@@ -350,31 +352,6 @@ impl<I: ElementIndex> Walk<'_, I> {
                 self.track.counts.refusals += 1;
                 Meeting::Refused
             }
-        }
-    }
-
-    /// The bound s = max(D − 2r, r) on the next step, from any lower bound D on the distance to the
-    /// nearest element.
-    ///
-    /// Departure: Sumner 6.3 goes as far as D − r, so that a long step may end r inside contact.
-    /// A walker refused there is thrown back far, which makes another law of every bound: on the
-    /// plane at B = 0.5 it takes a third off the contacts and adds half to the elements within a
-    /// given reach. Here a long step ends where it may just touch, contacts come from steps in the
-    /// disc of radius r alone, and long steps change nothing but the time it takes.
-    #[inline]
-    pub(super) fn step_bound(&self, look: &Look) -> f64 {
-        let Parameters {
-            radius, steps, law, ..
-        } = *self.around.parameters;
-        let bound = look.clear - self.around.contact_distance();
-        let shortest = match law {
-            Law::Brownian => f64::NEG_INFINITY,
-            Law::Thesis => radius,
-        };
-        match steps {
-            Steps::Small => bound.min(radius).max(shortest),
-            _ if bound > shortest => bound,
-            _ => shortest,
         }
     }
 
@@ -536,6 +513,7 @@ mod tests {
             scratch: &mut Connectivity::new(),
             on_copy: &mut Connectivity::new(),
             crowd: Crowd::default(),
+            bounds: StepBounds::new(&parameters),
             track: &mut Track::default(),
             others_walk: false,
             interrupts: Interrupts {
