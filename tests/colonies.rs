@@ -296,8 +296,9 @@ fn what_cannot_begin_is_refused() {
 #[test]
 fn the_command_grows_and_measures_them() {
     let desk = Desk::new();
+    // Enough for each colony to have a front, which takes a hundred.
     let places = "rock.obj --at top --at=0.5,1,0.5 --colonies 4 --seed 7";
-    desk.done(&format!("{places} --elements 400 -o whole"));
+    desk.done(&format!("{places} --elements 800 -o whole"));
     let recipe = String::from_utf8(desk.read("whole/recipe.toml")).expect("text");
     let written = "\nat = [\"top\", [0.5, 1.0, 0.5]]";
     assert!(
@@ -307,8 +308,8 @@ fn the_command_grows_and_measures_them() {
     assert_eq!(desk.report("whole")["colonies"], 4);
     desk.done("--recipe whole/recipe.toml -o again");
     desk.assert_same("again", "whole");
-    desk.done(&format!("{places} --elements 300 -o out"));
-    desk.done("--resume out --elements 400");
+    desk.done(&format!("{places} --elements 600 -o out"));
+    desk.done("--resume out --elements 800");
     desk.assert_same("out", "whole");
     desk.fails(
         "rock.obj --at top --at top -o none",
@@ -342,7 +343,7 @@ fn the_command_grows_and_measures_them() {
         assert_eq!(answer["colony"], colony);
         answer["scalars"]["elements"].as_f64().expect("elements")
     });
-    assert_eq!(sizes.sum::<f64>(), 400.0);
+    assert_eq!(sizes.sum::<f64>(), 800.0);
     let none = desk
         .call("analyze whole", "--colony 4")
         .output()

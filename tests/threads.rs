@@ -267,7 +267,7 @@ fn check_cancelled(substrate: &Substrate, recipe: &Recipe, whole: &Cluster) {
 #[test]
 fn who_is_cancelled_goes_on_to_the_same_copy() {
     let rock = finer::finer(&common::rock(12), 3);
-    for seed in [29, 51] {
+    for seed in [2, 88] {
         let recipe = Recipe {
             seed,
             ..common::recipe(3.0 * rock.auto_radius(), 120)
