@@ -319,6 +319,33 @@ fn awkward() -> Vec<(&'static str, Substrate)> {
     ]
 }
 
+/// Needles that a path along them leaves by their short edge, or would.
+#[test]
+fn a_path_along_needles_ends_where_it_should() {
+    for width in [1e-4, 1e-6, 1e-7] {
+        let strip = (0..40).map(|i| 0.3 + f64::from(i) * width);
+        let across: Vec<f64> = [0.0].into_iter().chain(strip).chain([1.0]).collect();
+        let mesh = rectangle(&across, &[0.0, 1.0, 2.0], None);
+        assert_eq!(mesh.triangles().len(), 4 * 41, "{width}");
+        let mut stream = stream(20);
+        let mut worst = 0.0f64;
+        for _ in 0..4000 {
+            let from = random_point(&mesh, &mut stream);
+            let p = file_position(&mesh, &from).truncate();
+            let to = DVec2::new(
+                p.x + width * (stream.uniform() - 0.5),
+                2.0 * stream.uniform(),
+            );
+            let end = go(&mesh, &from, (to - p).extend(0.0));
+            assert_eq!(end.end, End::Distance, "{width}: {p} to {to}");
+            worst = worst.max(file_position(&mesh, &end.point).truncate().distance(to));
+        }
+        println!("needles of {width:e}: {worst:e}");
+        // The frame of a needle is known to round-off over its width.
+        assert!(worst < 1e-14 / width, "{width}: {worst:e}");
+    }
+}
+
 /// The way back is the way there: back at the start, to round-off, pointing the other way.
 #[test]
 fn there_and_back_returns_to_round_off() {

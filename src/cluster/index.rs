@@ -98,7 +98,8 @@ pub trait ElementIndex: Sync {
         test: &mut dyn FnMut(u32, &Element) -> bool,
     ) -> bool;
 
-    /// The same for those nearer than two radii, for a walker that has [looked](Self::look) from there.
+    /// The same for those nearer than two radii, for a walker that has [begun](Self::begin) and mostly
+    /// [looked](Self::look) from there.
     fn any_touching(
         &self,
         elements: &Population<'_>,

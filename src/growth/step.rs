@@ -127,6 +127,10 @@ mod tests {
         );
         assert_eq!(bounds(Law::Thesis, Steps::Small), [0.5; 5]);
         assert_eq!(
+            bounds(Law::Brownian, Steps::Small),
+            bounds(Law::Brownian, Steps::Large)
+        );
+        assert_eq!(
             bounds(Law::Brownian, Steps::Large),
             distances.map(|d| d - 1.0)
         );

@@ -154,12 +154,27 @@ impl Beside {
 
     fn surface_point(&self, substrate: &Substrate) -> SurfacePoint {
         let apex = &substrate.crossings()[self.half_edge as usize];
-        let of_apex = self.height / apex.height;
-        let of_end = self.along - of_apex * apex.along;
-        let mut weights = [1.0 - of_end - of_apex, of_end, of_apex];
+        let mut weights = weights((self.along, self.height), (apex.along, apex.height));
         weights.rotate_right(self.half_edge as usize % 3);
         SurfacePoint::from_weights(self.half_edge / 3, weights)
     }
+}
+
+/// Of the half-edge's start, its end, and the apex.
+fn weights((along, height): (f64, f64), apex: (f64, f64)) -> [f64; 3] {
+    let of_apex = height / apex.1;
+    let of_end = along - of_apex * apex.0;
+    [1.0 - of_end - of_apex, of_end, of_apex]
+}
+
+/// The place in the triangle for one that is outside by round-off. A next step may be so short that it would be far
+/// outside for that.
+#[cold]
+#[inline(never)]
+fn clamped(place: (f64, f64), apex: (f64, f64)) -> (f64, f64) {
+    let [start, end, third] = weights(place, apex).map(|weight| weight.max(0.0));
+    let sum = start + end + third;
+    ((end + third * apex.0) / sum, third * apex.1 / sum)
 }
 
 impl Reached {
@@ -188,19 +203,21 @@ pub(super) fn trace_out<V: Visitor>(
     step: DVec2,
     visitor: &mut V,
 ) -> Reached {
-    let turned = |c: DVec2| DVec2::new(step.dot(c - at), step.perp_dot(c - at));
-    let corners = substrate.charts()[triangle as usize].corners().map(turned);
+    let corners = along_path(substrate, (triangle, at, step));
     let end = step.length_squared();
     let mut front = Front::leaving(substrate, triangle, &corners, end);
     for crossings in 0..MOST_CROSSINGS {
         if !front.is_passed() {
-            let behind = front.behind(substrate.crossings());
-            if behind.holds_end(end) {
+            let mut behind = front.behind(substrate.crossings());
+            if behind.is_narrow() {
+                behind = behind.or_wider(substrate, (triangle, at, step), crossings);
+            }
+            if let Some(place) = behind.end(end) {
                 if V::WATCHES {
                     visitor.arrive(behind.in_chart(substrate) * step.length());
                 }
                 return Reached {
-                    place: behind.end(),
+                    place,
                     end: End::Distance,
                     crossings,
                 };
@@ -217,6 +234,13 @@ pub(super) fn trace_out<V: Visitor>(
         front = front.cross(substrate.crossings());
     }
     front.ended(end, End::Crossings, MOST_CROSSINGS)
+}
+
+/// The corners of the triangle in which a path begins, in the path's plane.
+#[inline(always)]
+fn along_path(substrate: &Substrate, (triangle, at, step): (u32, DVec2, DVec2)) -> [DVec2; 3] {
+    let turned = |c: DVec2| DVec2::new(step.dot(c - at), step.perp_dot(c - at));
+    substrate.charts()[triangle as usize].corners().map(turned)
 }
 
 /// Whether the origin is in a triangle, or outside by no more than round-off.
@@ -376,6 +400,18 @@ impl Front {
         }
     }
 
+    /// The triangle beyond, as if the path had turned round.
+    fn ahead(&self, crossings: &[Crossing]) -> Behind {
+        let half_edge = self.entry.half_edge();
+        Behind {
+            across: -self.across,
+            to_end: self.to_end - self.across,
+            half_edge,
+            mirrored: self.mirrored ^ self.entry.is_flipped(),
+            apex: crossings[half_edge as usize],
+        }
+    }
+
     /// Where the path meets the edge: share of the half-edge from its start, share of the step.
     fn meeting(&self, end: f64) -> (f64, f64) {
         let left = DVec2::new(end, 0.0) - self.to_end;
@@ -448,6 +484,11 @@ fn grazing(side: [f64; 3]) -> usize {
     }
 }
 
+/// How many times as long as an edge the way to the third corner may be for places to be told by that edge. A direction is
+/// off by round-off over the edge's length, so a place by up to this times what it would be by the longest edge: far
+/// less than [`is_near`] forgives.
+const NARROW: f64 = 1000.0;
+
 /// A triangle before an edge that the path would cross next, did it not end there.
 struct Behind {
     /// As they are of a [`Front`].
@@ -460,31 +501,79 @@ struct Behind {
 }
 
 impl Behind {
-    /// Whether the path's end, which is not beyond the edge, is in the triangle, but for round-off.
+    /// Whether the edge is so short beside the others that places far from it are not told well in its terms.
     #[inline(always)]
-    fn holds_end(&self, length: f64) -> bool {
-        let Beside { along, height, .. } = self.end();
-        let of_end = along * self.apex.height - height * self.apex.along;
-        let of_others = self.apex.height - height;
-        (of_end >= 0.0 && of_end <= of_others) || {
-            let [a, b, c] = self.corners().map(|c| (c - self.to_end).into());
-            is_near(a, b, c, length)
+    fn is_narrow(&self) -> bool {
+        let Crossing { along, height, .. } = self.apex;
+        along * along + height * height > NARROW * NARROW
+    }
+
+    /// The same in terms of the edge that the path came through, or of the longest where it began, if that is longer.
+    /// The path is followed once more.
+    #[cold]
+    #[inline(never)]
+    fn or_wider(self, substrate: &Substrate, path: (u32, DVec2, DVec2), crossings: u32) -> Self {
+        let corners = along_path(substrate, path);
+        let end = path.2.length_squared();
+        let others: Vec<Self> = match crossings.checked_sub(1) {
+            None => { 0..3 }
+                .map(|k| Self::of_start(substrate, (path.0, &corners), k, end))
+                .collect(),
+            Some(before) => {
+                let first = Front::leaving(substrate, path.0, &corners, end);
+                let front = (0..before).fold(first, |front, _| front.cross(substrate.crossings()));
+                vec![front.ahead(substrate.crossings())]
+            }
+        };
+        let longer = |a: Self, b: Self| match b.across.length_squared() > a.across.length_squared()
+        {
+            true => b,
+            false => a,
+        };
+        others.into_iter().fold(self, longer)
+    }
+
+    /// The triangle where a path begins, by one of its edges.
+    fn of_start(
+        substrate: &Substrate,
+        (triangle, corners): (u32, &[DVec2; 3]),
+        k: u32,
+        end: f64,
+    ) -> Self {
+        let [from, to] = [k, (k + 1) % 3].map(|k| corners[k as usize]);
+        let half_edge = 3 * triangle + k;
+        Self {
+            across: from - to,
+            to_end: DVec2::new(end, 0.0) - to,
+            half_edge,
+            mirrored: false,
+            apex: substrate.crossings()[half_edge as usize],
         }
     }
 
-    /// The path's end.
+    /// The path's end, which is not beyond the edge, if it is in the triangle, or outside by round-off.
     #[inline(always)]
-    fn end(&self) -> Beside {
+    fn end(&self, length: f64) -> Option<Beside> {
         let inverse = 1.0 / self.across.length_squared();
         let from_left = self.across.dot(self.to_end) * inverse;
-        Beside {
+        let along = match self.mirrored {
+            false => 1.0 - from_left,
+            true => from_left,
+        };
+        let height = -self.across.perp_dot(self.to_end) * inverse;
+        let of_end = along * self.apex.height - height * self.apex.along;
+        let of_others = self.apex.height - height;
+        let at = |(along, height): (f64, f64)| Beside {
             half_edge: self.half_edge,
-            along: match self.mirrored {
-                false => 1.0 - from_left,
-                true => from_left,
-            },
-            height: -self.across.perp_dot(self.to_end) * inverse,
+            along,
+            height,
+        };
+        if height >= 0.0 && of_end >= 0.0 && of_end <= of_others {
+            return Some(at((along, height)));
         }
+        let [a, b, c] = self.corners().map(|c| (c - self.to_end).into());
+        let apex = (self.apex.along, self.apex.height);
+        is_near(a, b, c, length).then(|| at(clamped((along, height), apex)))
     }
 
     /// The corners in the triangle's winding, from the start of the half-edge on, as seen from the end on the left.
@@ -507,15 +596,11 @@ impl Behind {
             }
         };
         let chart = &substrate.charts()[self.half_edge as usize / 3];
-        let (flat, mut own) = (self.corners(), chart.corners());
-        own.rotate_left(self.half_edge as usize % 3);
-        // The rotation that best takes the edges as they lie to those of the chart, as a complex
-        // number: a needle's short edge alone would not tell it well.
-        let turn = (0..3).fold(DVec2::ZERO, |sum, k| {
-            let lying = upright(flat[(k + 1) % 3] - flat[k]);
-            let edge = own[(k + 1) % 3] - own[k];
-            sum + edge.rotate(DVec2::new(lying.x, -lying.y))
-        });
+        let ([from, to, _], k) = (self.corners(), self.half_edge as usize % 3);
+        let (lying, own) = (upright(to - from), chart.corners());
+        let edge = own[(k + 1) % 3] - own[k];
+        // What takes the edge as it lies to that of the chart, as a complex number.
+        let turn = edge.rotate(DVec2::new(lying.x, -lying.y));
         turn.normalize_or(DVec2::X)
     }
 }

@@ -70,11 +70,11 @@ impl SparseIndex {
         let position = DVec3 { x, y, z };
         let p = self.scaled(position);
         let in_grids = p.clamp(DVec3::ZERO, DVec3::splat(self.tree.last_cell().into()));
-        let outside = match p == in_grids {
-            true => 0.0,
-            false => p.distance(in_grids),
+        // As above, to the last part: which of the two is asked may depend on what other walkers have made.
+        let (outside, spot) = match p == in_grids {
+            true => (0.0, self.scale.spot(position)),
+            false => (p.distance(in_grids), Spot::new(in_grids)),
         };
-        let spot = Spot::new(in_grids);
         let cell = spot.cell();
         let mut coarser_says: Option<(f64, Option<Read>)> = None;
         let mut finer_says = f64::NEG_INFINITY;
