@@ -346,6 +346,37 @@ fn a_path_along_needles_ends_where_it_should() {
     }
 }
 
+/// A path along the short edges of many needles asks little of each.
+#[test]
+fn a_path_along_short_edges_takes_no_longer_for_that() {
+    let strip = (0..20_000).map(|i| 0.3 + f64::from(i) * 1e-6);
+    let across: Vec<f64> = [0.0].into_iter().chain(strip).chain([1.0]).collect();
+    let mesh = rectangle(&across, &[0.0, 1.0, 2.0], None);
+    // From the edge that leads to them, on the line that they all lie on, but for round-off.
+    let ends = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.3, 1.0, 0.0)];
+    let corner = |t: u32, end: DVec3| {
+        let away = |p: DVec3| mesh.units().to_file(p).distance(end) < 1e-9;
+        mesh.corners(t).into_iter().position(away)
+    };
+    let edges = (0..mesh.triangles().len() as u32)
+        .filter_map(|t| Some((t, [corner(t, ends[0])?, corner(t, ends[1])?])));
+    let mut asked = 0;
+    for (triangle, [far, near]) in edges {
+        for i in 1..40 {
+            let mut weights = [0.0; 3];
+            weights[near] = f64::from(i) / 40.0;
+            weights[far] = 1.0 - weights[near];
+            let from = SurfacePoint::from_weights(triangle, weights);
+            let to = DVec3::new(0.31, 1.0, 0.0);
+            let end = go(&mesh, &from, to - file_position(&mesh, &from));
+            assert_eq!(end.end, End::Distance);
+            assert!(file_position(&mesh, &end.point).distance(to) < 1e-7);
+            asked += 1;
+        }
+    }
+    assert_eq!(asked, 2 * 39);
+}
+
 /// The way back is the way there: back at the start, to round-off, pointing the other way.
 #[test]
 fn there_and_back_returns_to_round_off() {

@@ -209,7 +209,7 @@ pub(super) fn trace_out<V: Visitor>(
     for crossings in 0..MOST_CROSSINGS {
         if !front.is_passed() {
             let mut behind = front.behind(substrate.crossings());
-            if behind.is_narrow() {
+            if behind.is_narrow() && behind.may_hold_end() {
                 behind = behind.or_wider(substrate, (triangle, at, step), crossings);
             }
             if let Some(place) = behind.end(end) {
@@ -508,6 +508,19 @@ impl Behind {
         along * along + height * height > NARROW * NARROW
     }
 
+    /// Whether the path's end seems to be about the triangle, as far as a narrow edge can tell. A path along many such
+    /// edges is not to be followed anew at each.
+    #[cold]
+    #[inline(never)]
+    fn may_hold_end(&self) -> bool {
+        /// How far off weights may be, beside the square of how narrow the edge is; far above what they are.
+        const ROUND_OFF: f64 = 1e-14;
+        let Crossing { along, height, .. } = self.apex;
+        let off = 1.0 + ROUND_OFF * (along * along + height * height);
+        let weights = weights(self.end_beside(), (along, height));
+        weights.into_iter().all(|weight| weight > -off)
+    }
+
     /// The same in terms of the edge that the path came through, or of the longest where it began, if that is longer.
     /// The path is followed once more.
     #[cold]
@@ -554,13 +567,7 @@ impl Behind {
     /// The path's end, which is not beyond the edge, if it is in the triangle, or outside by round-off.
     #[inline(always)]
     fn end(&self, length: f64) -> Option<Beside> {
-        let inverse = 1.0 / self.across.length_squared();
-        let from_left = self.across.dot(self.to_end) * inverse;
-        let along = match self.mirrored {
-            false => 1.0 - from_left,
-            true => from_left,
-        };
-        let height = -self.across.perp_dot(self.to_end) * inverse;
+        let (along, height) = self.end_beside();
         let of_end = along * self.apex.height - height * self.apex.along;
         let of_others = self.apex.height - height;
         let at = |(along, height): (f64, f64)| Beside {
@@ -574,6 +581,18 @@ impl Behind {
         let [a, b, c] = self.corners().map(|c| (c - self.to_end).into());
         let apex = (self.apex.along, self.apex.height);
         is_near(a, b, c, length).then(|| at(clamped((along, height), apex)))
+    }
+
+    /// How far along the half-edge the path's end is, and how far beside it.
+    #[inline(always)]
+    fn end_beside(&self) -> (f64, f64) {
+        let inverse = 1.0 / self.across.length_squared();
+        let from_left = self.across.dot(self.to_end) * inverse;
+        let along = match self.mirrored {
+            false => 1.0 - from_left,
+            true => from_left,
+        };
+        (along, -self.across.perp_dot(self.to_end) * inverse)
     }
 
     /// The corners in the triangle's winding, from the start of the half-edge on, as seen from the end on the left.
