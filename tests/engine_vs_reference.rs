@@ -183,7 +183,7 @@ fn check_engine(case: &Case, run: impl Fn(&Params) -> Run + Sync) {
 }
 
 /// Long steps end at the touch at most, as the engine's do. The thesis's may end r inside contact, which makes another
-/// law where walkers are refused: see `Params::margin`, and `step_bound` of the engine's walker.
+/// law where walkers are refused: see `Params::margin`, and the engine's `StepBounds`.
 const MARGIN: f64 = 2.0;
 
 fn case(name: &'static str, shape: Shape, params: Params, elements: usize, seeds: u64) -> Case {
