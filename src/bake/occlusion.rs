@@ -91,7 +91,7 @@ impl Horizons<'_> {
     /// From directions in a triangle's chart to the image.
     fn to_image(&self, triangle: u32, corners: &Corners) -> DMat2 {
         let [a, b, c] = *corners;
-        let [p, q, r] = self.placer.substrate.charts()[triangle as usize].corners();
+        let [p, q, r] = self.placer.substrate.facet(triangle).chart.corners();
         DMat2::from_cols(b - a, c - a) * DMat2::from_cols(q - p, r - p).inverse()
     }
 
@@ -102,7 +102,7 @@ impl Horizons<'_> {
         let weights = weights(corners, p).map(|w| w.clamp(0.0, 1.0));
         let normal = frame.axes(weights).z_axis.normalize_or(frame.normals[0]);
         let (x, y) = normal.any_orthonormal_pair();
-        let flat = self.placer.substrate.frames()[triangle as usize];
+        let flat = self.placer.substrate.facet(triangle).frame;
         [x, y].map(|d| {
             let d = d.as_dvec3();
             DVec2::new(d.dot(flat.x), d.dot(flat.y)).normalize_or(DVec2::X)

@@ -77,7 +77,7 @@ impl<'a> Placer<'a> {
 
     /// The end of the way from a point of a triangle to weights beyond it, so many texels away.
     fn beyond(&self, owner: u32, start: [f64; 3], end: [f64; 3], texels: f64) -> SurfacePoint {
-        let chart = self.substrate.charts()[owner as usize].corners();
+        let chart = self.substrate.facet(owner).chart.corners();
         let at = |w: [f64; 3]| chart[0] * w[0] + chart[1] * w[1] + chart[2] * w[2];
         let way = at(end) - at(start);
         let longest = STRETCH * self.texel * texels + INWARD * way.length();

@@ -148,9 +148,10 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// walker to the middle of the circle in which the triangle's plane is in contact.
     fn lune(&self, here: &Stand, centre: DVec3, free: f64) -> Option<(Lune, DVec2)> {
         let substrate = self.around.substrate;
-        let room = room(&substrate.charts()[here.triangle as usize], here.at);
+        let facet = substrate.facet(here.triangle);
+        let room = room(&facet.chart, here.at);
         let across = centre - here.position;
-        let foot = substrate.frames()[here.triangle as usize].turned(across);
+        let foot = facet.frame.turned(across);
         let height_sq = across.length_squared() - foot.length_squared();
         let contact = self.around.contact_distance();
         let circle = (contact * contact - height_sq.max(0.0)).max(0.0).sqrt();

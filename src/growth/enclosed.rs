@@ -51,7 +51,7 @@ impl Enclosed {
             return (from_centre <= self.radius).then_some(at);
         }
         let there: DVec2 = foot + radius * stream.in_unit_disc();
-        let is_inside = substrate.charts()[triangle as usize].contains(there);
+        let is_inside = substrate.facet(triangle).chart.contains(there);
         is_inside.then(|| TrianglePlane::new(substrate, triangle).surface_point(there))
     }
 }

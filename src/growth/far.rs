@@ -214,8 +214,8 @@ impl Far {
         }
         let finer = self.surface(level - 1, substrate);
         let begin = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
-        let plane = &self.surface(level, substrate).frames()[here.triangle as usize];
-        let there = walk_above(finer, begin, here.position, plane);
+        let plane = self.surface(level, substrate).facet(here.triangle).frame;
+        let there = walk_above(finer, begin, here.position, &plane);
         let aside = there.position.distance(here.position);
         match self.is_near(level) {
             true => (aside <= self.beside).then_some(there),
@@ -282,7 +282,7 @@ fn walk(
     mut there: Stand,
     onward: impl Fn(&Stand, &Frame) -> (DVec2, f64),
 ) -> Stand {
-    let of = |there: &Stand| onward(there, &surface.frames()[there.triangle as usize]);
+    let of = |there: &Stand| onward(there, &surface.facet(there.triangle).frame);
     let (mut way, mut far) = of(&there);
     for _ in 0..MOST_WALKS {
         // Without a direction it is not known by which edge a step leaves from the border of a triangle.

@@ -9,6 +9,7 @@ use super::step::RandomStep;
 use super::walker::Fate;
 use crate::cluster::{Element, ElementIndex, Mark, Population};
 use crate::rng::Stream;
+use crate::substrate::{Facet, Substrate};
 use crate::walk::Stand;
 
 /// Milestones of a walker, each some 300 bytes and as much again for what it saw on the way there. A walker
@@ -43,6 +44,7 @@ pub(super) struct Way {
     pub(super) here: Stand,
     /// On which surface: that of the mesh or a coarser copy.
     pub(super) level: Level,
+    pub(super) underfoot: Underfoot,
     /// The bound on the next step, and what is random in it.
     pub(super) bound: f64,
     pub(super) random: RandomStep,
@@ -52,6 +54,27 @@ pub(super) struct Way {
     /// How often it was kept from leaving the habitat.
     pub(super) kept: u32,
     pub(super) stream: Stream,
+}
+
+/// A triangle of a level as it lies there: the one where a step led, from where the next mostly begins.
+#[derive(Clone)]
+pub(super) struct Underfoot {
+    level: Level,
+    pub(super) facet: Facet,
+}
+
+impl Underfoot {
+    pub(super) fn new((level, triangle): (Level, u32), surface: &Substrate) -> Self {
+        let facet = surface.facet(triangle);
+        Self { level, facet }
+    }
+
+    /// Makes it that of a triangle.
+    pub(super) fn be(&mut self, at: (Level, u32), surface: &Substrate) {
+        if (self.level, self.facet.triangle) != at {
+            *self = Self::new(at, surface);
+        }
+    }
 }
 
 /// What a walker leaves behind.

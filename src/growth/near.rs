@@ -132,8 +132,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         let end = trace_visiting(copy, &from, step, &mut onward)
             .point
             .triangle;
-        let along = copy.frames()[end as usize].turned_back(onward.0);
-        let back = substrate.frames()[contact.triangle as usize].turned(-along);
+        let along = copy.facet(end).frame.turned_back(onward.0);
+        let back = substrate.facet(contact.triangle).frame.turned(-along);
         // Beside a sharp edge the place on the surface may be on the other face.
         if back.length() < LEAST_ALONG * along.length() {
             return None;

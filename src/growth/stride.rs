@@ -80,11 +80,8 @@ impl<I: ElementIndex> Walk<'_, I> {
     /// for what the index says of this one.
     #[inline(never)]
     fn take_steps(&mut self, now: &mut Way, given: Option<DVec2>) -> Event {
-        let (substrate, parameters) = (self.around.substrate, self.around.parameters);
-        let surface = match self.far {
-            Some(far) => far.surface(now.level, substrate),
-            None => substrate,
-        };
+        let parameters = self.around.parameters;
+        let surface = self.surface(now.level);
         let absorb = parameters.boundary == Boundary::Absorb;
         let is_everywhere = self.habitat.is_everywhere();
         let stays_to = match (now.patience.is_over(), self.far) {
@@ -94,12 +91,13 @@ impl<I: ElementIndex> Walk<'_, I> {
         };
         let (radius, bounds) = (parameters.radius, self.bounds);
         let (mut here, mut bound, mut random) = (now.here, now.bound, now.random);
+        now.underfoot.be((now.level, here.triangle), surface);
         let mut stream = now.stream.clone();
         let (mut steps, mut crossings) = (self.track.counts.steps, 0);
         let mut along = given.unwrap_or_else(|| random.within(bound, radius));
         let event = loop {
             random = RandomStep::draw(&mut stream);
-            let moved = here.step(surface, along, absorb);
+            let moved = here.step_from(surface, &mut now.underfoot.facet, along, absorb);
             steps += 1;
             crossings += u64::from(moved.crossings);
             if moved.end == End::Boundary {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::far::{Far, Level, outset};
-use super::flight::{Asked, Track, Way};
+use super::flight::{Asked, Track, Underfoot, Way};
 use super::launch::{AreaSampler, LaunchRing};
 use super::launcher::Launcher;
 use super::near::Met;
@@ -14,7 +14,7 @@ use super::surroundings::Ground;
 use super::{Habitat, Halt, Parameters, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
-use crate::substrate::SurfacePoint;
+use crate::substrate::{Substrate, SurfacePoint};
 use crate::walk::{Ball, Connectivity, Stand};
 
 /// Places tried in a row before the surface counts as full.
@@ -124,7 +124,7 @@ fn free_place<I: ElementIndex>(
     })
 }
 
-impl<I: ElementIndex> Walk<'_, I> {
+impl<'b, I: ElementIndex> Walk<'b, I> {
     /// The walker with this number, launched.
     pub(super) fn set_out(&mut self, number: u64) -> Result<Way, Fate> {
         let known = self.around.elements.len();
@@ -138,9 +138,11 @@ impl<I: ElementIndex> Walk<'_, I> {
         };
         let bound = self.bounds.of(&look);
         let random = RandomStep::draw(&mut stream);
+        let surface = self.surface(level);
         let mut way = Way {
             here,
             level,
+            underfoot: Underfoot::new((level, here.triangle), surface),
             bound,
             random,
             patience: Patience::default(),
@@ -152,6 +154,15 @@ impl<I: ElementIndex> Walk<'_, I> {
             self.lift(far, &mut way);
         }
         Ok(way)
+    }
+
+    /// What it walks on.
+    #[inline(always)]
+    pub(super) fn surface(&self, level: Level) -> &'b Substrate {
+        match self.far {
+            Some(far) => far.surface(level, self.around.substrate),
+            None => self.around.substrate,
+        }
     }
 
     /// 1. Launch: on the arcs, or anywhere free where the sphere encloses the component.

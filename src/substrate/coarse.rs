@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::simplify::{Limits, simplify};
-use super::{Component, Substrate, SurfacePoint, caps, weld};
+use super::{Component, Facet, Substrate, SurfacePoint, caps, weld};
 
 /// A copy to walk on where nothing is near is worth having with fewer triangles than this share of the surface's.
 const WORTH: f64 = 0.25;
@@ -268,7 +268,7 @@ impl Coarse {
     /// that place is in its chart.
     pub(crate) fn below(&self, triangle: u32, at: DVec2) -> u32 {
         let cells = self.cells[triangle as usize];
-        self.below[cells.index(self.surface.charts()[triangle as usize].shares(at))]
+        self.below[cells.index(self.surface.facet(triangle).chart.shares(at))]
     }
 }
 
@@ -360,8 +360,8 @@ fn stand_ins(
         let last = Some(last).filter(|last| *last != NONE && is_about(last));
         let around = || into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
         let faces_alike = |s: u32| {
-            let frame = &coarse.frames()[s as usize];
-            frame.x.cross(frame.y).dot(normal) > 0.0
+            let [a, b, c] = coarse.corners(s);
+            (b - a).cross(c - a).dot(normal) > 0.0
         };
         let stands = |s: u32| {
             let height = height(coarse, s, middle).filter(|h| *h <= NEAR * error)?;
@@ -437,9 +437,9 @@ fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Groupe
 
 /// How far a point stands straight above or below a triangle, if it does.
 fn height(surface: &Substrate, triangle: u32, p: DVec3) -> Option<f64> {
-    let frame = &surface.frames()[triangle as usize];
+    let Facet { chart, frame, .. } = surface.facet(triangle);
     let foot = frame.flatten(p);
-    let is_above = surface.charts()[triangle as usize].contains(foot);
+    let is_above = chart.contains(foot);
     is_above.then(|| frame.lift(foot).distance(p))
 }
 
@@ -516,10 +516,7 @@ fn begin_in(
     cells: Cells,
     below: &[u32],
 ) -> Vec<u32> {
-    let (frame, chart) = (
-        &coarse.frames()[triangle as usize],
-        &coarse.charts()[triangle as usize],
-    );
+    let Facet { chart, frame, .. } = coarse.facet(triangle);
     let shares = |t: u32| chart.shares(frame.flatten(middle(fine.corners(t))));
     let mut nearest = vec![(f64::INFINITY, NONE); cells.all().len()];
     for &t in below {

@@ -45,15 +45,6 @@ pub(super) fn crossings(corners: [DVec3; 3], twins: [Twin; 3]) -> [Crossing; 3] 
 }
 
 impl Chart {
-    pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
-        let (e, f) = (b - a, c - a);
-        let base = e.length();
-        Self {
-            base,
-            apex: DVec2::new(e.dot(f), e.cross(f).length()) / base,
-        }
-    }
-
     /// The corners in the triangle's own frame, counter-clockwise.
     pub fn corners(&self) -> [DVec2; 3] {
         [DVec2::ZERO, DVec2::new(self.base, 0.0), self.apex]
@@ -90,13 +81,6 @@ pub struct Frame {
 }
 
 impl Frame {
-    pub(super) fn new([a, b, c]: [DVec3; 3]) -> Self {
-        let x = (b - a).normalize_or(DVec3::X);
-        let along = (c - a).dot(x);
-        let y = (c - a - x * along).normalize_or(x.any_orthonormal_vector());
-        Self { origin: a, x, y }
-    }
-
     /// A point of the chart in space.
     #[inline]
     pub fn lift(&self, p: DVec2) -> DVec3 {
@@ -118,6 +102,75 @@ impl Frame {
     #[inline]
     pub fn turned(&self, v: DVec3) -> DVec2 {
         DVec2::new(self.x.dot(v), self.y.dot(v))
+    }
+}
+
+/// A triangle's chart and where that lies in space.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// The triangle.
+    pub triangle: u32,
+    /// The chart.
+    pub chart: Chart,
+    /// Where it lies.
+    pub frame: Frame,
+}
+
+/// The same in lengths of the first edge: without a root, which a walker that comes to the triangle would wait for.
+pub(crate) struct Unscaled {
+    triangle: u32,
+    apex: DVec2,
+    origin: DVec3,
+    /// The first edge, and at right angles to it as long a vector towards the third corner.
+    edge: DVec3,
+    up: DVec3,
+}
+
+impl Unscaled {
+    /// A triangle by its corners and the third one in terms of the first edge, as a [`Crossing`] has it.
+    #[inline(always)]
+    pub(super) fn new(triangle: u32, [a, b, c]: [DVec3; 3], apex: DVec2) -> Self {
+        let edge = b - a;
+        Self {
+            triangle,
+            apex,
+            origin: a,
+            edge,
+            up: (c - a - edge * apex.x) * (1.0 / apex.y),
+        }
+    }
+
+    /// A place that is known in terms of the k-th edge, as a [`Crossing`] has the third corner.
+    #[inline(always)]
+    pub(crate) fn place(&self, k: usize, (along, height): (f64, f64)) -> DVec2 {
+        let corners = [DVec2::ZERO, DVec2::X, self.apex];
+        let edges = [DVec2::X, self.apex - DVec2::X, -self.apex];
+        corners[k] + edges[k] * along + edges[k].perp() * height
+    }
+
+    /// A place in space.
+    #[inline(always)]
+    pub(crate) fn lift(&self, p: DVec2) -> DVec3 {
+        self.origin + self.edge * p.x + self.up * p.y
+    }
+
+    /// In local units.
+    #[inline(always)]
+    pub(crate) fn scaled(&self) -> Facet {
+        let base = self.edge.length();
+        let inverse = 1.0 / base;
+        Facet {
+            triangle: self.triangle,
+            chart: Chart {
+                base,
+                apex: self.apex * base,
+            },
+            frame: Frame {
+                origin: self.origin,
+                x: self.edge * inverse,
+                y: self.up * inverse,
+            },
+        }
     }
 }
 

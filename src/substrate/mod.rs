@@ -43,14 +43,15 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 pub use crate::image::Wrap;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
 pub use division::{Division, NAMELESS};
-pub use geometry::{Chart, Crossing, Frame};
+pub use geometry::{Chart, Crossing, Facet, Frame};
+pub(crate) use geometry::Unscaled;
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{
     Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
@@ -159,10 +160,8 @@ pub struct Substrate {
     units: Units,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    charts: Vec<Chart>,
     /// Three a triangle.
     crossings: Vec<Crossing>,
-    frames: Vec<Frame>,
     corners: VertexCorners,
     /// The triangles' places in the file.
     source: Vec<u32>,
@@ -298,15 +297,11 @@ impl Substrate {
         notes: Vec<String>,
     ) -> Self {
         let bvh = || Bvh::new(&welded.vertices, &welded.triangles);
-        let geometry = || {
-            let charts = of_corners(&welded, Chart::new);
-            let frames = of_corners(&welded, Frame::new);
-            (charts, frames, crossings(&welded, &adjacency))
-        };
+        let geometry = || crossings(&welded, &adjacency);
         let report = || report::report(read, notes, &welded, &adjacency);
         let numbers = || order::canonical_numbers(&welded.source, &components);
         // Each has parts that one thread does alone: others go on meanwhile.
-        let ((bvh, (charts, frames, crossings)), (report, numbers)) = rayon::join(
+        let ((bvh, crossings), (report, numbers)) = rayon::join(
             || rayon::join(bvh, geometry),
             || rayon::join(report, numbers),
         );
@@ -314,9 +309,7 @@ impl Substrate {
             units: welded.units,
             vertices: welded.vertices,
             triangles: welded.triangles,
-            charts,
             crossings,
-            frames,
             corners: adjacency.corners,
             source: welded.source,
             parts: welded.parts,
@@ -394,9 +387,24 @@ impl Substrate {
         self.triangles.len() >= FINE
     }
 
-    /// The flat layout of every triangle.
-    pub fn charts(&self) -> &[Chart] {
-        &self.charts
+    /// A triangle laid flat, and where that lies in space.
+    ///
+    /// Worked out from its corners: kept for each triangle it would be three fifths of what walks need, and be waited for
+    /// longer than that takes.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[inline(always)]
+    pub fn facet(&self, triangle: u32) -> Facet {
+        self.unscaled(triangle).scaled()
+    }
+
+    /// The same in lengths of its first edge.
+    #[inline(always)]
+    pub(crate) fn unscaled(&self, triangle: u32) -> Unscaled {
+        let first = &self.crossings[3 * triangle as usize];
+        let apex = DVec2::new(first.along, first.height);
+        Unscaled::new(triangle, self.corners(triangle), apex)
     }
 
     /// How walks cross every half-edge.
@@ -411,11 +419,6 @@ impl Substrate {
     pub fn twin(&self, half_edge: HalfEdge) -> Twin {
         let (first, k) = (half_edge / 3 * 3, half_edge % 3);
         self.crossings[(first + (k + 2) % 3) as usize].exits[0]
-    }
-
-    /// Where every triangle's chart lies in space.
-    pub fn frames(&self) -> &[Frame] {
-        &self.frames
     }
 
     /// Lower and upper corner of the bounding box, local units.
@@ -596,11 +599,6 @@ impl Substrate {
     pub fn area(&self, triangle: u32) -> f64 {
         area(self.corners(triangle))
     }
-}
-
-fn of_corners<T: Send>(welded: &weld::Welded, make: impl Fn([DVec3; 3]) -> T + Sync) -> Vec<T> {
-    let one = |corners: &[u32; 3]| make(corners.map(|i| welded.vertices[i as usize]));
-    welded.triangles.par_iter().map(one).collect()
 }
 
 fn crossings(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Crossing> {

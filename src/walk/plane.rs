@@ -15,10 +15,11 @@ pub struct TrianglePlane {
 impl TrianglePlane {
     /// The plane of a triangle.
     pub fn new(substrate: &Substrate, triangle: u32) -> Self {
+        let facet = substrate.facet(triangle);
         Self {
             triangle,
-            frame: substrate.frames()[triangle as usize],
-            corners: substrate.charts()[triangle as usize].corners(),
+            frame: facet.frame,
+            corners: facet.chart.corners(),
         }
     }
 

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::trace::{Absorbing, End, Reflecting, trace_out};
-use crate::substrate::{Chart, Substrate, SurfacePoint};
+use crate::substrate::{Facet, Substrate, SurfacePoint};
 
 /// A place in a triangle's chart and in space.
 ///
@@ -37,23 +37,20 @@ impl Stand {
     /// When the substrate has no such triangle.
     #[inline(always)]
     pub fn new(substrate: &Substrate, point: &SurfacePoint) -> Self {
-        let [a, b, c] = substrate.charts()[point.triangle as usize].corners();
+        let facet = substrate.facet(point.triangle);
+        let [a, b, c] = facet.chart.corners();
         let [w0, w1, w2] = point.weights();
-        Self::lifted(substrate, point.triangle, a * w0 + b * w1 + c * w2)
-    }
-
-    #[inline]
-    fn lifted(substrate: &Substrate, triangle: u32, at: DVec2) -> Self {
+        let at = a * w0 + b * w1 + c * w2;
         Self {
-            triangle,
+            triangle: point.triangle,
             at,
-            position: substrate.frames()[triangle as usize].lift(at),
+            position: facet.frame.lift(at),
         }
     }
 
     /// The point of the surface.
     pub fn surface_point(&self, substrate: &Substrate) -> SurfacePoint {
-        let chart: &Chart = &substrate.charts()[self.triangle as usize];
+        let chart = substrate.facet(self.triangle).chart;
         let [a, b, c] = chart.corners().map(|corner| corner - self.at);
         let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
         SurfacePoint::from_weights(self.triangle, weights)
@@ -62,35 +59,57 @@ impl Stand {
     /// A straight step, a vector in the triangle's chart.
     #[inline(always)]
     pub fn step(self, substrate: &Substrate, step: DVec2, absorb: bool) -> Moved {
+        let mut facet = substrate.facet(self.triangle);
+        self.step_from(substrate, &mut facet, step, absorb)
+    }
+
+    /// The same for whoever has the triangle's facet at hand, and then has that of the triangle where it led.
+    #[inline(always)]
+    pub fn step_from(
+        self,
+        substrate: &Substrate,
+        facet: &mut Facet,
+        step: DVec2,
+        absorb: bool,
+    ) -> Moved {
         let there = self.at + step;
-        if substrate.charts()[self.triangle as usize].contains(there) {
+        if facet.chart.contains(there) {
             return Moved {
-                to: Self::lifted(substrate, self.triangle, there),
+                to: Self {
+                    triangle: self.triangle,
+                    at: there,
+                    position: facet.frame.lift(there),
+                },
                 end: End::Distance,
                 crossings: 0,
             };
         }
-        Self::step_across(substrate, self.triangle, self.at, step, absorb)
+        Self::step_across(substrate, facet, (self.triangle, self.at), step, absorb)
     }
 
     #[inline(never)]
     fn step_across(
         substrate: &Substrate,
-        triangle: u32,
-        at: DVec2,
+        facet: &mut Facet,
+        (triangle, at): (u32, DVec2),
         step: DVec2,
         absorb: bool,
     ) -> Moved {
+        let from = (triangle, &facet.chart, at);
         let traced = match absorb {
-            true => trace_out(substrate, triangle, at, step, &mut Absorbing),
-            false => trace_out(substrate, triangle, at, step, &mut Reflecting),
+            true => trace_out(substrate, from, step, &mut Absorbing),
+            false => trace_out(substrate, from, step, &mut Reflecting),
         };
         let triangle = traced.place.half_edge / 3;
-        let at = traced
-            .place
-            .in_chart(&substrate.charts()[triangle as usize]);
+        let unscaled = substrate.unscaled(triangle);
+        let at = traced.place.on(&unscaled);
+        *facet = unscaled.scaled();
         Moved {
-            to: Self::lifted(substrate, triangle, at),
+            to: Self {
+                triangle,
+                at: at * facet.chart.base,
+                position: unscaled.lift(at),
+            },
             end: traced.end,
             crossings: traced.crossings,
         }

@@ -18,7 +18,7 @@ use glam::DVec2;
 use wide::f64x2;
 
 use crate::ahead::fetch;
-use crate::substrate::{Chart, Crossing, HalfEdge, Substrate, SurfacePoint, Twin};
+use crate::substrate::{Chart, Crossing, HalfEdge, Substrate, SurfacePoint, Twin, Unscaled};
 
 /// Why a trace ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +106,7 @@ pub fn trace_visiting<V: Visitor>(
     step: DVec2,
     visitor: &mut V,
 ) -> Trace {
-    let chart = &substrate.charts()[from.triangle as usize];
+    let chart = &substrate.facet(from.triangle).chart;
     let [a, b, c] = chart.corners();
     let [w0, w1, w2] = from.weights();
     let at = a * w0 + b * w1 + c * w2;
@@ -117,7 +117,7 @@ pub fn trace_visiting<V: Visitor>(
         }
         Reached::inside(chart, from.triangle, there)
     } else {
-        trace_out(substrate, from.triangle, at, step, visitor)
+        trace_out(substrate, (from.triangle, chart, at), step, visitor)
     };
     Trace {
         point: reached.place.surface_point(substrate),
@@ -143,13 +143,10 @@ pub(super) struct Reached {
 }
 
 impl Beside {
-    /// In the triangle's chart.
+    /// On its triangle as it lies flat.
     #[inline(always)]
-    pub(super) fn in_chart(&self, chart: &Chart) -> DVec2 {
-        let corners = chart.corners();
-        let k = self.half_edge as usize % 3;
-        let edges = [corners[1], corners[2] - corners[1], -corners[2]];
-        corners[k] + edges[k] * self.along + edges[k].perp() * self.height
+    pub(super) fn on(&self, triangle: &Unscaled) -> DVec2 {
+        triangle.place(self.half_edge as usize % 3, (self.along, self.height))
     }
 
     fn surface_point(&self, substrate: &Substrate) -> SurfacePoint {
@@ -198,12 +195,11 @@ impl Reached {
 #[inline(always)]
 pub(super) fn trace_out<V: Visitor>(
     substrate: &Substrate,
-    triangle: u32,
-    at: DVec2,
+    (triangle, chart, at): (u32, &Chart, DVec2),
     step: DVec2,
     visitor: &mut V,
 ) -> Reached {
-    let corners = along_path(substrate, (triangle, at, step));
+    let corners = along_path(chart, (at, step));
     let end = step.length_squared();
     let mut front = Front::leaving(substrate, triangle, &corners, end);
     for crossings in 0..MOST_CROSSINGS {
@@ -238,9 +234,9 @@ pub(super) fn trace_out<V: Visitor>(
 
 /// The corners of the triangle in which a path begins, in the path's plane.
 #[inline(always)]
-fn along_path(substrate: &Substrate, (triangle, at, step): (u32, DVec2, DVec2)) -> [DVec2; 3] {
+fn along_path(chart: &Chart, (at, step): (DVec2, DVec2)) -> [DVec2; 3] {
     let turned = |c: DVec2| DVec2::new(step.dot(c - at), step.perp_dot(c - at));
-    substrate.charts()[triangle as usize].corners().map(turned)
+    chart.corners().map(turned)
 }
 
 /// Whether the origin is in a triangle, or outside by no more than round-off.
@@ -526,7 +522,8 @@ impl Behind {
     #[cold]
     #[inline(never)]
     fn or_wider(self, substrate: &Substrate, path: (u32, DVec2, DVec2), crossings: u32) -> Self {
-        let corners = along_path(substrate, path);
+        let chart = substrate.facet(path.0).chart;
+        let corners = along_path(&chart, (path.1, path.2));
         let end = path.2.length_squared();
         let others: Vec<Self> = match crossings.checked_sub(1) {
             None => { 0..3 }
@@ -614,7 +611,7 @@ impl Behind {
                 v
             }
         };
-        let chart = &substrate.charts()[self.half_edge as usize / 3];
+        let chart = &substrate.facet(self.half_edge / 3).chart;
         let ([from, to, _], k) = (self.corners(), self.half_edge as usize % 3);
         let (lying, own) = (upright(to - from), chart.corners());
         let edge = own[(k + 1) % 3] - own[k];
