@@ -5,6 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::nearby::Nearby;
 use super::orbit::{Orbit, USUALLY_NEAR};
 use super::{Join, Surroundings};
 use crate::cluster::ElementIndex;
@@ -28,18 +29,18 @@ const OVERLAP: f64 = 1e-9;
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// The resting place of a walker whose step from `from` ended in contact.
     pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
-        self.join_where(scratch, (from, step), |_| true)
+        self.join_where((scratch, &Nearby::default()), (from, step), |_| true)
     }
 
     /// The same; it is not packed to a place that does not suit.
     pub(super) fn join_where(
         &self,
-        scratch: &mut Connectivity,
+        (scratch, nearby): (&mut Connectivity, &Nearby),
         (from, step): (&SurfacePoint, DVec2),
         suits: impl Fn(&SurfacePoint) -> bool,
     ) -> Joined {
         let path = Path::follow(self.substrate, from, step);
-        let (at, touched, at_distance) = self.first_touch(scratch, &path);
+        let (at, touched, at_distance) = self.first_touch((scratch, nearby), &path);
         let first = Joined {
             at,
             touched,
@@ -48,7 +49,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         if self.parameters.join == Join::Touch || !at_distance {
             return first;
         }
-        let packed = Orbit::new(self, touched).second_touch(scratch, &at);
+        let packed = Orbit::new(self, nearby, touched).second_touch(scratch, &at);
         let clear = |at: &SurfacePoint| !self.overlaps(scratch, at);
         packed
             .filter(&suits)
@@ -76,11 +77,15 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// Only the last r of a path can be in contact, so the element is within 3r of the path's end.
     /// False comes with a place that is nearer than that: see
     /// [`last_place_clear`](Self::last_place_clear).
-    fn first_touch(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32, bool) {
+    fn first_touch(
+        &self,
+        (scratch, found): (&mut Connectivity, &Nearby),
+        path: &Path,
+    ) -> (SurfacePoint, u32, bool) {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
         let mut nearby: Vec<(u32, DVec3)> = Vec::with_capacity(USUALLY_NEAR);
-        self.within(path.end(), reach, &mut |id, element| {
-            nearby.push((id, element.position));
+        self.within_found(found, (path.end(), reach), |id, place| {
+            nearby.push((id, place));
         });
         let touch = path
             .legs

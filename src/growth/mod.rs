@@ -16,6 +16,7 @@ mod launch;
 mod launcher;
 mod model;
 mod near;
+mod nearby;
 mod orbit;
 mod parameters;
 mod passage;

@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3};
 
 use super::Surroundings;
 use super::launch::circle_crossings;
+use super::nearby::Nearby;
 use crate::cluster::ElementIndex;
 use crate::substrate::{HalfEdge, SurfacePoint};
 use crate::walk::{Connectivity, TrianglePlane};
@@ -61,14 +62,14 @@ struct Exit {
 }
 
 impl<'a, I: ElementIndex> Orbit<'a, I> {
-    pub(super) fn new(around: &'a Surroundings<'a, I>, about: u32) -> Self {
+    pub(super) fn new(around: &'a Surroundings<'a, I>, nearby: &Nearby, about: u32) -> Self {
         let element = around.element(about);
         let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
         let mut others = Vec::with_capacity(USUALLY_NEAR);
-        around.within(centre, 2.0 * reach, &mut |id, other| {
+        around.within_found(nearby, (centre, 2.0 * reach), |id, place| {
             if id != about {
-                others.push((id, other.position));
+                others.push((id, place));
             }
         });
         Self {

@@ -9,6 +9,7 @@
 use glam::DVec3;
 
 use super::flight::Asked;
+use super::nearby::Nearby;
 use super::surroundings::Ground;
 use super::{Parameters, Surroundings};
 use crate::cluster::ElementIndex;
@@ -88,7 +89,11 @@ pub(super) enum Answer {
 
 /// What one walker knows of the n about it. Nothing may be born while it is used.
 #[derive(Default)]
-pub(super) struct Crowd(Option<Counted>);
+pub(super) struct Crowd {
+    counted: Option<Counted>,
+    /// The elements about where it was last asked for n itself.
+    pub(super) nearby: Nearby,
+}
 
 /// A count that is at least n for whoever is no farther than [`ROAMING`] from its centre.
 #[derive(Clone, Copy)]
@@ -144,7 +149,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             }
         }
         let n = if law.counts() {
-            self.count_on(ground, scratch, (triangle, p))
+            self.count_on(ground, scratch, &mut crowd.nearby, (triangle, p))
         } else {
             asked.spare = usize::MAX;
             0
@@ -156,14 +161,14 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     }
 
     /// An earlier count that is at least n, or one about this place.
-    fn counted_near(&self, p: DVec3, Crowd(last): &mut Crowd) -> Counted {
+    fn counted_near(&self, p: DVec3, crowd: &mut Crowd) -> Counted {
         let roaming = ROAMING * self.parameters.radius;
         let serves = |c: &Counted| c.centre.distance_squared(p) <= roaming * roaming;
-        if let Some(counted) = last.filter(serves) {
+        if let Some(counted) = crowd.counted.filter(serves) {
             return counted;
         }
         let most = self.count_bound(p, widest_count(self.parameters), 0);
-        *last.insert(Counted { centre: p, most })
+        *crowd.counted.insert(Counted { centre: p, most })
     }
 
     fn count_bound(&self, p: DVec3, radius: f64, enough: usize) -> usize {
@@ -174,13 +179,14 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     ///
     /// The sheet is what the surface joins to the place inside the ball of radius L + r.
     pub fn count(&self, scratch: &mut Connectivity, place: Place) -> usize {
-        self.count_on(&self.mesh(), scratch, place)
+        self.count_on(&self.mesh(), scratch, &mut Nearby::default(), place)
     }
 
     fn count_on(
         &self,
         ground: &Ground<'_>,
         scratch: &mut Connectivity,
+        nearby: &mut Nearby,
         (triangle, p): Place,
     ) -> usize {
         let reach = self.parameters.curvature_radius;
@@ -191,9 +197,16 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         let mut others = std::mem::take(&mut scratch.others);
         others.clear();
         let mut n = 0;
-        self.within(p, reach, &mut |_, element| match ground.place(element) {
-            (other, _) if other == triangle => n += 1,
-            place => others.push(place),
+        nearby.begin(Ball {
+            centre: p,
+            radius: reach,
+        });
+        self.within(p, reach, &mut |id, element| {
+            nearby.add(id, element.position);
+            match ground.place(element) {
+                (other, _) if other == triangle => n += 1,
+                place => others.push(place),
+            }
         });
         if !others.is_empty() {
             let asked = ((triangle, p), &mut others[..]);

@@ -5,10 +5,10 @@ use std::hint::select_unpredictable;
 use glam::DVec3;
 
 use super::block::{Block, coarsen};
-use super::corners::{Corners, NOTHING_SEEN, Said, Samples, Spot};
+use super::corners::{Corners, Inside, NOTHING_SEEN, Said, Samples, Spot};
 use super::field::{Distances, address};
 use super::touching::Touch;
-use super::{CONTACT, ElementIndex, NewBlock, Notes, Read, SparseIndex};
+use super::{CONTACT, ElementIndex, NewBlock, Notes, Read, SparseIndex, is_near};
 use crate::cluster::{Look, Population};
 
 /// A bound below this many radii serves no better than contact: growth's steps are a radius then.
@@ -52,7 +52,7 @@ impl SparseIndex {
                     let touching = match self.finest.touch(number, inside) {
                         Touch::No => false,
                         Touch::Yes => true,
-                        Touch::Unsure => self.touches(elements, position),
+                        Touch::Unsure => self.touches_in((number, inside), elements, position),
                     };
                     return look_near(clear, touching);
                 }
@@ -68,12 +68,10 @@ impl SparseIndex {
     #[inline(never)]
     fn search(&self, elements: &Population<'_>, x: f64, y: f64, z: f64, notes: &mut Notes) -> Look {
         let position = DVec3 { x, y, z };
-        let p = self.scaled(position);
-        let in_grids = p.clamp(DVec3::ZERO, DVec3::splat(self.tree.last_cell().into()));
-        // As above, to the last part: which of the two is asked may depend on what other walkers have made.
-        let (outside, spot) = match p == in_grids {
-            true => (0.0, self.scale.spot(position)),
-            false => (p.distance(in_grids), Spot::new(in_grids)),
+        let spot = self.scale.spot(position);
+        let (outside, spot) = match self.tree.holds(spot.cell()) {
+            true => (0.0, spot),
+            false => self.nearest_in_grids(position),
         };
         let cell = spot.cell();
         let mut coarser_says: Option<(f64, Option<Read>)> = None;
@@ -86,12 +84,17 @@ impl SparseIndex {
             let (said, bound) = (samples.said(), corners.bound(samples, &self.cells));
             let here = bound * size - outside;
             if level == 0 && said != NOTHING_SEEN {
+                let number = read.as_ref().map(|read| read.block);
                 if here >= NEAR {
                     notes.keep(read);
                 } else if notes.remembers {
                     notes.near.push(position);
                 }
-                let touching = here < CONTACT && self.touches(elements, position);
+                let touching = here < CONTACT
+                    && match number {
+                        Some(number) => self.touches_in((number, spot.inside(0)), elements, position),
+                        None => self.touches(elements, position),
+                    };
                 return look_near(clear(here) * self.radius, touching);
             }
             if said == NOTHING_SEEN && level < self.tree.top() {
@@ -110,6 +113,14 @@ impl SparseIndex {
                 notes.level = level - 1;
             }
         }
+    }
+
+    /// The nearest place in the grids to one outside, and how far that is.
+    #[cold]
+    fn nearest_in_grids(&self, position: DVec3) -> (f64, Spot) {
+        let p = self.scaled(position);
+        let in_grids = p.clamp(DVec3::ZERO, DVec3::splat(self.tree.last_cell().into()));
+        (p.distance(in_grids), Spot::new(in_grids))
     }
 
     fn nothing_nearer_than(&self, bound: f64) -> Look {
@@ -165,6 +176,18 @@ impl SparseIndex {
             notes.new.len() - 1
         });
         &notes.new[number].distances
+    }
+
+    /// Whether a place in a block touches a centre.
+    fn touches_in(
+        &self,
+        (number, inside): (u32, Inside),
+        elements: &Population<'_>,
+        position: DVec3,
+    ) -> bool {
+        let contact = CONTACT * self.radius;
+        let mut ids = self.finest.touching(number, inside);
+        ids.any(|id| is_near(elements, id, (position, contact), &mut |_, _| true))
     }
 
     #[cold]

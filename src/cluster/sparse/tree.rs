@@ -88,6 +88,12 @@ impl Tree {
         cells_across(self.top) - 1
     }
 
+    /// Whether a cell of the finest level is among those from 0 to the last.
+    #[inline(always)]
+    pub(super) fn holds(&self, [x, y, z]: Block) -> bool {
+        (x | y | z) <= self.last_cell()
+    }
+
     /// Takes memory for so many blocks above the finest level.
     pub(super) fn expect(&mut self, blocks: usize) {
         self.finer.expect(blocks);
@@ -151,8 +157,9 @@ impl Tree {
 
     #[inline(never)]
     fn follow_far(&self, path: &mut Path, cell: Block) -> Option<u32> {
-        let is_inside = cell.iter().all(|&c| c <= self.last_cell());
-        is_inside.then(|| self.follow(path, 0, cell)).flatten()
+        self.holds(cell)
+            .then(|| self.follow(path, 0, cell))
+            .flatten()
     }
 
     /// Asks for the number of the block that a cell of a block above the finest level is.
