@@ -306,15 +306,17 @@ impl Front {
     #[inline(always)]
     fn leaving(substrate: &Substrate, triangle: u32, corners: &[DVec2; 3], end: f64) -> Self {
         let side = corners.map(|c| c.y);
-        let is_left = |k: usize| usize::from(side[k] > 0.0) << k;
-        let k = match EXITS[is_left(0) | is_left(1) | is_left(2)] {
-            3 => grazing(side),
-            k => k,
+        let bit = |k: usize| usize::from(side[k] > 0.0) << k;
+        let (k, [left, right]) = match EXITS[bit(0) | bit(1) | bit(2)] {
+            3 => {
+                let k = grazing(side);
+                (k, [corners[(k + 1) % 3], corners[k]])
+            }
+            k => (k, ends_of_exit(corners)),
         };
         // As if it had come through the edge before, which lies where the path has just been.
-        let came = 3 * triangle + (k as u32 + 2) % 3;
+        let came = 3 * triangle + BEFORE[k & 3];
         let entry = substrate.crossings()[came as usize].exits[0];
-        let (left, right) = (corners[(k + 1) % 3], corners[k]);
         let beyond = &substrate.crossings()[entry.half_edge() as usize];
         Self {
             across: right - left,
@@ -467,6 +469,27 @@ fn either(first: f64x2, a: DVec2, b: DVec2) -> DVec2 {
 /// The edge from a corner on the right of the path to one on its left, by the bits of the corners on
 /// the left; 3 where all are on one side.
 const EXITS: [usize; 8] = [3, 2, 0, 2, 1, 1, 0, 3];
+
+/// The edge before each.
+const BEFORE: [u32; 4] = [2, 0, 1, 0];
+
+/// The ends, on the left and on the right of the path, of the edge by which it leaves a triangle that lies on both sides.
+/// By masks: in memory, where they have just been written, corners would be waited for.
+#[inline(always)]
+fn ends_of_exit(&[a, b, c]: &[DVec2; 3]) -> [DVec2; 2] {
+    let is_left = |c: DVec2| f64x2::splat(c.y).simd_gt(f64x2::ZERO);
+    let [a_is_left, b_is_left, c_is_left] = [a, b, c].map(is_left);
+    let is_exit = [
+        !a_is_left & b_is_left,
+        !b_is_left & c_is_left,
+        !c_is_left & a_is_left,
+    ];
+    [[b, c, a], [a, b, c]].map(|ends| {
+        let [one, other, third] = ends.map(|end| f64x2::new(end.to_array()));
+        let end = is_exit[0] & one | is_exit[1] & other | is_exit[2] & third;
+        end.to_array().into()
+    })
+}
 
 /// The edge to leave by when a triangle lies on one side of the path: the path starts on its rim,
 /// exactly or but for round-off. It turns about the corner nearest to the path, the near way.
