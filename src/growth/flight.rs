@@ -12,11 +12,11 @@ use crate::rng::Stream;
 use crate::substrate::{Facet, Substrate};
 use crate::walk::Stand;
 
-/// Milestones of a walker, each some 300 bytes and as much again for what it saw on the way there. A walker
+/// Milestones of a walker, each some 400 bytes and 300 more for what it saw on the way there. A walker
 /// to an element takes some ten, one in small steps may take millions.
 const MOST_MILESTONES: usize = 4096;
 
-/// Those of all that walk at the same time: 60 MB.
+/// Those of all that walk at the same time: 70 MB.
 const ALL_MILESTONES: usize = 100_000;
 
 /// A walk that may be under way.

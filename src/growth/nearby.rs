@@ -6,7 +6,10 @@ use super::Surroundings;
 use crate::cluster::ElementIndex;
 use crate::walk::Ball;
 
-/// The elements in a ball. Nothing may be born while it is used.
+/// The elements in a ball, as they were when they were found.
+///
+/// Others may have been born since, of which what is asked next would know. So only balls may be asked about in which a
+/// birth takes the walker back anyway: see [`Asked`](super::flight::Asked).
 #[derive(Default)]
 pub(super) struct Nearby {
     ball: Option<Ball>,
@@ -35,11 +38,10 @@ impl Nearby {
 
     /// Whether all within a radius of a place are among them.
     fn holds(&self, p: DVec3, radius: f64) -> bool {
-        let reach = |ball: &Ball| ball.radius * (1.0 - ROUNDED) - radius;
-        self.ball.as_ref().is_some_and(|ball| {
-            let reach = reach(ball);
-            reach >= 0.0 && p.distance_squared(ball.centre) <= reach * reach
-        })
+        let reach = |ball: &Ball| (1.0 - ROUNDED) * ball.radius - radius;
+        { &self.ball }
+            .as_ref()
+            .is_some_and(|ball| p.distance(ball.centre) <= reach(ball))
     }
 }
 
@@ -60,5 +62,51 @@ impl<I: ElementIndex> Surroundings<'_, I> {
                 visit(id, place);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::growth::stick::tests::{parameters, scattered};
+    use crate::rng::{Purpose, Stream};
+    use crate::substrate::Substrate;
+
+    #[test]
+    fn what_was_found_answers_for_smaller_balls_in_it() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().local_diagonal() / 250.0);
+        let (cluster, index) = scattered(&substrate, &parameters, 9_000);
+        let around = Surroundings {
+            substrate: &substrate,
+            parameters: &parameters,
+            elements: (&cluster).into(),
+            index: &index,
+        };
+        let radius = parameters.curvature_radius;
+        let mut stream = Stream::new(5, Purpose::Walker, 0);
+        let (mut nearby, mut served) = (Nearby::default(), 0);
+        for first in cluster.elements().iter().step_by(90) {
+            let centre = first.position;
+            nearby.begin(Ball { centre, radius });
+            around.within(centre, radius, &mut |id, e| nearby.add(id, e.position));
+            for _ in 0..20 {
+                let aside = DVec3::from([0; 3].map(|_| stream.uniform() - 0.5)) * radius;
+                let asked = (centre + aside, 0.9 * stream.uniform() * radius);
+                let [mut expected, mut found] = [Vec::new(), Vec::new()];
+                around.within(asked.0, asked.1, &mut |id, _| expected.push(id));
+                around.within_found(&nearby, asked, |id, place| {
+                    assert_eq!(place, around.element(id).position);
+                    found.push(id);
+                });
+                expected.sort_unstable();
+                found.sort_unstable();
+                assert_eq!(found, expected);
+                served += usize::from(nearby.holds(asked.0, asked.1));
+            }
+        }
+        assert!((700..1300).contains(&served), "{served}");
     }
 }

@@ -465,7 +465,8 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
     ) -> Met {
         let habitat = self.habitat;
         let suits = |at: &SurfacePoint| habitat.is_everywhere() || habitat.at(at) > 0.0;
-        let joined = { &self.around }.join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
+        let joined =
+            { &self.around }.join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
         if !suits(&joined.at) {
             self.track.counts.refusals += 1;
             return Met::Refused;

@@ -76,7 +76,8 @@ pub struct Frame {
     pub origin: DVec3,
     /// The direction of the first edge, a unit vector.
     pub x: DVec3,
-    /// The direction at right angles to `x` in the triangle's plane, towards the third corner; a unit vector.
+    /// The direction at right angles to `x` in the triangle's plane, towards the third corner; a unit vector, but on slivers:
+    /// both are off by round-off times the triangle's length over its width, at most by a thousandth.
     pub y: DVec3,
 }
 
@@ -258,6 +259,32 @@ mod tests {
         let corners = [DVec3::ZERO, x, x * along + y * width];
         let aside = DVec3::new(3.0, -1.0, 2.0) * stream.uniform();
         [0, 1, 2].map(|k| corners[(begin + k) % 3] + aside)
+    }
+
+    #[test]
+    fn facets_lie_on_their_triangles() {
+        let mut stream = Stream::new(4, Purpose::Walker, 0);
+        for i in 0..6_000 {
+            let width = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-11][i % 6];
+            let along = [0.0, 0.4, 1.0, 0.97][i / 6 % 4];
+            let corners = sliver(width, along, i / 24 % 3, &mut stream);
+            let [first, ..] = crossings(corners, [Twin::from_bits(0); 3]);
+            let unscaled = Unscaled::new(7, corners, DVec2::new(first.along, first.height));
+            let Facet { chart, frame, .. } = unscaled.scaled();
+            for (at, corner) in chart.corners().into_iter().zip(corners) {
+                assert!(frame.lift(at).distance(corner) < 1e-14, "{width}, {along}");
+                assert!(unscaled.lift(at / chart.base).distance(corner) < 1e-14);
+            }
+            let off = [
+                frame.x.length() - 1.0,
+                frame.y.length() - 1.0,
+                frame.x.dot(frame.y),
+            ];
+            assert!(
+                off.iter().all(|off| off.abs() < 1e-14 / width),
+                "{off:?} at {width}"
+            );
+        }
     }
 
     #[test]

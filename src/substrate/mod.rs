@@ -50,8 +50,8 @@ pub use crate::image::Wrap;
 pub use adjacency::{HalfEdge, Twin};
 pub(crate) use coarse::{Copies, Errors};
 pub use division::{Division, NAMELESS};
-pub use geometry::{Chart, Crossing, Facet, Frame};
 pub(crate) use geometry::Unscaled;
+pub use geometry::{Chart, Crossing, Facet, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
 pub use load::{
     Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
@@ -389,8 +389,7 @@ impl Substrate {
 
     /// A triangle laid flat, and where that lies in space.
     ///
-    /// Worked out from its corners: kept for each triangle it would be three fifths of what walks need, and be waited for
-    /// longer than that takes.
+    /// Worked out from its corners. Kept, it would take 96 bytes a triangle, and as long again to wait for them.
     ///
     /// # Panics
     /// When there is no such triangle.

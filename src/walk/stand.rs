@@ -63,15 +63,17 @@ impl Stand {
         self.step_from(substrate, &mut facet, step, absorb)
     }
 
-    /// The same for whoever has the triangle's facet at hand, and then has that of the triangle where it led.
+    /// The same for whoever has the facet of the triangle on this substrate at hand, and then has that of the triangle
+    /// where it led.
     #[inline(always)]
-    pub fn step_from(
+    pub(crate) fn step_from(
         self,
         substrate: &Substrate,
         facet: &mut Facet,
         step: DVec2,
         absorb: bool,
     ) -> Moved {
+        debug_assert_eq!(facet.triangle, self.triangle);
         let there = self.at + step;
         if facet.chart.contains(there) {
             return Moved {

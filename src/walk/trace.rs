@@ -643,3 +643,28 @@ impl Behind {
         turn.normalize_or(DVec2::X)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    #[test]
+    fn masks_and_numbers_name_the_same_edge() {
+        let mut stream = Stream::new(6, Purpose::Walker, 0);
+        let mut seen = [0; 3];
+        for _ in 0..3_000 {
+            let corners = [0; 3].map(|_| stream.in_unit_disc());
+            let bit = |k: usize| usize::from(corners[k].y > 0.0) << k;
+            let k = EXITS[bit(0) | bit(1) | bit(2)];
+            if k < 3 {
+                let [left, right] = [corners[(k + 1) % 3], corners[k]];
+                assert!(left.y > 0.0 && right.y <= 0.0);
+                assert_eq!(ends_of_exit(&corners), [left, right]);
+                assert_eq!(BEFORE[k] as usize, (k + 2) % 3);
+                seen[k] += 1;
+            }
+        }
+        assert!(seen.iter().all(|&seen| seen > 500), "{seen:?}");
+    }
+}

@@ -128,7 +128,7 @@ pub(crate) fn survey(substrate: &Substrate, traces: usize, stream: &mut Stream) 
     for i in 0..traces {
         let triangle = (stream.uniform() * substrate.triangles().len() as f64) as u32;
         let from = start(i % 4, triangle, stream);
-        let corners = substrate.charts()[triangle as usize].corners();
+        let corners = substrate.facet(triangle).chart.corners();
         let [w0, w1, w2] = from.weights();
         let at = corners[0] * w0 + corners[1] * w1 + corners[2] * w2;
         let to_corner = corners[(stream.uniform() * 3.0) as usize] - at;

@@ -69,6 +69,7 @@ impl SparseIndex {
     fn search(&self, elements: &Population<'_>, x: f64, y: f64, z: f64, notes: &mut Notes) -> Look {
         let position = DVec3 { x, y, z };
         let spot = self.scale.spot(position);
+        // As above, to the last part: which of the two is asked may depend on what other walkers have made.
         let (outside, spot) = match self.tree.holds(spot.cell()) {
             true => (0.0, spot),
             false => self.nearest_in_grids(position),
@@ -92,7 +93,9 @@ impl SparseIndex {
                 }
                 let touching = here < CONTACT
                     && match number {
-                        Some(number) => self.touches_in((number, spot.inside(0)), elements, position),
+                        Some(number) => {
+                            self.touches_in((number, spot.inside(0)), elements, position)
+                        }
                         None => self.touches(elements, position),
                     };
                 return look_near(clear(here) * self.radius, touching);
