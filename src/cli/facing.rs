@@ -44,7 +44,11 @@ impl Facing {
             let k = h as usize % 3;
             [corners[k], corners[(k + 1) % 3]]
         };
-        let half_edges = 3 * piece.triangles.start..3 * piece.triangles.end;
+        let report = substrate.report();
+        let half_edges = match report.boundary_edges + report.non_manifold_edges {
+            0 => 0..0,
+            _ => 3 * piece.triangles.start..3 * piece.triangles.end,
+        };
         let is_open = |h: &u32| substrate.twin(*h).half_edge() == *h;
         let rim: Vec<[DVec3; 2]> = half_edges.filter(is_open).map(ends).collect();
         let middle = middle(&rim).unwrap_or_else(|| substrate.corners(piece.triangles.start)[0]);
@@ -55,7 +59,7 @@ impl Facing {
         };
         for t in piece.triangles.clone() {
             let [a, b, c] = substrate.corners(t);
-            let outlook = substrate.area(t) * substrate.normal(t);
+            let outlook = substrate.area_vector(t);
             let centre = (a + b + c) / 3.0;
             found.volume += outlook.dot(centre - middle) / 3.0;
             found.outlook += outlook;

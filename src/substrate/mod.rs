@@ -562,6 +562,15 @@ impl Substrate {
         self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
     }
 
+    /// A triangle's [normal](Self::normal) times its area, local units squared.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn area_vector(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * self.winding().side(triangle) * (b - a).cross(c - a)
+    }
+
     /// The unit normal of the surface as it is on the whole, on the side of [`normal`](Self::normal): for the slope.
     ///
     /// As [`smooth_normals`](crate::morphometry::smooth_normals), but what is finer than about 1 % of the diagonal of the

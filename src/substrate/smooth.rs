@@ -61,7 +61,7 @@ pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let passes: Vec<u8> = { all.clone().into_par_iter() }
         .map(|t| passes(scale, substrate.area(t)))
         .collect();
-    let vector_area = |t| (substrate.area(t) * substrate.normal(t)).as_vec3();
+    let vector_area = |t| substrate.area_vector(t).as_vec3();
     let mut areas: Vec<Vec3> = all.clone().into_par_iter().map(vector_area).collect();
     for pass in 0..passes.iter().copied().max().unwrap_or(0) {
         let moves = |t: u32| passes[t as usize] > pass;

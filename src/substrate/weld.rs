@@ -98,7 +98,10 @@ pub(super) fn weld(soup: Soup) -> Welded {
         retain_pairs(triangles, source, |t| !is_degenerate(vertices, t));
         welded.degenerate = read - welded.triangles.len();
     }
-    welded.tidy();
+    // Vertices have been numbered as triangles come to them.
+    if welded.drop_repeated() || !flat.is_empty() {
+        forget_unused(&mut welded.vertices, &mut welded.triangles);
+    }
     welded
 }
 
@@ -110,9 +113,16 @@ impl Welded {
 
     /// Of triangles with the same corners the first stays, and vertices that none uses go.
     pub(super) fn tidy(&mut self) {
-        let before = self.triangles.len();
+        self.drop_repeated();
+        forget_unused(&mut self.vertices, &mut self.triangles);
+    }
+
+    /// Of triangles with the same corners the first stays. Whether there were any.
+    fn drop_repeated(&mut self) -> bool {
         let repeated = repeated(self.vertices.len(), &self.triangles);
-        if !repeated.is_empty() {
+        self.duplicate += repeated.len();
+        let is_any = !repeated.is_empty();
+        if is_any {
             let mut repeated = repeated.into_iter().peekable();
             let mut next = 0..;
             retain_pairs(&mut self.triangles, &mut self.source, |_| {
@@ -120,8 +130,7 @@ impl Welded {
                 repeated.next_if(|r| Some(*r) == number).is_none()
             });
         }
-        self.duplicate += before - self.triangles.len();
-        forget_unused(&mut self.vertices, &mut self.triangles);
+        is_any
     }
 }
 

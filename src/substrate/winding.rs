@@ -129,7 +129,7 @@ mod tests {
 
     fn volume(mesh: &Substrate) -> f64 {
         let triangles = 0..mesh.triangles().len() as u32;
-        let part = |t| mesh.area(t) * mesh.normal(t).dot(mesh.corners(t)[0]) / 3.0;
+        let part = |t| mesh.area_vector(t).dot(mesh.corners(t)[0]) / 3.0;
         triangles.map(part).sum()
     }
 
