@@ -67,28 +67,21 @@ impl<I: ElementIndex> Surroundings<'_, I> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::growth::stick::tests::{parameters, scattered};
+    use crate::cluster::{Element, SparseIndex};
+    use crate::growth::stick::tests::on_rock;
     use crate::rng::{Purpose, Stream};
-    use crate::substrate::Substrate;
 
     #[test]
     fn what_was_found_answers_for_smaller_balls_in_it() {
-        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
-        let parameters = parameters(substrate.units().local_diagonal() / 250.0);
-        let (cluster, index) = scattered(&substrate, &parameters, 9_000);
-        let around = Surroundings {
-            substrate: &substrate,
-            parameters: &parameters,
-            elements: (&cluster).into(),
-            index: &index,
-        };
-        let radius = parameters.curvature_radius;
+        on_rock(smaller_balls_are_answered);
+    }
+
+    fn smaller_balls_are_answered(around: &Surroundings<SparseIndex>, elements: &[Element]) {
+        let radius = around.parameters.curvature_radius;
         let mut stream = Stream::new(5, Purpose::Walker, 0);
         let (mut nearby, mut served) = (Nearby::default(), 0);
-        for first in cluster.elements().iter().step_by(90) {
+        for first in elements.iter().step_by(90) {
             let centre = first.position;
             nearby.begin(Ball { centre, radius });
             around.within(centre, radius, &mut |id, e| nearby.add(id, e.position));

@@ -276,8 +276,8 @@ pub(super) mod tests {
         (cluster, index)
     }
 
-    #[test]
-    fn what_was_counted_near_answers_as_counting_does() {
+    /// 9,000 elements anywhere on the rock, a 250th of its diagonal in radius.
+    pub(in crate::growth) fn on_rock(check: impl FnOnce(&Surroundings<SparseIndex>, &[Element])) {
         let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
         let parameters = parameters(substrate.units().local_diagonal() / 250.0);
         let (cluster, index) = scattered(&substrate, &parameters, 9_000);
@@ -287,15 +287,28 @@ pub(super) mod tests {
             elements: (&cluster).into(),
             index: &index,
         };
-        let law = Stickiness::new(&parameters);
+        check(&around, cluster.elements());
+    }
+
+    #[test]
+    fn what_was_counted_near_answers_as_counting_does() {
+        on_rock(counts_near_answer_as_counting_does);
+    }
+
+    fn counts_near_answer_as_counting_does(
+        around: &Surroundings<SparseIndex>,
+        elements: &[Element],
+    ) {
+        let (substrate, parameters) = (around.substrate, around.parameters);
+        let law = Stickiness::new(parameters);
         let mut scratch = Connectivity::new();
         let mut stream = Stream::new(4, Purpose::Walker, 0);
         let (mut stuck, mut remembered) = (0, 0);
-        for first in cluster.elements().iter().step_by(80) {
+        for first in elements.iter().step_by(80) {
             let (mut place, mut crowd) = (first.at, Crowd::default());
             for _ in 0..40 {
                 let step = stream.in_unit_disc() * parameters.radius;
-                place = crate::walk::trace(&substrate, &place, step, false).point;
+                place = crate::walk::trace(substrate, &place, step, false).point;
                 let here = (place.triangle, substrate.position(&place));
                 let chance = stream.uniform();
                 let probability = law.probability(around.count(&mut scratch, here));
@@ -311,7 +324,7 @@ pub(super) mod tests {
                     }
                     Answer::Refused(asked) => {
                         assert!(chance >= probability);
-                        assert_spares(&around, &law, (here.1, chance), asked);
+                        assert_spares(around, &law, (here.1, chance), asked);
                         remembered += usize::from(asked.centre != here.1);
                     }
                 }

@@ -389,7 +389,7 @@ impl Substrate {
 
     /// A triangle laid flat, and where that lies in space.
     ///
-    /// Worked out from its corners. Kept, it would take 96 bytes a triangle, and as long again to wait for them.
+    /// Worked out from its corners: kept, it would take 96 bytes a triangle, and walkers would wait for these.
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -558,8 +558,7 @@ impl Substrate {
     /// # Panics
     /// When there is no such triangle.
     pub fn normal(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = self.corners(triangle);
-        self.winding().side(triangle) * (b - a).cross(c - a).normalize_or(DVec3::Y)
+        self.area_vector(triangle).normalize_or(DVec3::Y)
     }
 
     /// A triangle's [normal](Self::normal) times its area, local units squared.
