@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3};
 
 use super::surroundings::Ground;
 use crate::substrate::{Copies, Errors, Frame, Substrate, SurfacePoint};
-use crate::walk::Stand;
+use crate::walk::{Footing, Stand};
 
 /// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies may eight times
 /// more each.
@@ -47,8 +47,9 @@ const STEEP: f64 = 0.3;
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
 
-/// The square of a length that leads nowhere; local units.
-const NO_LENGTH_SQ: f64 = 1e-200;
+/// The square of a length that is round-off, local units: who is so near is there, and would walk again for nothing. Without
+/// a direction it is not known either by which edge a step leaves from the border of a triangle.
+const NO_LENGTH_SQ: f64 = 1e-26;
 
 /// Coarser copies, and when to walk on them.
 pub(super) struct Far {
@@ -191,14 +192,34 @@ impl Far {
     }
 
     /// From a level to the next coarser one. None where the one that hardly strays is not near.
-    pub(super) fn lifted(&self, level: Level, here: &Stand) -> Option<Stand> {
+    pub(super) fn lifted(&self, level: Level, here: &Stand) -> Option<Footing> {
         let copy = &self.copies.all[level];
-        let above = copy.above(here.triangle, here.position);
-        let begin = Stand::new(copy.surface(), &above);
-        // The triangle may end before it is straight below.
-        let there = walk_to(copy.surface(), begin, here.position);
-        let aside = there.position.distance(here.position);
+        let facet = copy
+            .surface()
+            .facet(copy.stand_ins()[here.triangle as usize]);
+        let below = facet.frame.flatten(here.position);
+        let there = match facet.chart.contains(below) {
+            true => Footing::new(facet, below),
+            // The triangle ends before it is straight below.
+            false => {
+                let nearest = copy.surface().nearest_in(facet.triangle, here.position);
+                let begin = Footing::new(facet, facet.chart.place(nearest.weights()));
+                walk_to(copy.surface(), begin, here.position)
+            }
+        };
+        let aside = there.stand.position.distance(here.position);
         (!self.is_near(level + 1) || aside <= self.beside).then_some(there)
+    }
+
+    /// The same as [`landed`](Self::landed) for whoever has no facet at hand, and needs none.
+    pub(super) fn landed_from(
+        &self,
+        level: Level,
+        substrate: &Substrate,
+        here: &Stand,
+    ) -> Option<Stand> {
+        let here = Footing::of(*here, self.surface(level, substrate));
+        Some(self.landed(level, substrate, &here)?.stand)
     }
 
     /// From a copy to the next finer level: from a triangle near there by short walks over that surface.
@@ -206,22 +227,26 @@ impl Far {
         &self,
         level: Level,
         substrate: &Substrate,
-        here: &Stand,
-    ) -> Option<Stand> {
-        let triangle = self.copies.all[level - 1].below(here.triangle, here.at);
+        here: &Footing,
+    ) -> Option<Footing> {
+        let Footing {
+            stand,
+            facet: above,
+        } = here;
+        let triangle = self.copies.all[level - 1].below(above, stand.at);
         if triangle == u32::MAX {
             return None;
         }
         let finer = self.surface(level - 1, substrate);
-        let begin = Stand::new(finer, &SurfacePoint::from_weights(triangle, [1.0; 3]));
-        let plane = self.surface(level, substrate).facet(here.triangle).frame;
-        let there = walk_above(finer, begin, here.position, &plane);
-        let aside = there.position.distance(here.position);
+        let facet = finer.facet(triangle);
+        let middle = Footing::new(facet, facet.chart.place([1.0 / 3.0; 3]));
+        let there = walk_above(finer, middle, stand.position, &above.frame);
+        let aside = there.stand.position.distance(stand.position);
         match self.is_near(level) {
             true => (aside <= self.beside).then_some(there),
-            false if aside <= self.deviation(level, here.triangle) => Some(there),
+            false if aside <= self.deviation(level, above.triangle) => Some(there),
             // Under an overhang what is straight above is not what the triangle stands for.
-            false => Some(walk_to(finer, begin, here.position)),
+            false => Some(walk_to(finer, middle, stand.position)),
         }
     }
 }
@@ -241,16 +266,16 @@ pub(super) fn on_mesh(
     level: Level,
     there: &Stand,
 ) -> Option<SurfacePoint> {
-    let down = |here: Stand, level| far?.landed(level, substrate, &here);
+    let down = |here: Stand, level| far?.landed_from(level, substrate, &here);
     let on_mesh = (1..=level).rev().try_fold(*there, down)?;
     Some(on_mesh.surface_point(substrate))
 }
 
 /// Short walks over a surface, each towards a place, as long as they lead nearer.
-fn walk_to(surface: &Substrate, there: Stand, to: DVec3) -> Stand {
-    walk(surface, there, |there, frame| {
-        let onward = to - there.position;
-        (frame.turned(onward), onward.length_squared())
+fn walk_to(surface: &Substrate, there: Footing, to: DVec3) -> Footing {
+    walk(surface, there, |there| {
+        let onward = to - there.stand.position;
+        (there.facet.frame.turned(onward), onward.length_squared())
     })
 }
 
@@ -258,10 +283,11 @@ fn walk_to(surface: &Substrate, there: Stand, to: DVec3) -> Stand {
 ///
 /// A walker comes to a copy straight down on its triangle, so that a round trip returns to the starting point. The
 /// nearest place would be another one on a slope, each time farther towards where the two surfaces meet.
-fn walk_above(surface: &Substrate, there: Stand, from: DVec3, plane: &Frame) -> Stand {
+fn walk_above(surface: &Substrate, there: Footing, from: DVec3, plane: &Frame) -> Footing {
     let up = plane.x.cross(plane.y);
-    walk(surface, there, |there, frame| {
-        let straight = from - there.position;
+    walk(surface, there, |there| {
+        let frame = &there.facet.frame;
+        let straight = from - there.stand.position;
         let aside = straight - up * straight.dot(up);
         let normal = frame.x.cross(frame.y);
         let steep = normal.dot(up);
@@ -279,19 +305,17 @@ fn walk_above(surface: &Substrate, there: Stand, from: DVec3, plane: &Frame) -> 
 /// and how far it is, squared.
 fn walk(
     surface: &Substrate,
-    mut there: Stand,
-    onward: impl Fn(&Stand, &Frame) -> (DVec2, f64),
-) -> Stand {
-    let of = |there: &Stand| onward(there, &surface.facet(there.triangle).frame);
-    let (mut way, mut far) = of(&there);
+    mut there: Footing,
+    onward: impl Fn(&Footing) -> (DVec2, f64),
+) -> Footing {
+    let (mut way, mut far) = onward(&there);
     for _ in 0..MOST_WALKS {
-        // Without a direction it is not known by which edge a step leaves from the border of a triangle.
         if way.length_squared() < NO_LENGTH_SQ {
             break;
         }
-        let next = there.step(surface, way, false).to;
+        let next = there.after(surface, way);
         let before = far;
-        (way, far) = of(&next);
+        (way, far) = onward(&next);
         if far >= before {
             break;
         }
@@ -307,7 +331,7 @@ mod tests {
     use super::*;
     use crate::growth::launch::{AreaSampler, LaunchRing};
     use crate::rng::{Purpose, Stream};
-    use crate::substrate::Soup;
+    use crate::substrate::{Facet, Soup};
 
     fn boulder() -> (Substrate, Far) {
         let substrate = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
@@ -330,6 +354,27 @@ mod tests {
         assert_eq!(far.most(2), f64::INFINITY);
     }
 
+    /// As who goes on from a milestone works it out anew.
+    fn assert_is_facet_there(footing: &Footing, surface: &Substrate) {
+        let facet = surface.facet(footing.stand.triangle);
+        let numbers = |facet: &Facet| format!("{facet:?}");
+        assert_eq!(numbers(&footing.facet), numbers(&facet));
+    }
+
+    /// From what is nearest of the triangle that stands for the place, whether that is straight below or not.
+    fn lifted_by_walking(far: &Far, level: Level, here: &Stand) -> Stand {
+        let copy = &far.copies.all[level - 1];
+        let triangle = copy.stand_ins()[here.triangle as usize];
+        let nearest = copy.surface().nearest_in(triangle, here.position);
+        let begin = Stand::new(copy.surface(), &nearest);
+        walk_to(
+            copy.surface(),
+            Footing::of(begin, copy.surface()),
+            here.position,
+        )
+        .stand
+    }
+
     #[test]
     fn places_on_copies_stand_for_places_within_the_deviation() {
         let (substrate, far) = boulder();
@@ -340,16 +385,23 @@ mod tests {
             let mut here = Stand::new(&substrate, &area.sample(&mut stream));
             let there = here.position;
             for level in 1..=2 {
-                here = far.lifted(level - 1, &here).expect("a place");
+                let lifted = far.lifted(level - 1, &here).expect("a place");
+                assert_is_facet_there(&lifted, far.surface(level, &substrate));
+                let slow = lifted_by_walking(&far, level, &here);
+                assert!(slow.position.distance(lifted.stand.position) < 1e-12);
+                here = lifted.stand;
                 let most = far.deviation(level, here.triangle);
                 assert!(here.position.distance(there) <= most);
             }
             for level in [2, 1] {
                 // Some triangles of a copy stand for none: nobody lands from there.
-                let Some(landed) = far.landed(level, &substrate, &here) else {
+                let footing = Footing::of(here, far.surface(level, &substrate));
+                let Some(landed) = far.landed(level, &substrate, &footing) else {
                     adrift += 1;
                     break;
                 };
+                assert_is_facet_there(&landed, far.surface(level - 1, &substrate));
+                let landed = landed.stand;
                 let aside = landed.position.distance(here.position);
                 let most = far.deviation(level, here.triangle);
                 assert!(aside <= 2.0 * most, "{aside} aside, level {level}");
@@ -374,7 +426,7 @@ mod tests {
                 let there = far.lifted(0, &here).expect("a place");
                 let back = far.landed(1, &substrate, &there);
                 back.map_or(f64::INFINITY, |back| {
-                    back.position.distance(here.position) / radius
+                    back.stand.position.distance(here.position) / radius
                 })
             })
             .collect();
@@ -396,7 +448,8 @@ mod tests {
                 });
                 for edge in edges {
                     let here = Stand::new(&cube, &SurfacePoint::from_weights(t, edge));
-                    let there = walk_to(&cube, here, here.position);
+                    let footing = Footing::of(here, &cube);
+                    let there = walk_to(&cube, footing, here.position).stand;
                     assert_eq!(there.position, here.position, "{t} {edge:?}");
                 }
             }
@@ -444,9 +497,9 @@ mod tests {
         for _ in 0..2000 {
             let here = Stand::new(&cube, &area.sample(&mut stream));
             let there = far.lifted(0, &here).expect("beside");
-            assert!(there.position.distance(here.position) < 1e-9 * radius);
+            assert!(there.stand.position.distance(here.position) < 1e-9 * radius);
             let back = far.landed(1, &cube, &there).expect("beside");
-            assert!(back.position.distance(here.position) < 1e-9 * radius);
+            assert!(back.stand.position.distance(here.position) < 1e-9 * radius);
         }
     }
 

@@ -65,7 +65,10 @@ pub(super) struct Underfoot {
 
 impl Underfoot {
     pub(super) fn new((level, triangle): (Level, u32), surface: &Substrate) -> Self {
-        let facet = surface.facet(triangle);
+        Self::of(level, surface.facet(triangle))
+    }
+
+    pub(super) fn of(level: Level, facet: Facet) -> Self {
         Self { level, facet }
     }
 

@@ -63,7 +63,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             Meeting::Elsewhere => self.meet_below(far, now, there, step),
             Meeting::Refused => Met::Refused,
             Meeting::Sticks(probability) => {
-                let landed = far.landed(now.level, self.around.substrate, there);
+                let landed = far.landed_from(now.level, self.around.substrate, there);
                 self.stick(far, (&now.here, step), landed, probability)
             }
         }
@@ -71,7 +71,7 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// The same on the surface itself: what stands for an element's triangle may be beside it.
     fn meet_below(&mut self, far: &Far, now: &mut Way, there: &Stand, step: DVec2) -> Met {
-        let Some(landed) = far.landed(now.level, self.around.substrate, there) else {
+        let Some(landed) = far.landed_from(now.level, self.around.substrate, there) else {
             return Met::Nothing;
         };
         if !self.look_about(landed.position).touching {
@@ -113,7 +113,7 @@ impl<I: ElementIndex> Walk<'_, I> {
         if !far.is_near(level) {
             return None;
         }
-        let landed = far.landed(level, self.around.substrate, here)?;
+        let landed = far.landed_from(level, self.around.substrate, here)?;
         let is_clear = !self.look_about(landed.position).touching;
         is_clear.then_some(landed)
     }

@@ -15,7 +15,7 @@ use super::{Habitat, Halt, Parameters, Stickiness, Surroundings};
 use crate::cluster::{Element, ElementIndex, Look};
 use crate::rng::{Purpose, Stream};
 use crate::substrate::{Substrate, SurfacePoint};
-use crate::walk::{Ball, Connectivity, Stand};
+use crate::walk::{Ball, Connectivity, Footing, Stand};
 
 /// Places tried in a row before the surface counts as full.
 pub(super) const MOST_TRIES: usize = 20_000;
@@ -227,18 +227,19 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
     #[inline(never)]
     fn lift(&mut self, far: &Far, now: &mut Way) {
         while now.bound > far.most(now.level) {
-            let Some(lifted) = far.lifted(now.level, &now.here) else {
+            let Some(Footing { stand, facet }) = far.lifted(now.level, &now.here) else {
                 return;
             };
-            let aside = lifted.position.distance(now.here.position);
+            let aside = stand.position.distance(now.here.position);
             let gained = far.deviation(now.level, now.here.triangle);
-            let lost = aside + far.deviation(now.level + 1, lifted.triangle);
+            let lost = aside + far.deviation(now.level + 1, stand.triangle);
             let bound = now.bound + gained - lost;
             // Where a copy strays far from the surface it would have to land at once.
             if bound < far.least(now.level + 1) {
                 return;
             }
-            (now.here, now.bound, now.level) = (lifted, bound, now.level + 1);
+            (now.here, now.bound, now.level) = (stand, bound, now.level + 1);
+            now.underfoot = Underfoot::of(now.level, facet);
         }
     }
 
@@ -246,19 +247,25 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
     /// far from the surface, but places that stand for each other may be.
     #[inline(never)]
     fn land(&mut self, far: &Far, now: &mut Way) -> bool {
-        let mut landed = now.clone();
-        while landed.bound < far.least(landed.level) {
-            let finer = far.landed(landed.level, self.around.substrate, &landed.here);
-            let Some(here) = finer else { return false };
-            let look = self.look_about(here.position);
+        let (mut level, mut bound) = (now.level, now.bound);
+        let surface = self.surface(level);
+        now.underfoot.be((level, now.here.triangle), surface);
+        let mut here = Footing {
+            stand: now.here,
+            facet: now.underfoot.facet,
+        };
+        while bound < far.least(level) {
+            let finer = far.landed(level, self.around.substrate, &here);
+            let Some(landed) = finer else { return false };
+            let look = self.look_about(landed.stand.position);
             if look.touching {
                 return false;
             }
-            (landed.here, landed.level) = (here, landed.level - 1);
-            let bound = self.bounds.of(&look);
-            landed.bound = bound - far.deviation(landed.level, landed.here.triangle);
+            (here, level) = (landed, level - 1);
+            bound = self.bounds.of(&look) - far.deviation(level, here.stand.triangle);
         }
-        *now = landed;
+        (now.here, now.level, now.bound) = (here.stand, level, bound);
+        now.underfoot = Underfoot::of(level, here.facet);
         true
     }
 

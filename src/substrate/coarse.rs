@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::simplify::{Limits, simplify};
-use super::{Component, Facet, Substrate, SurfacePoint, caps, weld};
+use super::{Component, Facet, Substrate, caps, weld};
 
 /// A copy to walk on where nothing is near is worth having with fewer triangles than this share of the surface's.
 const WORTH: f64 = 0.25;
@@ -258,17 +258,11 @@ impl Coarse {
         &self.above
     }
 
-    /// The place on the copy that stands for one on the fine surface, given by its triangle and its
-    /// position.
-    pub(crate) fn above(&self, triangle: u32, p: DVec3) -> SurfacePoint {
-        self.surface.nearest_in(self.above[triangle as usize], p)
-    }
-
     /// A triangle of the fine surface near to a place on the copy, given by its triangle and where
     /// that place is in its chart.
-    pub(crate) fn below(&self, triangle: u32, at: DVec2) -> u32 {
-        let cells = self.cells[triangle as usize];
-        self.below[cells.index(self.surface.facet(triangle).chart.shares(at))]
+    pub(crate) fn below(&self, facet: &Facet, at: DVec2) -> u32 {
+        let cells = self.cells[facet.triangle as usize];
+        self.below[cells.index(facet.chart.shares(at))]
     }
 }
 

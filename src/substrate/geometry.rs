@@ -50,6 +50,13 @@ impl Chart {
         [DVec2::ZERO, DVec2::new(self.base, 0.0), self.apex]
     }
 
+    /// A point by its barycentric weights.
+    #[inline(always)]
+    pub(crate) fn place(&self, [a, b, c]: [f64; 3]) -> DVec2 {
+        let [first, second, third] = self.corners();
+        first * a + second * b + third * c
+    }
+
     /// A point as shares of the edges from the first corner to the second and to the third.
     #[inline]
     pub fn shares(&self, p: DVec2) -> DVec2 {

@@ -12,6 +12,7 @@ mod trace;
 pub use connect::Connectivity;
 pub use plane::TrianglePlane;
 pub use section::{Ball, Place};
+pub(crate) use stand::Footing;
 pub use stand::{Moved, Stand};
 pub use trace::{End, MOST_CROSSINGS, Trace, Visitor, trace, trace_visiting};
 

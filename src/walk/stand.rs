@@ -19,6 +19,13 @@ pub struct Stand {
     pub position: DVec3,
 }
 
+/// Where a walker stands, and its triangle's facet: for who goes on from there at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Footing {
+    pub(crate) stand: Stand,
+    pub(crate) facet: Facet,
+}
+
 /// Where a step led.
 #[derive(Clone, Copy, Debug)]
 pub struct Moved {
@@ -30,6 +37,32 @@ pub struct Moved {
     pub crossings: u32,
 }
 
+impl Footing {
+    /// At a place in a facet's chart.
+    #[inline(always)]
+    pub(crate) fn new(facet: Facet, at: DVec2) -> Self {
+        let stand = Stand::at(&facet, at);
+        Self { stand, facet }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(stand: Stand, substrate: &Substrate) -> Self {
+        let facet = substrate.facet(stand.triangle);
+        Self { stand, facet }
+    }
+
+    /// After a straight step, a vector in its chart; open edges reflect it.
+    #[inline(always)]
+    pub(crate) fn after(&self, substrate: &Substrate, step: DVec2) -> Self {
+        let mut facet = self.facet;
+        let moved = self.stand.step_from(substrate, &mut facet, step, false);
+        Self {
+            stand: moved.to,
+            facet,
+        }
+    }
+}
+
 impl Stand {
     /// Stands at a point of the surface.
     ///
@@ -38,11 +71,14 @@ impl Stand {
     #[inline(always)]
     pub fn new(substrate: &Substrate, point: &SurfacePoint) -> Self {
         let facet = substrate.facet(point.triangle);
-        let [a, b, c] = facet.chart.corners();
-        let [w0, w1, w2] = point.weights();
-        let at = a * w0 + b * w1 + c * w2;
+        Self::at(&facet, facet.chart.place(point.weights()))
+    }
+
+    /// Stands at a place in a facet's chart.
+    #[inline(always)]
+    fn at(facet: &Facet, at: DVec2) -> Self {
         Self {
-            triangle: point.triangle,
+            triangle: facet.triangle,
             at,
             position: facet.frame.lift(at),
         }
@@ -77,11 +113,7 @@ impl Stand {
         let there = self.at + step;
         if facet.chart.contains(there) {
             return Moved {
-                to: Self {
-                    triangle: self.triangle,
-                    at: there,
-                    position: facet.frame.lift(there),
-                },
+                to: Self::at(facet, there),
                 end: End::Distance,
                 crossings: 0,
             };
