@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::nearby::Nearby;
+use super::nearby::{Found, Nearby};
 use super::orbit::{Orbit, USUALLY_NEAR};
 use super::{Join, Surroundings};
 use crate::cluster::ElementIndex;
@@ -83,17 +83,15 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         path: &Path,
     ) -> (SurfacePoint, u32, bool) {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
-        let mut nearby: Vec<(u32, DVec3)> = Vec::with_capacity(USUALLY_NEAR);
-        self.within_found(found, (path.end(), reach), |id, place| {
-            nearby.push((id, place));
-        });
+        let mut nearby: Vec<Found> = Vec::with_capacity(USUALLY_NEAR);
+        self.within_found(found, (path.end(), reach), |element| nearby.push(element));
         let touch = path
             .legs
             .iter()
             .find_map(|leg| self.first_touch_on(scratch, leg, &nearby));
         // What was of another sheet at the start may be of the walker's here.
         let contact_sq = self.contact_distance() * self.contact_distance();
-        let is_near = |(_, q): &(u32, DVec3)| q.distance_squared(path.start()) < contact_sq;
+        let is_near = |f: &Found| f.place.distance_squared(path.start()) < contact_sq;
         let touch = touch.filter(|(at, _)| {
             let crowded = nearby.iter().any(is_near);
             !crowded || !self.overlaps(scratch, at)
@@ -106,9 +104,9 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         &self,
         scratch: &mut Connectivity,
         leg: &Leg,
-        nearby: &[(u32, DVec3)],
+        nearby: &[Found],
     ) -> Option<(SurfacePoint, u32)> {
-        let touch = |&(id, q): &(u32, DVec3)| Some((leg.meets(q, self.contact_distance())?, id));
+        let touch = |f: &Found| Some((leg.meets(f.place, self.contact_distance())?, f.id()));
         let mut touches: Vec<(f64, u32)> = Vec::with_capacity(nearby.len());
         touches.extend(nearby.iter().filter_map(touch));
         touches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

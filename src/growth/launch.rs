@@ -188,9 +188,11 @@ const SLACK: f64 = 1e-9;
 pub(super) fn circle_crossings(a: DVec2, e: DVec2, radius_sq: f64) -> [f64; 2] {
     let (ee, ae) = (e.length_squared(), a.dot(e));
     // The foot of the centre on the line, then half the chord: no cancellation far from the centre.
-    let miss_sq = a.perp_dot(e) * a.perp_dot(e) / ee;
-    let half = ((radius_sq - miss_sq) / ee).sqrt();
-    [-ae / ee - half, -ae / ee + half]
+    let inverse = 1.0 / ee;
+    let miss_sq = a.perp_dot(e) * a.perp_dot(e) * inverse;
+    let half = ((radius_sq - miss_sq) * inverse).sqrt();
+    let middle = -ae * inverse;
+    [middle - half, middle + half]
 }
 
 /// Chooses among triangles by area.

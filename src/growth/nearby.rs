@@ -13,8 +13,30 @@ use crate::walk::Ball;
 #[derive(Default)]
 pub(super) struct Nearby {
     ball: Option<Ball>,
-    /// Their ids and places.
-    all: Vec<(u32, DVec3)>,
+    all: Vec<Found>,
+}
+
+/// An element that was found.
+///
+/// Its id takes eight bytes, so that none lie empty. Where some do, it is put on the stack before it comes to a list, in
+/// other pieces than it is then read in, and that is waited for.
+#[derive(Clone, Copy)]
+pub(super) struct Found {
+    id: u64,
+    pub(super) place: DVec3,
+}
+
+impl Found {
+    #[inline]
+    fn new(id: u32, place: DVec3) -> Self {
+        let id = u64::from(id);
+        Self { id, place }
+    }
+
+    #[inline]
+    pub(super) fn id(&self) -> u32 {
+        self.id as u32
+    }
 }
 
 /// There mostly are no more of them.
@@ -33,7 +55,7 @@ impl Nearby {
 
     #[inline]
     pub(super) fn add(&mut self, id: u32, place: DVec3) {
-        self.all.push((id, place));
+        self.all.push(Found::new(id, place));
     }
 
     /// Whether all within a radius of a place are among them.
@@ -52,14 +74,14 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         &self,
         nearby: &Nearby,
         (p, radius): (DVec3, f64),
-        mut visit: impl FnMut(u32, DVec3),
+        mut visit: impl FnMut(Found),
     ) {
         if !nearby.holds(p, radius) {
-            return self.within(p, radius, &mut |id, element| visit(id, element.position));
+            return self.within(p, radius, &mut |id, e| visit(Found::new(id, e.position)));
         }
-        for &(id, place) in &nearby.all {
-            if place.distance_squared(p) < radius * radius {
-                visit(id, place);
+        for found in &nearby.all {
+            if found.place.distance_squared(p) < radius * radius {
+                visit(*found);
             }
         }
     }
@@ -90,9 +112,9 @@ mod tests {
                 let asked = (centre + aside, 0.9 * stream.uniform() * radius);
                 let [mut expected, mut found] = [Vec::new(), Vec::new()];
                 around.within(asked.0, asked.1, &mut |id, _| expected.push(id));
-                around.within_found(&nearby, asked, |id, place| {
-                    assert_eq!(place, around.element(id).position);
-                    found.push(id);
+                around.within_found(&nearby, asked, |one| {
+                    assert_eq!(one.place, around.element(one.id()).position);
+                    found.push(one.id());
                 });
                 expected.sort_unstable();
                 found.sort_unstable();

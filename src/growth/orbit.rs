@@ -5,12 +5,13 @@
 //! element of the same sheet.
 
 use std::f64::consts::TAU;
+use std::hint::select_unpredictable;
 
 use glam::{DVec2, DVec3};
 
 use super::Surroundings;
 use super::launch::circle_crossings;
-use super::nearby::Nearby;
+use super::nearby::{Found, Nearby};
 use crate::cluster::ElementIndex;
 use crate::substrate::{HalfEdge, SurfacePoint};
 use crate::walk::{Connectivity, TrianglePlane};
@@ -25,6 +26,12 @@ const ROUND_OFF: f64 = 1e-9;
 /// that grows takes the allocator's lock, and threads wait for each other there.
 pub(super) const USUALLY_NEAR: usize = 24;
 
+/// Before the turn to anything, and older than any element.
+const BEFORE_ALL: (f64, u32) = (-1.0, 0);
+
+/// Arcs up to this angle, just less than half a turn, pass through what is on the way from one end to the other.
+const MOST_SIMPLE: f64 = 3.0;
+
 /// A rotation about one element.
 pub(super) struct Orbit<'a, I> {
     around: &'a Surroundings<'a, I>,
@@ -33,7 +40,7 @@ pub(super) struct Orbit<'a, I> {
     centre: DVec3,
     reach: f64,
     /// The other elements that the rotation can meet.
-    others: Vec<(u32, DVec3)>,
+    others: Vec<Found>,
 }
 
 /// A second contact, and how far along the curve it was.
@@ -43,6 +50,7 @@ struct Met {
 }
 
 /// A place on the curve, seen in one triangle's plane.
+#[derive(Clone, Copy)]
 struct Here {
     triangle: u32,
     plane: TrianglePlane,
@@ -59,6 +67,17 @@ struct Exit {
     angle: f64,
     edge: usize,
     share: f64,
+    /// The place, from the circle's centre.
+    point: DVec2,
+}
+
+/// Where another element's sphere cuts the curve's circle: beside the middle of a chord, by half of it on either side,
+/// from the circle's centre.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    id: u32,
+    middle: DVec2,
+    half: DVec2,
 }
 
 impl<'a, I: ElementIndex> Orbit<'a, I> {
@@ -67,9 +86,9 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         let (triangle, centre) = (element.at.triangle, element.position);
         let reach = around.contact_distance();
         let mut others = Vec::with_capacity(USUALLY_NEAR);
-        around.within_found(nearby, (centre, 2.0 * reach), |id, place| {
-            if id != about {
-                others.push((id, place));
+        around.within_found(nearby, (centre, 2.0 * reach), |found| {
+            if found.id() != about {
+                others.push(found);
             }
         });
         Self {
@@ -91,20 +110,40 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         if self.others.is_empty() {
             return None;
         }
-        let ways = [1.0, -1.0].map(|sense| self.rotate(scratch, from, sense));
+        let begin = self.begin(from)?;
+        let [mut chords, mut further] = [Vec::new(), Vec::new()];
+        self.find_chords(&begin, None, &mut chords);
+        let back = Here {
+            sense: -1.0,
+            ..begin
+        };
+        let ways = [begin, back].map(|begin| self.rotate(scratch, begin, (&chords, &mut further)));
         let nearer = |a: Met, b: Met| if b.length < a.length { b } else { a };
         let [a, b] = ways;
         a.into_iter().chain(b).reduce(nearer).map(|met| met.at)
     }
 
-    fn rotate(&self, scratch: &mut Connectivity, from: &SurfacePoint, sense: f64) -> Option<Met> {
-        let start = self.around.substrate.position(from);
-        let mut here = self.begin(from, sense)?;
+    /// Rotates from a place in whose plane the first list is of the others' chords; the second is room for those in other
+    /// planes.
+    fn rotate(
+        &self,
+        scratch: &mut Connectivity,
+        begin: Here,
+        (chords, further): (&[Chord], &mut Vec<Chord>),
+    ) -> Option<Met> {
+        let mut here = begin;
         let mut length = 0.0;
         for arcs in 0..MOST_ARCS {
             let exit = here.exit();
             let end = exit.as_ref().map_or(TAU, |e| e.angle);
-            if let Some((angle, at)) = self.first_met(scratch, &here, end) {
+            let chords = match arcs {
+                0 => chords,
+                _ => {
+                    self.find_chords(&here, exit.as_ref(), further);
+                    &*further
+                }
+            };
+            if let Some((angle, at)) = self.first_met(scratch, &here, end, chords) {
                 let met = Met {
                     at,
                     length: length + angle * here.radius,
@@ -112,7 +151,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
                 return self.stays_with(scratch, &met.at).then_some(met);
             }
             let exit = exit?;
-            if arcs > 0 && here.triangle == from.triangle && here.passes(start, exit.angle) {
+            if arcs > 0 && here.triangle == begin.triangle && here.passes(begin.point, exit.angle) {
                 return None;
             }
             length += exit.angle * here.radius;
@@ -129,7 +168,8 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             .same_sheet(scratch, here, (self.about, self.centre))
     }
 
-    fn begin(&self, from: &SurfacePoint, sense: f64) -> Option<Here> {
+    /// The place from which to rotate, counter-clockwise.
+    fn begin(&self, from: &SurfacePoint) -> Option<Here> {
         let plane = TrianglePlane::new(self.around.substrate, from.triangle);
         let point = plane.project(self.around.substrate.position(from)).0;
         self.circle(&plane).map(|(centre, radius)| Here {
@@ -138,13 +178,33 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             centre,
             radius,
             point,
-            sense,
+            sense: 1.0,
         })
     }
 
     /// The circle that the sphere about the element cuts from a plane.
     fn circle(&self, plane: &TrianglePlane) -> Option<(DVec2, f64)> {
-        circle_in(plane, self.centre, self.reach)
+        let (centre, radius_sq) = self.cut(plane, self.centre);
+        (radius_sq > 0.0).then(|| (centre, radius_sq.sqrt()))
+    }
+
+    /// The circle that the sphere about an element cuts from a plane: its centre, and its radius squared, which is not
+    /// positive where it cuts none.
+    fn cut(&self, plane: &TrianglePlane, element: DVec3) -> (DVec2, f64) {
+        let (foot, height_sq) = plane.project(element);
+        (foot, self.reach * self.reach - height_sq)
+    }
+
+    /// The chords of the others' spheres, but for those that the curve does not come into before an exit.
+    fn find_chords(&self, here: &Here, exit: Option<&Exit>, chords: &mut Vec<Chord>) {
+        chords.clear();
+        chords.reserve(USUALLY_NEAR);
+        chords.extend(self.others.iter().filter_map(|other| {
+            let (centre, radius_sq) = self.cut(&here.plane, other.place);
+            let circle = (centre - here.centre, radius_sq);
+            let meets = exit.is_none_or(|exit| here.may_meet(circle, exit));
+            meets.then(|| here.chord(other.id(), circle)).flatten()
+        }));
     }
 
     /// The first element of the same sheet that the curve meets before an angle.
@@ -153,27 +213,27 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         scratch: &mut Connectivity,
         here: &Here,
         end: f64,
+        chords: &[Chord],
     ) -> Option<(f64, SurfacePoint)> {
-        let mut meetings: Vec<(f64, u32, DVec2)> = Vec::with_capacity(USUALLY_NEAR);
-        meetings.extend(self.others.iter().filter_map(|&(id, q)| {
-            let (centre, radius) = circle_in(&here.plane, q, self.reach)?;
-            let p = here.meeting(centre, radius)?;
-            Some((here.turn_to(p), id, p))
-        }));
         // The first mostly is the one: to put all in order would be to do so for nothing.
-        while let Some(first) = first_of(&meetings) {
-            let (_, id, p) = meetings.swap_remove(first);
-            let angle = here.angle_to(p);
+        let mut first = here.first_of(chords, BEFORE_ALL);
+        while let Some((turn, chord)) = first {
+            let entry = here.entry(chord);
+            let angle = here.angle_to(entry);
             if angle > end {
                 return None;
             }
-            let p = here.at_angle(angle);
-            let there = self.around.element(id);
+            let p = match angle > 0.0 {
+                true => here.centre + entry,
+                false => here.point,
+            };
+            let there = self.around.element(chord.id);
             let there = (there.at.triangle, there.position);
             let place = (here.triangle, here.plane.lift(p));
             if self.around.same_sheet(scratch, place, there) {
                 return Some((angle, here.plane.surface_point(p)));
             }
+            first = here.first_of(chords, (turn, chord.id));
         }
         None
     }
@@ -209,24 +269,8 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
     }
 }
 
-/// Which of some meetings comes first; of several in one place, the oldest element's.
-fn first_of(meetings: &[(f64, u32, DVec2)]) -> Option<usize> {
-    let before = |a: usize, b: usize| {
-        let ((turn, id, _), (other_turn, other, _)) = (meetings[a], meetings[b]);
-        turn < other_turn || (turn == other_turn && id < other)
-    };
-    (0..meetings.len()).reduce(|first, i| if before(i, first) { i } else { first })
-}
-
-/// The circle that a sphere cuts from a plane.
-fn circle_in(plane: &TrianglePlane, centre: DVec3, radius: f64) -> Option<(DVec2, f64)> {
-    let (foot, height_sq) = plane.project(centre);
-    let circle_sq = radius * radius - height_sq;
-    (circle_sq > 0.0).then(|| (foot, circle_sq.sqrt()))
-}
-
 impl Here {
-    /// How far the curve turns from here to a point of the circle, in [0, 2π).
+    /// How far the curve turns from here to a point of the circle, given from its centre, in [0, 2π).
     fn angle_to(&self, p: DVec2) -> f64 {
         let (sin, cos) = self.turned(p);
         let angle = libm::atan2(sin, cos);
@@ -237,32 +281,26 @@ impl Here {
     }
 
     /// A number that grows with that angle, in [0, 4), and takes less time.
+    #[inline(always)]
     fn turn_to(&self, p: DVec2) -> f64 {
         let (sin, cos) = self.turned(p);
-        let is_start = cos > 0.0 && -sin < ROUND_OFF * cos;
-        let share = cos / (sin.abs() + cos.abs());
-        match sin >= 0.0 {
-            true => 1.0 - share,
-            false if is_start => 0.0,
-            false => 3.0 + share,
+        if cos > 0.0 && sin < 0.0 && -sin < ROUND_OFF * cos {
+            return 0.0;
         }
+        let share = cos / (sin.abs() + cos.abs());
+        select_unpredictable(sin >= 0.0, 1.0 - share, 3.0 + share)
     }
 
     /// Sine and cosine of that angle, times the circle's radius squared.
+    #[inline(always)]
     fn turned(&self, p: DVec2) -> (f64, f64) {
-        let (from, to) = (self.point - self.centre, p - self.centre);
-        (self.sense * from.perp_dot(to), from.dot(to))
+        let from = self.point - self.centre;
+        (self.sense * from.perp_dot(p), from.dot(p))
     }
 
-    /// Direction of travel at a point of the circle, of the circle's radius in length.
+    /// Direction of travel at a point of the circle, given from its centre; of the circle's radius in length.
     fn velocity(&self, p: DVec2) -> DVec2 {
-        (p - self.centre).perp() * self.sense
-    }
-
-    fn at_angle(&self, angle: f64) -> DVec2 {
-        let (sin, cos) = libm::sincos(self.sense * angle);
-        let from = (self.point - self.centre).normalize_or(DVec2::X) * self.radius;
-        self.centre + DVec2::new(cos, sin).rotate(from)
+        p.perp() * self.sense
     }
 
     /// Where the curve first goes out through an edge.
@@ -270,8 +308,9 @@ impl Here {
         let corners = self.plane.corners();
         let mut first: Option<Exit> = None;
         for edge in 0..3 {
-            let (a, e) = (corners[edge], corners[(edge + 1) % 3] - corners[edge]);
-            for share in circle_crossings(a - self.centre, e, self.radius * self.radius) {
+            let a = corners[edge] - self.centre;
+            let e = corners[(edge + 1) % 3] - corners[edge];
+            for share in circle_crossings(a, e, self.radius * self.radius) {
                 let p = a + e * share;
                 let inside = (-ROUND_OFF..=1.0 + ROUND_OFF).contains(&share);
                 if !inside || e.perp_dot(self.velocity(p)) >= 0.0 {
@@ -283,6 +322,7 @@ impl Here {
                         angle,
                         edge,
                         share: share.clamp(0.0, 1.0),
+                        point: p,
                     });
                 }
             }
@@ -290,25 +330,60 @@ impl Here {
         first
     }
 
-    /// Where the curve comes into another circle, if it does.
+    /// Whether the curve may come into another circle before its exit from the triangle. That circle is given by its centre,
+    /// as seen from this one's, and its radius squared.
     ///
-    /// Of the two places p where the circles cross, that is the one where its direction v goes inwards: v·(p − centre)
-    /// is sense · across · distance² on the left of the way to the other centre, and minus that on the right.
-    fn meeting(&self, centre: DVec2, radius: f64) -> Option<DVec2> {
-        let between = centre - self.centre;
-        let distance_sq = between.length_squared();
-        let along =
-            (self.radius * self.radius - radius * radius + distance_sq) / (2.0 * distance_sq);
-        let across_sq = self.radius * self.radius / distance_sq - along * along;
-        (across_sq > 0.0).then(|| {
-            let aside = between.perp() * (-self.sense * across_sq.sqrt());
-            self.centre + between * along + aside
+    /// It does not if the exit is outside of it and the curve does not pass where it is nearest to its centre. Of long
+    /// arcs that is not asked.
+    fn may_meet(&self, (centre, radius_sq): (DVec2, f64), exit: &Exit) -> bool {
+        let begin = self.point - self.centre;
+        let is_onward = |from: DVec2, to: DVec2| self.sense * from.perp_dot(to) > 0.0;
+        let ends_inside = exit.point.distance_squared(centre) <= radius_sq;
+        let misses_nearest = is_onward(exit.point, centre) || is_onward(centre, begin);
+        ends_inside || !misses_nearest || exit.angle > MOST_SIMPLE
+    }
+
+    /// Where another circle, given in the same way, cuts this one, if it does.
+    #[inline(always)]
+    fn chord(&self, id: u32, (centre, radius_sq): (DVec2, f64)) -> Option<Chord> {
+        let inverse = 1.0 / centre.length_squared();
+        let own_sq = self.radius * self.radius;
+        let along = 0.5 + 0.5 * (own_sq - radius_sq) * inverse;
+        let across_sq = own_sq * inverse - along * along;
+        (across_sq > 0.0).then(|| Chord {
+            id,
+            middle: centre * along,
+            half: centre.perp() * across_sq.sqrt(),
         })
     }
 
-    /// Whether the curve passes a point in space, on its circle, within an angle.
-    fn passes(&self, p: DVec3, angle: f64) -> bool {
-        self.angle_to(self.plane.project(p).0) <= angle
+    /// The end of a chord at which the curve comes in, from the circle's centre.
+    ///
+    /// Of its two ends p that is the one where the curve's direction v goes into the other circle, with the centre c:
+    /// v·(p − c) is sense · |half| · |c| on the left of the way to c, and minus that on the right.
+    #[inline(always)]
+    fn entry(&self, chord: &Chord) -> DVec2 {
+        chord.middle - chord.half * self.sense
+    }
+
+    /// Of some chords the one that the curve comes to first, of those after a turn and an element; of several in one place
+    /// the oldest element's.
+    fn first_of<'c>(&self, chords: &'c [Chord], after: (f64, u32)) -> Option<(f64, &'c Chord)> {
+        let before = |a: (f64, u32), b: (f64, u32)| a.0 < b.0 || (a.0 == b.0 && a.1 < b.1);
+        let mut first = None;
+        let mut least = (f64::INFINITY, u32::MAX);
+        for chord in chords {
+            let turn = (self.turn_to(self.entry(chord)), chord.id);
+            if before(turn, least) && before(after, turn) {
+                (first, least) = (Some(chord), turn);
+            }
+        }
+        first.map(|chord| (least.0, chord))
+    }
+
+    /// Whether the curve passes a point of the circle within an angle.
+    fn passes(&self, p: DVec2, angle: f64) -> bool {
+        self.angle_to(p - self.centre) <= angle
     }
 }
 
@@ -341,7 +416,12 @@ mod tests {
             let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
             let (centre, radius) = (3.0 * stream.in_unit_disc(), 0.2 + stream.uniform());
             let cross = (1.0 - radius).abs() < centre.length() && centre.length() < 1.0 + radius;
-            let meeting = here.meeting(centre, radius);
+            for none in [0.0, -radius] {
+                assert!(here.chord(0, (centre, none)).is_none());
+            }
+            assert!(here.chord(0, (DVec2::ZERO, radius * radius)).is_none());
+            let meeting = here.chord(0, (centre, radius * radius));
+            let meeting = meeting.map(|chord| here.entry(&chord));
             assert_eq!(meeting.is_some(), cross, "{centre:?}, {radius}");
             let Some(p) = meeting else { continue };
             assert!((p.length() - 1.0).abs() < 1e-9 && (p.distance(centre) - radius).abs() < 1e-9);
@@ -349,6 +429,65 @@ mod tests {
             met += 1;
         }
         assert!(met > 1000, "{met}");
+    }
+
+    #[test]
+    fn none_is_passed_over_that_the_curve_meets_before_its_exit() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let mut stream = Stream::new(11, Purpose::Walker, 0);
+        let (mut met, mut passed_over, mut kept) = (0, 0, 0);
+        for i in 0..20_000 {
+            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+            // Short arcs too, as in small triangles.
+            let angle = TAU * stream.uniform() * [1.0, 0.3, 0.03][i % 3];
+            let exit = Exit {
+                angle,
+                edge: 0,
+                share: 0.0,
+                point: DVec2::from_angle(here.sense * angle).rotate(here.point),
+            };
+            let other = (3.0 * stream.in_unit_disc(), 0.2 + stream.uniform());
+            let chord = here.chord(0, other);
+            let meets = chord.is_some_and(|c| here.angle_to(here.entry(&c)) <= angle);
+            match (meets, here.may_meet(other, &exit)) {
+                (true, passes) => {
+                    assert!(passes, "{other:?}, {angle}");
+                    met += 1;
+                }
+                (false, false) => passed_over += 1,
+                (false, true) => kept += 1,
+            }
+        }
+        assert!(
+            met > 1000 && passed_over > 2 * kept,
+            "{met}, {passed_over}, {kept}"
+        );
+    }
+
+    #[test]
+    fn chords_come_in_the_order_of_their_turns_and_of_age() {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let mut stream = Stream::new(12, Purpose::Walker, 0);
+        for _ in 0..500 {
+            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+            let mut chords: Vec<Chord> = (0..9)
+                .filter_map(|id| here.chord(id, (2.0 * stream.in_unit_disc(), stream.uniform())))
+                .collect();
+            // Others in the same places, and younger.
+            chords.extend(chords.clone().iter().map(|c| Chord {
+                id: c.id + 20,
+                ..*c
+            }));
+            let turn = |c: &Chord| (here.turn_to(here.entry(c)), c.id);
+            let mut expected: Vec<(f64, u32)> = chords.iter().map(turn).collect();
+            expected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let next = |after: &(f64, u32)| {
+                let (turn, chord) = here.first_of(&chords, *after)?;
+                Some((turn, chord.id))
+            };
+            let found: Vec<(f64, u32)> = std::iter::successors(next(&BEFORE_ALL), next).collect();
+            assert_eq!(found, expected);
+        }
     }
 
     #[test]

@@ -72,12 +72,16 @@ impl<'a, I: ElementIndex> Surroundings<'a, I> {
         self.are_joined(self.substrate, scratch, [one, other])
     }
 
+    #[inline(always)]
     fn are_joined(
         &self,
         surface: &Substrate,
         scratch: &mut Connectivity,
         [one, other]: [Place; 2],
     ) -> bool {
+        if one.0 == other.0 {
+            return true;
+        }
         let ball = Ball::of_contact([one.1, other.1], self.parameters.radius);
         scratch.joined(surface, [one, other], &ball)
     }
