@@ -29,8 +29,9 @@ pub(super) const USUALLY_NEAR: usize = 24;
 /// Before the turn to anything, and older than any element.
 const BEFORE_ALL: (f64, u32) = (-1.0, 0);
 
-/// Arcs up to this angle, just less than half a turn, pass through what is on the way from one end to the other.
-const MOST_SIMPLE: f64 = 3.0;
+/// The longest arc that is asked whether it passes where it is nearest to a place: for half a turn and more it is another
+/// question.
+const LONGEST_ASKED: f64 = 3.0;
 
 /// A rotation about one element.
 pub(super) struct Orbit<'a, I> {
@@ -340,7 +341,7 @@ impl Here {
         let is_onward = |from: DVec2, to: DVec2| self.sense * from.perp_dot(to) > 0.0;
         let ends_inside = exit.point.distance_squared(centre) <= radius_sq;
         let misses_nearest = is_onward(exit.point, centre) || is_onward(centre, begin);
-        ends_inside || !misses_nearest || exit.angle > MOST_SIMPLE
+        ends_inside || !misses_nearest || exit.angle > LONGEST_ASKED
     }
 
     /// Where another circle, given in the same way, cuts this one, if it does.
