@@ -396,25 +396,27 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::substrate::Substrate;
 
-    /// Circles of radius 1 about the origin of a triangle's chart, begun anywhere, both ways.
-    fn random_place(stream: &mut Stream, plane: TrianglePlane) -> Here {
-        Here {
-            triangle: 0,
-            plane,
-            centre: DVec2::ZERO,
-            radius: 1.0,
-            point: stream.in_unit_disc().normalize(),
-            sense: if stream.uniform() < 0.5 { 1.0 } else { -1.0 },
+    /// On circles of radius 1 about the origin of a triangle's chart, begun anywhere, both ways: so many, numbered.
+    fn at_random_places(index: u64, times: usize, mut test: impl FnMut(usize, Here, &mut Stream)) {
+        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
+        let mut stream = Stream::new(index, Purpose::Walker, 0);
+        for i in 0..times {
+            let here = Here {
+                triangle: 0,
+                plane: TrianglePlane::new(&substrate, 0),
+                centre: DVec2::ZERO,
+                radius: 1.0,
+                point: stream.in_unit_disc().normalize(),
+                sense: if stream.uniform() < 0.5 { 1.0 } else { -1.0 },
+            };
+            test(i, here, &mut stream);
         }
     }
 
     #[test]
     fn meetings_are_where_the_curve_comes_in() {
-        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let mut stream = Stream::new(10, Purpose::Walker, 0);
         let mut met = 0;
-        for _ in 0..4000 {
-            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+        at_random_places(10, 4000, |_, here, stream| {
             let (centre, radius) = (3.0 * stream.in_unit_disc(), 0.2 + stream.uniform());
             let cross = (1.0 - radius).abs() < centre.length() && centre.length() < 1.0 + radius;
             for none in [0.0, -radius] {
@@ -424,21 +426,18 @@ mod tests {
             let meeting = here.chord(0, (centre, radius * radius));
             let meeting = meeting.map(|chord| here.entry(&chord));
             assert_eq!(meeting.is_some(), cross, "{centre:?}, {radius}");
-            let Some(p) = meeting else { continue };
+            let Some(p) = meeting else { return };
             assert!((p.length() - 1.0).abs() < 1e-9 && (p.distance(centre) - radius).abs() < 1e-9);
             assert!(here.velocity(p).dot(p - centre) < 0.0, "{p:?}");
             met += 1;
-        }
+        });
         assert!(met > 1000, "{met}");
     }
 
     #[test]
     fn none_is_passed_over_that_the_curve_meets_before_its_exit() {
-        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let mut stream = Stream::new(11, Purpose::Walker, 0);
         let (mut met, mut passed_over, mut kept) = (0, 0, 0);
-        for i in 0..20_000 {
-            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+        at_random_places(11, 20_000, |i, here, stream| {
             // Short arcs too, as in small triangles.
             let angle = TAU * stream.uniform() * [1.0, 0.3, 0.03][i % 3];
             let exit = Exit {
@@ -458,7 +457,7 @@ mod tests {
                 (false, false) => passed_over += 1,
                 (false, true) => kept += 1,
             }
-        }
+        });
         assert!(
             met > 1000 && passed_over > 2 * kept,
             "{met}, {passed_over}, {kept}"
@@ -467,10 +466,7 @@ mod tests {
 
     #[test]
     fn chords_come_in_the_order_of_their_turns_and_of_age() {
-        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let mut stream = Stream::new(12, Purpose::Walker, 0);
-        for _ in 0..500 {
-            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+        at_random_places(12, 500, |_, here, stream| {
             let mut chords: Vec<Chord> = (0..9)
                 .filter_map(|id| here.chord(id, (2.0 * stream.in_unit_disc(), stream.uniform())))
                 .collect();
@@ -488,15 +484,12 @@ mod tests {
             };
             let found: Vec<(f64, u32)> = std::iter::successors(next(&BEFORE_ALL), next).collect();
             assert_eq!(found, expected);
-        }
+        });
     }
 
     #[test]
     fn turns_are_in_the_order_of_angles() {
-        let substrate = Substrate::load(Path::new("meshes/plane.obj")).expect("a mesh");
-        let mut stream = Stream::new(9, Purpose::Walker, 0);
-        for _ in 0..4000 {
-            let here = random_place(&mut stream, TrianglePlane::new(&substrate, 0));
+        at_random_places(9, 4000, |_, here, stream| {
             let mut points: Vec<DVec2> =
                 (0..12).map(|_| stream.in_unit_disc().normalize()).collect();
             points.push(here.point);
@@ -507,6 +500,6 @@ mod tests {
             let angles: Vec<f64> = points.iter().map(|p| here.angle_to(*p)).collect();
             assert_eq!(&angles[..2], [0.0; 2]);
             assert!(angles.is_sorted(), "{angles:?}");
-        }
+        });
     }
 }

@@ -79,6 +79,7 @@ impl<'a, I: ElementIndex> Surroundings<'a, I> {
         scratch: &mut Connectivity,
         [one, other]: [Place; 2],
     ) -> bool {
+        // Most are, and then no ball is laid out in memory: on the rock that takes a fiftieth of the time.
         if one.0 == other.0 {
             return true;
         }

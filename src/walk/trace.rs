@@ -107,9 +107,7 @@ pub fn trace_visiting<V: Visitor>(
     visitor: &mut V,
 ) -> Trace {
     let chart = &substrate.facet(from.triangle).chart;
-    let [a, b, c] = chart.corners();
-    let [w0, w1, w2] = from.weights();
-    let at = a * w0 + b * w1 + c * w2;
+    let at = chart.place(from.weights());
     let there = at + step;
     let reached = if chart.contains(there) || step == DVec2::ZERO {
         if V::WATCHES {
