@@ -57,6 +57,10 @@ const MOST_THREADS: usize = 1024;
 /// How long a number of threads is timed at least.
 const TRIAL: Duration = Duration::from_millis(4);
 
+/// After this time a trial is given up, where what is tried is slower by this factor.
+const SHORT_TRIAL: Duration = Duration::from_millis(1);
+const HOPELESS: f64 = 0.75;
+
 /// Walkers that it is timed by at least.
 const WALKERS: u64 = 64;
 
@@ -114,13 +118,18 @@ impl Sharing {
     fn at(&mut self, now: Instant, walked: Walked) {
         let (began, before) = *self.since.get_or_insert((now, walked));
         let time = now.duration_since(began);
+        let pace = || (walked.work - before.work) as f64 / time.as_secs_f64();
+        let is_enough = |least| time >= least && walked.walkers - before.walkers >= WALKERS;
         let is_over = match self.phase {
             Phase::Settled => time >= self.pause,
-            _ => time >= TRIAL && walked.walkers - before.walkers >= WALKERS,
+            Phase::Tried { pace: usual, .. } if is_enough(SHORT_TRIAL) => {
+                time >= TRIAL || pace() < HOPELESS * usual
+            }
+            _ => is_enough(TRIAL),
         };
         if is_over {
             self.since = Some((now, walked));
-            self.pass((walked.work - before.work) as f64 / time.as_secs_f64());
+            self.pass(pace());
         }
     }
 
