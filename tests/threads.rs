@@ -285,23 +285,55 @@ fn who_is_cancelled_goes_on_as_if_nothing_had_been() {
     let recipe = common::recipe(rock.auto_radius(), 1500);
     let (whole, ..) = grown(&rock, &recipe, ONE);
     check_cancelled(&rock, &recipe, &whole);
-    // And a run that was, from what it came to; by no thread at all, which counts as one.
-    let execution = Execution {
-        threads: 0,
-        uses_all_threads: true,
-        ..Execution::default()
-    };
-    let mut looks = 0;
-    let mut observer = watch(|_, progress| {
-        looks += 1;
-        if progress.elements == 700 {
-            execution.cancel.store(true, Ordering::Relaxed);
-        }
-        ControlFlow::Continue(())
-    });
-    let part = grow(&rock, &recipe, &execution, &mut observer).expect("grows");
-    assert_eq!((part.stopped, looks), (Stopped::Cancelled, 700));
-    let run = Run::new(&rock, &recipe, part.begun()).expect("goes on");
-    let rest = run.grow(&Execution::default(), &mut ());
-    assert!(rest.cluster.elements() == whole.elements());
+}
+
+/// Births that were found ahead and that the observer was not told of are none.
+#[test]
+fn a_run_ends_with_the_element_that_its_observer_was_told_of_last() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 1500);
+    let (whole, ..) = grown(&rock, &recipe, ONE);
+    // No thread at all counts as one.
+    for (threads, cancels) in [(0, true), (1, false), (3, true), (4, false)] {
+        let execution = Execution {
+            threads,
+            uses_all_threads: true,
+            ..Execution::default()
+        };
+        let mut looks = 0;
+        let mut observer = watch(|_, progress| {
+            looks += 1;
+            match (progress.elements, cancels) {
+                (700, false) => return ControlFlow::Break(()),
+                (700, true) => execution.cancel.store(true, Ordering::Relaxed),
+                _ => {}
+            }
+            ControlFlow::Continue(())
+        });
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.max(1))
+            .build();
+        let part = pool
+            .expect("threads")
+            .install(|| grow(&rock, &recipe, &execution, &mut observer));
+        let part = part.expect("grows");
+        let why = if cancels {
+            Stopped::Cancelled
+        } else {
+            Stopped::Observer
+        };
+        assert_eq!(
+            (part.stopped, looks, part.cluster.len()),
+            (why, 700, 700),
+            "{threads}"
+        );
+        assert_eq!(
+            part.cluster.elements(),
+            &whole.elements()[..700],
+            "{threads}"
+        );
+        let run = Run::new(&rock, &recipe, part.begun()).expect("goes on");
+        let rest = run.grow(&Execution::default(), &mut ());
+        assert!(rest.cluster.elements() == whole.elements(), "{threads}");
+    }
 }

@@ -346,6 +346,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         self.scene.launcher.change();
     }
 
+    /// Whether the next element is there already.
+    pub(crate) fn knows_next(&self) -> bool {
+        !self.books.ahead.is_empty()
+    }
+
     /// The next element that was born ahead.
     fn born_ahead(&mut self) -> Option<Element> {
         let (element, counts) = self.books.ahead.pop_front()?;

@@ -327,19 +327,81 @@ impl<'a> Run<'a> {
     fn until_stopped(&mut self, execution: &Execution, observer: &mut dyn Observer) -> Stopped {
         let begun = !self.cluster.is_empty();
         let mut ended = begun.then(|| self.reached(&self.progress())).flatten();
+        let mut untold = Vec::new();
         loop {
-            if let Some(stopped) = ended {
-                return stopped;
+            let (told, next) = match ended {
+                Some(stopped) => (tell(&untold, execution, observer), Err(stopped)),
+                None => self.tell_and_go_on(&untold, execution, observer),
+            };
+            if let Err((told, stopped)) = told {
+                self.take_back(&untold, told);
+                return ended.filter(|_| told == untold.len()).unwrap_or(stopped);
             }
-            let next = match self.next(execution) {
-                Ok(next) => next,
+            untold.clear();
+            ended = match next {
+                Ok(next) => self.take_in(next, execution, &mut untold),
                 Err(stopped) => return stopped,
             };
+        }
+    }
+
+    /// Tells of births, and finds the next element: at the same time, where that is worth it.
+    fn tell_and_go_on(
+        &mut self,
+        untold: &[(Element, Progress)],
+        execution: &Execution,
+        observer: &mut dyn Observer,
+    ) -> (Told, Result<Element, Stopped>) {
+        if untold.len() >= WORTH_SHARING {
+            let (next, told) = rayon::join(
+                || self.next(execution),
+                || tell(untold, execution, observer),
+            );
+            return (told, next);
+        }
+        match tell(untold, execution, observer) {
+            Ok(()) => (Ok(()), self.next(execution)),
+            Err((told, stopped)) => (Err((told, stopped)), Err(stopped)),
+        }
+    }
+
+    /// Adds an element, and those after it that are there already. Why the run ends with the last of them, if it does.
+    fn take_in(
+        &mut self,
+        mut next: Element,
+        execution: &Execution,
+        untold: &mut Vec<(Element, Progress)>,
+    ) -> Option<Stopped> {
+        loop {
             self.add(next);
             let progress = self.progress();
-            let flow = observer.born(&next, &progress);
-            let told = flow.is_break().then_some(Stopped::Observer);
-            ended = self.reached(&progress).or(told);
+            let reached = self.reached(&progress);
+            untold.push((next, progress));
+            if reached.is_some() || !self.model.knows_next() {
+                return reached;
+            }
+            next = match self.next(execution) {
+                Ok(next) => next,
+                Err(stopped) => return Some(stopped),
+            };
+        }
+    }
+
+    /// Takes back all births but the first so many of those that nobody was told of.
+    fn take_back(&mut self, untold: &[(Element, Progress)], told: usize) {
+        let Some((_, last)) = told.checked_sub(1).and_then(|last| untold.get(last)) else {
+            return;
+        };
+        if told < untold.len() {
+            let mut kept = Cluster::new(self.cluster.radius());
+            kept.extend(
+                { self.cluster.elements() }
+                    .iter()
+                    .copied()
+                    .take(last.elements as usize),
+            );
+            self.cluster = kept;
+            self.model.resume(last.counts.clone());
         }
     }
 
@@ -383,6 +445,29 @@ impl<'a> Run<'a> {
         }
         .or((progress.elements >= MOST_ELEMENTS).then_some(Stopped::Full))
     }
+}
+
+/// How many were told of, and why the run ends there.
+type Told = Result<(), (usize, Stopped)>;
+
+/// Births that are told of while walkers walk: fewer take less time than to share the work.
+const WORTH_SHARING: usize = 16;
+
+/// Tells of births, until the observer ends the run or it is told to stop.
+fn tell(
+    untold: &[(Element, Progress)],
+    execution: &Execution,
+    observer: &mut dyn Observer,
+) -> Told {
+    for (told, (element, progress)) in untold.iter().enumerate() {
+        if told > 0 && execution.is_cancelled() {
+            return Err((told, Stopped::Cancelled));
+        }
+        if observer.born(element, progress).is_break() {
+            return Err((told + 1, Stopped::Observer));
+        }
+    }
+    Ok(())
 }
 
 /// How far outside its triangle an element may be by round-off, as a weight of a corner.
