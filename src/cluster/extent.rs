@@ -128,7 +128,8 @@ impl Rim {
 /// The distance to the farthest of some centres.
 fn farthest(centres: impl Iterator<Item = DVec3>, from: DVec3) -> f64 {
     let farthest_sq = centres.map(|p| p.distance_squared(from));
-    farthest_sq.fold(0.0, f64::max).sqrt()
+    let longer = |most: f64, one: f64| if one > most { one } else { most };
+    farthest_sq.fold(0.0, longer).sqrt()
 }
 
 #[cfg(test)]

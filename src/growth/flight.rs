@@ -29,6 +29,8 @@ pub(super) struct Flight<I: ElementIndex> {
     pub(super) elements: usize,
     /// The launcher that it was launched by.
     pub(super) launcher: u64,
+    /// Which of those who walk let it walk last.
+    pub(super) job: usize,
 }
 
 /// How far a walk has come.
@@ -245,6 +247,7 @@ impl<I: ElementIndex> Default for Flight<I> {
             track: Track::default(),
             elements: 0,
             launcher: 0,
+            job: 0,
         }
     }
 }

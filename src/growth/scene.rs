@@ -2,6 +2,8 @@
 
 use std::sync::Mutex;
 
+use crossbeam_utils::CachePadded;
+
 use super::far::Far;
 use super::flight::{Flight, Stage};
 use super::launcher::Launcher;
@@ -24,7 +26,7 @@ pub(super) struct Scene<'a, I: ElementIndex> {
     /// None also where it is not worth having.
     pub(super) far: Option<Far>,
     /// For each that walk at the same time, on the surface and on a copy.
-    pub(super) scratch: Vec<Mutex<[Connectivity; 2]>>,
+    pub(super) scratch: Vec<CachePadded<Mutex<[Connectivity; 2]>>>,
 }
 
 impl<I: ElementIndex> Scene<'_, I> {

@@ -3,8 +3,10 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
+
+use crossbeam_utils::CachePadded;
 
 use super::books::Books;
 use super::far::Far;
@@ -111,7 +113,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
                 index: I::new(parameters.radius, wide, substrate.bounds()),
                 launcher: Launcher::default(),
                 far: None,
-                scratch: vec![Mutex::default()],
+                scratch: vec![CachePadded::default()],
                 substrate,
                 parameters,
             },
@@ -146,7 +148,7 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     fn sharing(mut self, sharing: Sharing) -> Self {
-        { &mut self.scene.scratch }.resize_with(sharing.most(), Mutex::default);
+        { &mut self.scene.scratch }.resize_with(sharing.most(), CachePadded::default);
         self.sharing = sharing;
         self
     }

@@ -42,11 +42,8 @@ impl SparseIndex {
                 if said != NOTHING_SEEN {
                     let clear = corners.bound(samples, &self.clear);
                     if notes.remembers {
-                        if clear < NEAR * self.radius {
-                            notes.near.push(position);
-                        } else {
-                            notes.keep(Some(Read::new(0, number, &corners, said)));
-                        }
+                        let read = Read::new(0, number, &corners, said);
+                        notes.keep_one_of(position, read, clear < NEAR * self.radius);
                     }
                     // Asked of all places here, for how near it is is not to be foreseen.
                     let touching = match self.finest.touch(number, inside) {
@@ -215,6 +212,15 @@ fn look_near(clear: f64, touching: bool) -> Look {
 }
 
 impl Notes {
+    /// Remembers a place that is near, or what was read where it is not: without a branch, which is not to be foreseen.
+    #[inline(always)]
+    fn keep_one_of(&mut self, place: DVec3, read: Read, is_near: bool) {
+        self.near.push(place);
+        self.near.truncate(self.near.len() - usize::from(!is_near));
+        self.reads.push(read);
+        self.reads.truncate(self.reads.len() - usize::from(is_near));
+    }
+
     /// Remembers what was read.
     #[inline(always)]
     fn keep(&mut self, read: Option<Read>) {

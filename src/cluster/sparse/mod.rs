@@ -18,6 +18,7 @@ mod tree;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
+use crossbeam_utils::CachePadded;
 use glam::DVec3;
 
 use super::index::{ElementIndex, Look, Mark};
@@ -44,7 +45,7 @@ pub struct SparseIndex {
     /// Cells of 4, 16, 64 … radii.
     coarser: Blocks,
     /// The last centre that changed each level.
-    changed_by: [AtomicU32; MOST_LEVELS],
+    changed_by: CachePadded<[AtomicU32; MOST_LEVELS]>,
     /// Lines that a block would have taken for which there was no room.
     wanted: AtomicUsize,
     /// Centres by cells of the widest ball, where wide balls are asked for.
@@ -87,7 +88,7 @@ pub struct Notes {
     /// The samples that were looked at, in blocks that were there.
     reads: Vec<Read>,
     /// Places so near to elements that nothing matters but whether they touch.
-    near: Places,
+    near: Vec<DVec3>,
     /// Blocks that nobody had asked for.
     new: Vec<NewBlock>,
 }
@@ -96,13 +97,6 @@ impl std::fmt::Debug for Notes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Notes").finish_non_exhaustive()
     }
-}
-
-/// Some places and a box that holds them.
-struct Places {
-    places: Vec<DVec3>,
-    low: DVec3,
-    high: DVec3,
 }
 
 /// Samples that were looked at, and what they said.
@@ -229,7 +223,7 @@ impl ElementIndex for SparseIndex {
     }
 
     fn mark(&self, notes: &Notes) -> Mark {
-        let seen = [notes.reads.len(), notes.near.places.len(), notes.new.len()];
+        let seen = [notes.reads.len(), notes.near.len(), notes.new.len()];
         Mark {
             seen: seen.map(|n| n as u32),
             level: notes.level as u32,
@@ -252,16 +246,17 @@ impl ElementIndex for SparseIndex {
             now.distances == new.distances
         };
         let contact = CONTACT * self.radius;
+        let [low, high] = box_about(&notes.near, contact);
         let births: Vec<DVec3> = { young.clone() }
             .map(|e| e.position)
-            .filter(|q| notes.near.may_touch(*q, contact))
+            .filter(|q| q.cmpge(low).all() && q.cmple(high).all())
             .collect();
         let limit = contact * contact;
         let untouched = |p: &DVec3| births.iter().all(|q| q.distance_squared(*p) >= limit);
         Mark {
             seen: [
                 first_not(&notes.reads, same),
-                first_not(&notes.near.places, untouched),
+                first_not(&notes.near, untouched),
                 first_not(&notes.new, unchanged),
             ],
             level: 0,
@@ -271,7 +266,7 @@ impl ElementIndex for SparseIndex {
     fn rewind(&self, known: usize, notes: &mut Notes, mark: Mark) {
         let [reads, near, new] = mark.seen.map(|n| n as usize);
         notes.reads.truncate(reads);
-        notes.near.places.truncate(near);
+        notes.near.truncate(near);
         notes.new.truncate(new);
         notes.level = mark.level as usize;
         notes.known = known;
@@ -387,7 +382,7 @@ impl SparseIndex {
     /// For each grid, whether no element after the first so many changed what it says.
     fn unchanged_since(&self, known: usize) -> [bool; MOST_LEVELS] {
         let mut unchanged = [false; MOST_LEVELS];
-        for (unchanged, changed_by) in unchanged.iter_mut().zip(&self.changed_by) {
+        for (unchanged, changed_by) in unchanged.iter_mut().zip(&*self.changed_by) {
             *unchanged = (changed_by.load(Ordering::Relaxed) as usize) < known;
         }
         unchanged
@@ -511,33 +506,11 @@ impl Centres for Scaled<'_> {
     }
 }
 
-impl Default for Places {
-    fn default() -> Self {
-        Self {
-            places: Vec::new(),
-            low: DVec3::INFINITY,
-            high: DVec3::NEG_INFINITY,
-        }
-    }
-}
-
-impl Places {
-    #[inline]
-    fn push(&mut self, place: DVec3) {
-        self.places.push(place);
-        self.low = self.low.min(place);
-        self.high = self.high.max(place);
-    }
-
-    fn clear(&mut self) {
-        self.places.clear();
-        (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    }
-
-    /// False where no place is within a distance.
-    fn may_touch(&self, q: DVec3, distance: f64) -> bool {
-        q.cmpge(self.low - distance).all() && q.cmple(self.high + distance).all()
-    }
+/// The corners of a box that holds some places, a distance wider.
+fn box_about(places: &[DVec3], distance: f64) -> [DVec3; 2] {
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = { places.iter() }.fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+    [low - distance, high + distance]
 }
 
 /// The number of the first that something does not hold for, or how many there are.

@@ -3,6 +3,8 @@
 use std::ops::Index;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crossbeam_utils::CachePadded;
+
 /// Places, of which the first so many are taken. Whoever adds takes the next and fills it through its atomics;
 /// only one thread may at a time. Others read what they have been led to.
 ///
@@ -10,14 +12,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// while others read.
 pub(super) struct Slab<T> {
     places: Vec<T>,
-    taken: AtomicUsize,
+    /// On cache lines of its own: others read all else here while it changes.
+    taken: CachePadded<AtomicUsize>,
 }
 
 impl<T> Default for Slab<T> {
     fn default() -> Self {
         Self {
             places: Vec::new(),
-            taken: AtomicUsize::new(0),
+            taken: CachePadded::default(),
         }
     }
 }
@@ -30,7 +33,7 @@ impl<T: Default> Slab<T> {
     pub(super) fn of(first: T) -> Self {
         Self {
             places: vec![first],
-            taken: AtomicUsize::new(1),
+            taken: AtomicUsize::new(1).into(),
         }
     }
 
