@@ -8,10 +8,13 @@ mod scarce;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use thallus::cluster::{Cluster, Element};
 use thallus::growth::{Boundary, Counts, GrowthModel, Halt, Join, Law, SeedPlace, WalkerModel};
-use thallus::run::{Execution, Progress, Recipe, Run, StopRule, Stopped, grow, watch};
+use thallus::run::{
+    Begun, Execution, Growth, Progress, Recipe, Run, StopRule, Stopped, grow, watch,
+};
 use thallus::substrate::Substrate;
 
 /// By as many threads of the operating system: where these are more than the machine has cores, it is as loaded
@@ -287,53 +290,81 @@ fn who_is_cancelled_goes_on_as_if_nothing_had_been() {
     check_cancelled(&rock, &recipe, &whole);
 }
 
+/// A run on some threads of a pool, with an observer that is told how many elements there are.
+fn watched(
+    (rock, recipe, begun): (&Substrate, &Recipe, Begun),
+    [threads, pool]: [usize; 2],
+    mut seen: impl FnMut(u64, &Execution) -> ControlFlow<()> + Send,
+) -> Growth {
+    let execution = Execution {
+        threads,
+        uses_all_threads: true,
+        ..Execution::default()
+    };
+    let mut observer = watch(|_, progress| seen(progress.elements, &execution));
+    let run = Run::new(rock, recipe, begun).expect("begins");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(pool).build();
+    let pool = pool.expect("threads");
+    pool.install(|| run.grow(&execution, &mut observer))
+}
+
 /// Births that were found ahead and that the observer was not told of are none.
 #[test]
 fn a_run_ends_with_the_element_that_its_observer_was_told_of_last() {
     let rock = common::rock(24);
     let recipe = common::recipe(rock.auto_radius(), 1500);
     let (whole, ..) = grown(&rock, &recipe, ONE);
-    // No thread at all counts as one.
-    for (threads, cancels) in [(0, true), (1, false), (3, true), (4, false)] {
-        let execution = Execution {
-            threads,
-            uses_all_threads: true,
-            ..Execution::default()
-        };
-        let mut looks = 0;
-        let mut observer = watch(|_, progress| {
-            looks += 1;
-            match (progress.elements, cancels) {
-                (700, false) => return ControlFlow::Break(()),
-                (700, true) => execution.cancel.store(true, Ordering::Relaxed),
-                _ => {}
+    let from = watched((&rock, &recipe, Begun::default()), [1, 1], |n, _| match n {
+        600 => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    });
+    let from = from.begun();
+    let ends = (601..=700).step_by(3).enumerate();
+    for (i, end) in ends.chain([(0, 1500), (1, 1500)]) {
+        // No thread at all counts as one, and a pool may be smaller.
+        let threads = [[3, 3], [4, 4], [2, 2], [0, 1], [1, 1], [4, 1]][i % 6];
+        let mut last = 0;
+        let part = watched((&rock, &recipe, from.clone()), threads, |n, execution| {
+            assert_eq!(n, std::mem::replace(&mut last, n).max(600) + 1);
+            match (n == end, i % 2 == 0) {
+                (true, true) => return ControlFlow::Break(()),
+                (true, false) => execution.cancel.store(true, Ordering::Relaxed),
+                // So that the flight beside it has ended.
+                (false, _) if i % 4 > 1 => std::thread::sleep(Duration::from_micros(20)),
+                (false, _) => {}
             }
             ControlFlow::Continue(())
         });
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.max(1))
-            .build();
-        let part = pool
-            .expect("threads")
-            .install(|| grow(&rock, &recipe, &execution, &mut observer));
-        let part = part.expect("grows");
-        let why = if cancels {
-            Stopped::Cancelled
-        } else {
-            Stopped::Observer
+        let case = format!("{end} on {threads:?}");
+        let why = match (end, i % 2 == 0) {
+            (1500, _) => Stopped::Elements,
+            (_, true) => Stopped::Observer,
+            (_, false) => Stopped::Cancelled,
         };
-        assert_eq!(
-            (part.stopped, looks, part.cluster.len()),
-            (why, 700, 700),
-            "{threads}"
+        assert_eq!((part.stopped, last), (why, end), "{case}");
+        assert!(
+            part.cluster.elements() == &whole.elements()[..end as usize],
+            "{case}"
         );
-        assert_eq!(
-            part.cluster.elements(),
-            &whole.elements()[..700],
-            "{threads}"
-        );
-        let run = Run::new(&rock, &recipe, part.begun()).expect("goes on");
-        let rest = run.grow(&Execution::default(), &mut ());
-        assert!(rest.cluster.elements() == whole.elements(), "{threads}");
+        assert_eq!(part.counts, part.counts_at_birth, "{case}");
+        let rest = watched((&rock, &recipe, part.begun()), [1, 1], |_, _| {
+            ControlFlow::Continue(())
+        });
+        assert!(rest.cluster.elements() == whole.elements(), "{case}");
+    }
+}
+
+#[test]
+fn an_observer_that_panics_is_not_waited_for() {
+    let rock = common::rock(24);
+    let recipe = common::recipe(rock.auto_radius(), 1500);
+    for end in [5, 700, 703] {
+        let fails = || {
+            watched((&rock, &recipe, Begun::default()), [3, 3], |n, _| {
+                assert!(n < end, "as it should");
+                ControlFlow::Continue(())
+            })
+        };
+        assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(fails)).is_err());
     }
 }

@@ -91,13 +91,33 @@ impl Cluster {
 
     /// Adds an element as the youngest.
     pub fn push(&mut self, element: Element) {
-        let (word, bit) = place_of_bit(element.at.triangle);
+        self.overgrow(element.at.triangle);
+        self.elements.push(element);
+        self.extent.add(&self.elements.as_slice().into());
+    }
+
+    fn overgrow(&mut self, triangle: u32) {
+        let (word, bit) = place_of_bit(triangle);
         if word >= self.overgrown.len() {
             self.overgrown.resize(word + 1, 0);
         }
         self.overgrown[word] |= bit;
-        self.elements.push(element);
-        self.extent.add(&self.elements.as_slice().into());
+    }
+
+    /// Leaves the first so many elements, as if no others had been added.
+    pub(crate) fn truncate(&mut self, len: usize) {
+        if len >= self.len() {
+            return;
+        }
+        let mut kept = std::mem::take(&mut self.elements);
+        kept.truncate(len);
+        self.extent = Extent::default();
+        self.overgrown.clear();
+        for (last, element) in kept.iter().enumerate() {
+            self.overgrow(element.at.triangle);
+            self.extent.add(&kept[..=last].into());
+        }
+        self.elements = kept;
     }
 }
 
@@ -146,5 +166,7 @@ mod tests {
             });
         }
         assert!((0..1000).all(|t| cluster.is_on(t) == grown.contains(&t)));
+        cluster.truncate(3);
+        assert!((0..1000).all(|t| cluster.is_on(t) == [63, 64, 3].contains(&t)));
     }
 }

@@ -16,7 +16,7 @@ use crate::walk::Stand;
 /// to an element takes some ten, one in small steps may take millions.
 const MOST_MILESTONES: usize = 4096;
 
-/// Those of all that walk at the same time: 70 MB.
+/// Those of all that walk at the same time, spare ones too: 70 MB.
 const ALL_MILESTONES: usize = 100_000;
 
 /// A walk that may be under way.

@@ -54,11 +54,13 @@ impl Walked {
 /// Threads that walk, at most: more than there are walkers for, and each takes memory from the start.
 const MOST_THREADS: usize = 1024;
 
-/// How long a number of threads is timed at least.
+/// How long a number of threads is timed, unless it is hopeless.
 const TRIAL: Duration = Duration::from_millis(4);
 
-/// After this time a trial is given up, where what is tried is slower by this factor.
+/// How long at least.
 const SHORT_TRIAL: Duration = Duration::from_millis(1);
+
+/// What is tried is given up where its pace is less than this share of the usual one.
 const HOPELESS: f64 = 0.75;
 
 /// Walkers that it is timed by at least.
@@ -214,6 +216,18 @@ mod tests {
             let share = share_of(&used[10_000..], fastest);
             assert!(share > 0.95, "{fastest} of {most}: {share}");
         }
+    }
+
+    #[test]
+    fn what_is_hopeless_is_not_tried_for_long() {
+        let tried = |pace: f64| {
+            let used = used(Sharing::new(2, 2), |threads, _| [pace, 1.0][threads - 1]);
+            let alone = used.chunk_by(|a, b| a == b).filter(|row| row[0] == 1);
+            alone.map(<[usize]>::len).max()
+        };
+        // In ticks; walkers for a trial take ten.
+        assert!((10..15).contains(&tried(0.6).expect("a trial")));
+        assert!((40..45).contains(&tried(0.9).expect("a trial")));
     }
 
     #[test]

@@ -38,8 +38,11 @@ const FEW_WAITS: u32 = 2_000;
 /// How long it sleeps then.
 const NAP: Duration = Duration::from_micros(100);
 
-/// Flights that are kept, rather than given to another thread.
-const SPARE_PER_THREAD: usize = 4;
+/// Spare flights that are kept, rather than given to another thread.
+const SPARE_PER_THREAD: usize = 2;
+
+/// Those that are looked through for one of the same thread.
+const LOOKED_THROUGH: usize = 8;
 
 /// Walkers from one look at the clock to the next.
 const CLOCK: u64 = 16;
@@ -137,7 +140,9 @@ impl<I: ElementIndex> Roster<I> {
             let mut flight = self.spare_of(job, limits.threads);
             flight.job = job;
             flight.begin(self.first + before as u64);
-            flight.track.share_room(limits.walkers);
+            flight
+                .track
+                .share_room(limits.walkers + SPARE_PER_THREAD * limits.threads);
             self.places.push_back(Place::Walks);
             (flight, before > 0)
         })
@@ -145,9 +150,11 @@ impl<I: ElementIndex> Roster<I> {
 
     /// A flight for another, best one whose memory lies in the caches of the same thread.
     fn spare_of(&mut self, job: usize, threads: usize) -> Box<Flight<I>> {
-        let own = self.spare.iter().rposition(|spare| spare.job == job);
-        let other = self.spare.len().checked_sub(1);
-        let number = own.or(other.filter(|_| self.spare.len() >= SPARE_PER_THREAD * threads));
+        let all = self.spare.len();
+        let mut latest = (all.saturating_sub(LOOKED_THROUGH)..all).rev();
+        let own = latest.find(|number| self.spare[*number].job == job);
+        let other = all.checked_sub(1);
+        let number = own.or(other.filter(|_| all >= SPARE_PER_THREAD * threads));
         number.map_or_else(Box::default, |number| self.spare.swap_remove(number))
     }
 

@@ -1,5 +1,7 @@
 //! The loop that grows: births, one after the other, until a rule says stop.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::DVec3;
 
 use super::settings::check_room;
@@ -333,9 +335,11 @@ impl<'a> Run<'a> {
                 Some(stopped) => (tell(&untold, execution, observer), Err(stopped)),
                 None => self.tell_and_go_on(&untold, execution, observer),
             };
-            if let Err((told, stopped)) = told {
-                self.take_back(&untold, told);
-                return ended.filter(|_| told == untold.len()).unwrap_or(stopped);
+            if let Err(broken) = told {
+                self.take_back(&untold, broken.told);
+                let is_last = broken.told == untold.len();
+                let by_rule = ended.filter(|why| is_last && *why != Stopped::Cancelled);
+                return by_rule.unwrap_or(broken.why);
             }
             untold.clear();
             ended = match next {
@@ -348,21 +352,28 @@ impl<'a> Run<'a> {
     /// Tells of births, and finds the next element: at the same time, where that is worth it.
     fn tell_and_go_on(
         &mut self,
-        untold: &[(Element, Progress)],
+        untold: &[Birth],
         execution: &Execution,
         observer: &mut dyn Observer,
-    ) -> (Told, Result<Element, Stopped>) {
-        if untold.len() >= WORTH_SHARING {
-            let (next, told) = rayon::join(
-                || self.next(execution),
-                || tell(untold, execution, observer),
-            );
-            return (told, next);
+    ) -> (Result<(), Broken>, Result<Element, Stopped>) {
+        let cancelled = || execution.is_cancelled();
+        if untold.len() < WORTH_SHARING || rayon::current_num_threads() < 2 {
+            return match tell(untold, execution, observer) {
+                Ok(()) => (Ok(()), self.next(&cancelled)),
+                Err(Broken { told, why }) => (Err(Broken { told, why }), Err(why)),
+            };
         }
-        match tell(untold, execution, observer) {
-            Ok(()) => (Ok(()), self.next(execution)),
-            Err((told, stopped)) => (Err((told, stopped)), Err(stopped)),
-        }
+        let is_broken = AtomicBool::new(false);
+        let (next, told) = rayon::join(
+            || self.next(&|| cancelled() || is_broken.load(Ordering::Relaxed)),
+            || {
+                let breaks = Breaks(&is_broken);
+                tell(untold, execution, observer)?;
+                std::mem::forget(breaks);
+                Ok(())
+            },
+        );
+        (told, next)
     }
 
     /// Adds an element, and those after it that are there already. Why the run ends with the last of them, if it does.
@@ -370,7 +381,7 @@ impl<'a> Run<'a> {
         &mut self,
         mut next: Element,
         execution: &Execution,
-        untold: &mut Vec<(Element, Progress)>,
+        untold: &mut Vec<Birth>,
     ) -> Option<Stopped> {
         loop {
             self.add(next);
@@ -380,40 +391,29 @@ impl<'a> Run<'a> {
             if reached.is_some() || !self.model.knows_next() {
                 return reached;
             }
-            next = match self.next(execution) {
+            next = match self.next(&|| execution.is_cancelled()) {
                 Ok(next) => next,
                 Err(stopped) => return Some(stopped),
             };
         }
     }
 
-    /// Takes back all births but the first so many of those that nobody was told of.
-    fn take_back(&mut self, untold: &[(Element, Progress)], told: usize) {
-        let Some((_, last)) = told.checked_sub(1).and_then(|last| untold.get(last)) else {
-            return;
-        };
-        if told < untold.len() {
-            let mut kept = Cluster::new(self.cluster.radius());
-            kept.extend(
-                { self.cluster.elements() }
-                    .iter()
-                    .copied()
-                    .take(last.elements as usize),
-            );
-            self.cluster = kept;
+    /// Takes back the births that the observer was not told of, and what was walked for the next.
+    fn take_back(&mut self, untold: &[Birth], told: usize) {
+        if let Some((_, last)) = told.checked_sub(1).and_then(|last| untold.get(last)) {
+            self.cluster.truncate(last.elements as usize);
             self.model.resume(last.counts.clone());
         }
     }
 
-    fn next(&mut self, execution: &Execution) -> Result<Element, Stopped> {
-        let cancelled = || execution.is_cancelled();
+    fn next(&mut self, cancelled: &(dyn Fn() -> bool + Sync)) -> Result<Element, Stopped> {
         if cancelled() && !self.cluster.is_empty() {
             return Err(Stopped::Cancelled);
         }
         if let Some(seed) = self.next_seed() {
             return Ok(seed);
         }
-        let next = self.model.next(&self.cluster, &cancelled);
+        let next = self.model.next(&self.cluster, cancelled);
         next.map_err(|halt| match halt {
             Halt::NoFreeSurface => Stopped::Full,
             Halt::Starved => Stopped::Starved,
@@ -447,25 +447,40 @@ impl<'a> Run<'a> {
     }
 }
 
-/// How many were told of, and why the run ends there.
-type Told = Result<(), (usize, Stopped)>;
+/// An element, and how far the run has come with it.
+type Birth = (Element, Progress);
 
 /// Births that are told of while walkers walk: fewer take less time than to share the work.
 const WORTH_SHARING: usize = 16;
 
+/// Where a run ends that its rule does not end: with so many of the births to be told of.
+struct Broken {
+    told: usize,
+    why: Stopped,
+}
+
+/// Lets walkers know, when dropped, that nobody waits for them: telling has ended the run, or has panicked.
+struct Breaks<'b>(&'b AtomicBool);
+
+impl Drop for Breaks<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Tells of births, until the observer ends the run or it is told to stop.
 fn tell(
-    untold: &[(Element, Progress)],
+    untold: &[Birth],
     execution: &Execution,
     observer: &mut dyn Observer,
-) -> Told {
-    for (told, (element, progress)) in untold.iter().enumerate() {
-        if told > 0 && execution.is_cancelled() {
-            return Err((told, Stopped::Cancelled));
-        }
-        if observer.born(element, progress).is_break() {
-            return Err((told + 1, Stopped::Observer));
-        }
+) -> Result<(), Broken> {
+    for (told, (element, progress)) in (1..).zip(untold) {
+        let why = match observer.born(element, progress).is_break() {
+            true => Stopped::Observer,
+            false if execution.is_cancelled() => Stopped::Cancelled,
+            false => continue,
+        };
+        return Err(Broken { told, why });
     }
     Ok(())
 }
