@@ -18,7 +18,6 @@ mod geometry;
 mod inside;
 mod junctions;
 mod load;
-mod lying;
 mod mask;
 mod neighbour;
 mod openings;
