@@ -100,13 +100,13 @@ impl SparseIndex {
             if said == NOTHING_SEEN && level < self.tree.top() {
                 notes.keep(read);
                 if let Some((bound, read)) = coarser_says {
-                    notes.keep(read.filter(|_| bound > here));
+                    notes.keep_if(read, bound > here);
                     return self.nothing_nearer_than(here.max(bound));
                 }
                 finer_says = here;
                 notes.level = level + 1;
             } else if finer_says > 0.0 || here >= GOOD * size || level == 0 {
-                notes.keep(read.filter(|_| here > finer_says));
+                notes.keep_if(read, here > finer_says);
                 return self.nothing_nearer_than(here.max(finer_says));
             } else {
                 coarser_says = Some((here, read));
@@ -224,10 +224,17 @@ impl Notes {
     /// Remembers what was read.
     #[inline(always)]
     fn keep(&mut self, read: Option<Read>) {
+        self.keep_if(read, true);
+    }
+
+    /// The same if something holds, which is not to be foreseen either.
+    #[inline(always)]
+    fn keep_if(&mut self, read: Option<Read>, holds: bool) {
         if self.remembers
             && let Some(read) = read
         {
             self.reads.push(read);
+            self.reads.truncate(self.reads.len() - usize::from(!holds));
         }
     }
 }
