@@ -27,7 +27,8 @@ pub struct Progress {
 /// [`Units`](crate::substrate::Units), whose [`to_file`](crate::substrate::Units::to_file) converts.
 ///
 /// It is always called from one thread at a time, but that may be another than the one that began
-/// the run.
+/// the run. On several threads walkers walk meanwhile, and up to 256 younger elements may have been born: those that it
+/// is not told of when it ends the run are none.
 pub trait Observer: Send {
     /// Called after each birth, the seed's included; `Break` ends the run with this element.
     fn born(&mut self, element: &Element, progress: &Progress) -> ControlFlow<()>;
