@@ -128,9 +128,7 @@ impl Rim {
 /// The distance to the farthest of some centres.
 fn farthest(centres: impl Iterator<Item = DVec3>, from: DVec3) -> f64 {
     let farthest_sq = centres.map(|p| p.distance_squared(from));
-    // f64::max asks for NaN too, and each waits for the one before.
-    let longer = |most: f64, one: f64| if one > most { one } else { most };
-    farthest_sq.fold(0.0, longer).sqrt()
+    farthest_sq.fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]

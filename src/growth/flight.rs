@@ -16,7 +16,7 @@ use crate::walk::Stand;
 /// to an element takes some ten, one in small steps may take millions.
 const MOST_MILESTONES: usize = 4096;
 
-/// Those of all that walk at the same time, spare ones too: 70 MB.
+/// Those of all that walk at the same time: 70 MB.
 const ALL_MILESTONES: usize = 100_000;
 
 /// A walk that may be under way.
@@ -29,8 +29,6 @@ pub(super) struct Flight<I: ElementIndex> {
     pub(super) elements: usize,
     /// The launcher that it was launched by.
     pub(super) launcher: u64,
-    /// Which of those who walk let it walk last.
-    pub(super) job: usize,
 }
 
 /// How far a walk has come.
@@ -247,7 +245,6 @@ impl<I: ElementIndex> Default for Flight<I> {
             track: Track::default(),
             elements: 0,
             launcher: 0,
-            job: 0,
         }
     }
 }

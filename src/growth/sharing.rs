@@ -124,10 +124,10 @@ impl Sharing {
         let is_enough = |least| time >= least && walked.walkers - before.walkers >= WALKERS;
         let is_over = match self.phase {
             Phase::Settled => time >= self.pause,
-            Phase::Tried { pace: usual, .. } if is_enough(SHORT_TRIAL) => {
-                time >= TRIAL || pace() < HOPELESS * usual
+            Phase::Timed => is_enough(TRIAL),
+            Phase::Tried { pace: usual, .. } => {
+                is_enough(TRIAL) || is_enough(SHORT_TRIAL) && pace() < HOPELESS * usual
             }
-            _ => is_enough(TRIAL),
         };
         if is_over {
             self.since = Some((now, walked));

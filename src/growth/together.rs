@@ -38,12 +38,6 @@ const FEW_WAITS: u32 = 2_000;
 /// How long it sleeps then.
 const NAP: Duration = Duration::from_micros(100);
 
-/// Spare flights that are kept, rather than given to another thread.
-const SPARE_PER_THREAD: usize = 2;
-
-/// Those that are looked through for one of the same thread.
-const LOOKED_THROUGH: usize = 8;
-
 /// Walkers from one look at the clock to the next.
 const CLOCK: u64 = 16;
 
@@ -122,7 +116,7 @@ impl<I: ElementIndex> Place<I> {
 
 impl<I: ElementIndex> Roster<I> {
     /// The first that is to walk, and whether others are before it.
-    fn next(&mut self, job: usize, limits: &Limits) -> Option<(Box<Flight<I>>, bool)> {
+    fn next(&mut self, limits: &Limits) -> Option<(Box<Flight<I>>, bool)> {
         // One whose track is full has to wait until it is the first.
         let waits = |(i, place): (usize, &Place<I>)| match place {
             Place::Waits(flight) => i == 0 || !flight.track.is_full(),
@@ -130,32 +124,16 @@ impl<I: ElementIndex> Roster<I> {
         };
         if let Some(i) = self.places.iter().enumerate().position(waits) {
             let place = std::mem::replace(&mut self.places[i], Place::Walks);
-            return place.flight().map(|mut flight| {
-                flight.job = job;
-                (flight, i > 0)
-            });
+            return place.flight().map(|flight| (flight, i > 0));
         }
         let before = self.places.len();
         (before < limits.walkers).then(|| {
-            let mut flight = self.spare_of(job, limits.threads);
-            flight.job = job;
+            let mut flight = self.spare.pop().unwrap_or_default();
             flight.begin(self.first + before as u64);
-            flight
-                .track
-                .share_room(limits.walkers + SPARE_PER_THREAD * limits.threads);
+            flight.track.share_room(limits.walkers);
             self.places.push_back(Place::Walks);
             (flight, before > 0)
         })
-    }
-
-    /// A flight for another, best one whose memory lies in the caches of the same thread.
-    fn spare_of(&mut self, job: usize, threads: usize) -> Box<Flight<I>> {
-        let all = self.spare.len();
-        let mut latest = (all.saturating_sub(LOOKED_THROUGH)..all).rev();
-        let own = latest.find(|number| self.spare[*number].job == job);
-        let other = all.checked_sub(1);
-        let number = own.or(other.filter(|_| all >= SPARE_PER_THREAD * threads));
-        number.map_or_else(Box::default, |number| self.spare.swap_remove(number))
     }
 
     fn put_back(&mut self, flight: Box<Flight<I>>) {
@@ -271,7 +249,7 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
         };
         while !self.is_over() {
             let changes = self.changes.load(Ordering::Relaxed);
-            match self.next(job) {
+            match self.next() {
                 Some((mut flight, others_walk)) => {
                     let job = (job, others_walk);
                     let again =
@@ -287,11 +265,11 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
 
     /// The next to walk, and whether others are before it. None becomes the first once it is over: what it saw would be
     /// forgotten, though an element before it may have found no room in the index.
-    fn next(&self, job: usize) -> Option<(Box<Flight<I>>, bool)> {
+    fn next(&self) -> Option<(Box<Flight<I>>, bool)> {
         let mut roster = lock(&self.roster);
         match self.is_over() {
             true => None,
-            false => roster.next(job, &self.limits),
+            false => roster.next(&self.limits),
         }
     }
 

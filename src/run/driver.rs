@@ -363,17 +363,10 @@ impl<'a> Run<'a> {
                 Err(Broken { told, why }) => (Err(Broken { told, why }), Err(why)),
             };
         }
-        let is_broken = AtomicBool::new(false);
-        let (next, told) = rayon::join(
-            || self.next(&|| cancelled() || is_broken.load(Ordering::Relaxed)),
-            || {
-                let breaks = Breaks(&is_broken);
-                tell(untold, execution, observer)?;
-                std::mem::forget(breaks);
-                Ok(())
-            },
-        );
-        (told, next)
+        at_once(
+            || tell(untold, execution, observer),
+            |is_broken| self.next(&|| cancelled() || is_broken()),
+        )
     }
 
     /// Adds an element, and those after it that are there already. Why the run ends with the last of them, if it does.
@@ -459,13 +452,32 @@ struct Broken {
     why: Stopped,
 }
 
-/// Lets walkers know, when dropped, that nobody waits for them: telling has ended the run, or has panicked.
+/// Says so when dropped.
 struct Breaks<'b>(&'b AtomicBool);
 
 impl Drop for Breaks<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
+}
+
+/// Does both at the same time, on two threads where one is free. The second is asked to stop where the first fails or
+/// panics.
+fn at_once<T: Send>(
+    first: impl FnOnce() -> Result<(), Broken> + Send,
+    second: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send,
+) -> (Result<(), Broken>, T) {
+    let is_broken = AtomicBool::new(false);
+    let (second, first) = rayon::join(
+        || second(&|| is_broken.load(Ordering::Relaxed)),
+        || {
+            let breaks = Breaks(&is_broken);
+            first()?;
+            std::mem::forget(breaks);
+            Ok(())
+        },
+    );
+    (first, second)
 }
 
 /// Tells of births, until the observer ends the run or it is told to stop.
@@ -487,3 +499,35 @@ fn tell(
 
 /// How far outside its triangle an element may be by round-off, as a weight of a corner.
 const OUTSIDE: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    /// Walkers may find nothing for minutes.
+    #[test]
+    fn walkers_stop_where_telling_ends_the_run_or_panics() {
+        let was_stopped = AtomicBool::new(false);
+        let walk = |is_broken: &(dyn Fn() -> bool + Sync)| {
+            let begun = Instant::now();
+            while !is_broken() && begun.elapsed() < Duration::from_secs(20) {
+                std::thread::yield_now();
+            }
+            was_stopped.store(is_broken(), Ordering::Relaxed);
+        };
+        let why = Stopped::Observer;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        pool.expect("threads").install(|| {
+            let (told, ()) = at_once(|| Err(Broken { told: 1, why }), walk);
+            assert!(told.is_err() && was_stopped.swap(false, Ordering::Relaxed));
+            let panics = || at_once(|| panic!("as it should"), walk);
+            assert!(catch_unwind(AssertUnwindSafe(panics)).is_err());
+            assert!(was_stopped.swap(false, Ordering::Relaxed));
+            let (told, ended) = at_once(|| Ok(()), |is_broken| !is_broken());
+            assert!(told.is_ok() && ended);
+        });
+    }
+}

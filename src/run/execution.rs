@@ -14,8 +14,8 @@ pub struct Execution {
     /// Whether all of them walk all the time, for measurements. Else, where fewer are faster, fewer do:
     /// that is found by trial.
     pub uses_all_threads: bool,
-    /// Set it to stop; the walkers on their way are dropped, and births that the observer was not told of. It stays set: a run that is given it again stops at once,
-    /// so clear it or take another [`Execution`] to go on.
+    /// Set it to stop; the walkers on their way are dropped, and births that the observer was not told of. It stays set: a
+    /// run that is given it again stops at once, so clear it or take another [`Execution`] to go on.
     pub cancel: Arc<AtomicBool>,
 }
 
