@@ -73,6 +73,8 @@ pub(crate) use winding::Winding;
 use adjacency::{Adjacency, VertexCorners};
 use bvh::Bvh;
 
+use crate::ahead::fetch;
+
 /// The radius of elements that `auto` chooses is the bounding box's diagonal over this.
 pub const AUTO_RADII_PER_DIAGONAL: f64 = 2000.0;
 
@@ -401,9 +403,17 @@ impl Substrate {
     /// The same in lengths of its first edge.
     #[inline(always)]
     pub(crate) fn unscaled(&self, triangle: u32) -> Unscaled {
-        let first = &self.crossings[3 * triangle as usize];
+        let [first, second, third] = &self.crossings.as_chunks().0[triangle as usize];
         let apex = DVec2::new(first.along, first.height);
-        Unscaled::new(triangle, self.corners(triangle), apex)
+        // By their crossings and not by the list of corners, which walks then do not need.
+        let corners = [second, third, first].map(|beside| self.vertices[beside.apex as usize]);
+        Unscaled::new(triangle, corners, apex)
+    }
+
+    /// Asks for where a vertex is.
+    #[inline(always)]
+    pub(crate) fn fetch_vertex(&self, vertex: u32) {
+        fetch(self.vertices.get(vertex as usize));
     }
 
     /// How walks cross every half-edge.
@@ -610,7 +620,8 @@ impl Substrate {
 
 fn crossings(welded: &weld::Welded, adjacency: &Adjacency) -> Vec<Crossing> {
     let of_triangle = |(corners, twins): (&[u32; 3], &[Twin; 3])| {
-        geometry::crossings(corners.map(|i| welded.vertices[i as usize]), *twins)
+        let places = corners.map(|i| welded.vertices[i as usize]);
+        geometry::crossings(places, *corners, *twins)
     };
     let triangles = welded.triangles.par_iter();
     let twins = adjacency.twins.as_chunks().0.par_iter();

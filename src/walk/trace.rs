@@ -225,7 +225,7 @@ pub(super) fn trace_out<V: Visitor>(
         if V::ABSORB && front.is_boundary() {
             return front.ended(end, End::Boundary, crossings);
         }
-        front = front.cross(substrate.crossings());
+        front = front.cross(substrate);
     }
     front.ended(end, End::Crossings, MOST_CROSSINGS)
 }
@@ -316,6 +316,7 @@ impl Front {
         let came = 3 * triangle + BEFORE[k & 3];
         let entry = substrate.crossings()[came as usize].exits[0];
         let beyond = &substrate.crossings()[entry.half_edge() as usize];
+        substrate.fetch_vertex(beyond.apex);
         Self {
             across: right - left,
             to_end: DVec2::new(end, 0.0) - left,
@@ -352,9 +353,11 @@ impl Front {
     /// waits for.
     ///
     /// What lies beyond both is fetched now, while it is worked out which one the path takes, and what lies beyond
-    /// the next four: on a fine mesh that takes longer than all the arithmetic.
+    /// the next four: on a fine mesh that takes longer than all the arithmetic. So are the far corners of both in space, for
+    /// the path may end there.
     #[inline(always)]
-    fn cross(self, crossings: &[Crossing]) -> Self {
+    fn cross(self, substrate: &Substrate) -> Self {
+        let crossings = substrate.crossings();
         let mirrored = self.mirrored ^ self.entry.is_flipped();
         // In its own winding a triangle's entry begins on the left and ends on the right, where its first exit is. A
         // mirrored one has it the other way.
@@ -365,6 +368,8 @@ impl Front {
         let [right, left] = exits.both();
         let [a, b] = [right, left].map(|exit| &crossings[exit.half_edge() as usize]);
         let (exits_a, exits_b) = (Exits::of(a), Exits::of(b));
+        substrate.fetch_vertex(a.apex);
+        substrate.fetch_vertex(b.apex);
         for exit in [exits_a.both(), exits_b.both()].as_flattened() {
             fetch(crossings.get(exit.half_edge() as usize));
         }
@@ -552,7 +557,7 @@ impl Behind {
                 .collect(),
             Some(before) => {
                 let first = Front::leaving(substrate, path.0, &corners, end);
-                let front = (0..before).fold(first, |front, _| front.cross(substrate.crossings()));
+                let front = (0..before).fold(first, |front, _| front.cross(substrate));
                 vec![front.ahead(substrate.crossings())]
             }
         };
