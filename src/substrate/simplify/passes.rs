@@ -334,13 +334,18 @@ impl<'a> Simplifier<'a> {
         {
             return None;
         }
+        let kind = self.kind(v);
+        let left = checks::distance_left(&self.surface, &self.star, w);
+        let strayed = self.vertices[v as usize].strayed + left;
+        // Most of what is refused is refused for this, and then the target need not be looked at.
+        let is_near = strayed <= self.limits.most_error;
+        if !is_near {
+            return None;
+        }
         self.target.read(&self.surface, w, self.is_ring(w));
         let (surface, star, target) = (&self.surface, &self.star, &self.target);
-        let kind = self.kind(v);
-        let strayed = self.vertices[v as usize].strayed + checks::distance_left(surface, star, w);
         let (moved, apexes) = (&self.moved_normals, &mut self.apexes);
-        let may = strayed <= self.limits.most_error
-            && checks::keeps_topology(star, target, kind)
+        let may = checks::keeps_topology(star, target, kind)
             && checks::keeps_crowd_small(star, target)
             && checks::keeps_sharp_edge(surface, star, w, apexes)
             && checks::keeps_folds_open(surface, star, target, moved, apexes);

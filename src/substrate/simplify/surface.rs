@@ -4,6 +4,9 @@ use glam::DVec3;
 
 use super::checks::MOST_ABOUT;
 
+/// The corners after each.
+const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+
 /// What a collapse has left nothing of.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
@@ -27,7 +30,7 @@ pub(super) struct Surface<'a> {
     triangles: Vec<[u32; 3]>,
     /// Number of each triangle in the given list.
     source: Vec<u32>,
-    /// The triangles about v are `about[offsets[v]..offsets[v + 1]]`.
+    /// Where v is a corner of triangles is `about[offsets[v]..offsets[v + 1]]`, with 3 · triangle + k for the k-th.
     offsets: Vec<u32>,
     about: Vec<u32>,
     live: usize,
@@ -91,7 +94,7 @@ impl<'a> Surface<'a> {
         self.about.resize(corners.len(), 0);
         for (corner, &v) in corners.iter().enumerate().rev() {
             self.offsets[v as usize] -= 1;
-            self.about[self.offsets[v as usize] as usize] = corner as u32 / 3;
+            self.about[self.offsets[v as usize] as usize] = corner as u32;
         }
     }
 
@@ -105,14 +108,13 @@ impl<'a> Surface<'a> {
         self.about(v).len()
     }
 
-    /// For each triangle about a vertex, its next two corners.
+    /// For each triangle about a vertex that is not gone, its next two corners.
     pub(super) fn fan(&self, v: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
-        let triangles = self.about(v).iter().map(|&t| self.triangles[t as usize]);
-        triangles.filter_map(move |[a, b, c]| match v {
-            _ if v == a => Some([b, c]),
-            _ if v == b => Some([c, a]),
-            _ if v == c => Some([a, b]),
-            _ => None,
+        self.about(v).iter().filter_map(|&corner| {
+            let triangle = &self.triangles[corner as usize / 3];
+            let (k, [next, last]) = (corner as usize % 3, AFTER[corner as usize % 3]);
+            debug_assert!(*triangle == GONE || triangle[k] == v);
+            (*triangle != GONE).then(|| [triangle[next], triangle[last]])
         })
     }
 
@@ -162,8 +164,8 @@ impl<'a> Surface<'a> {
     /// Moves a vertex to a neighbour.
     pub(super) fn collapse(&mut self, from: u32, onto: u32) {
         let fan = self.offsets[from as usize] as usize..self.offsets[from as usize + 1] as usize;
-        for &t in &self.about[fan] {
-            let triangle = &mut self.triangles[t as usize];
+        for corner in &self.about[fan] {
+            let triangle = &mut self.triangles[*corner as usize / 3];
             if *triangle == GONE {
                 continue;
             }
