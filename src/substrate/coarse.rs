@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::lying::{Lying, ball_about, height, middle, normal};
 use super::simplify::{Limits, simplify};
 use super::{Component, Facet, Substrate, caps, weld};
 
@@ -341,30 +342,28 @@ fn stand_ins(
         .map(|t| triangles[coarse.source_triangle(t) as usize])
         .collect();
     let about = Grouped::new(onto.len(), corners.as_flattened());
-    let balls: Vec<(DVec3, f64)> = (0..triangles.len() as u32)
+    let lying: Vec<Lying> = (0..triangles.len() as u32)
         .into_par_iter()
-        .map(|t| ball_about(coarse.corners(t)))
+        .map(|t| Lying::new(coarse, t))
         .collect();
     // The triangle before is near, and mostly has the same one.
     let one = |t: u32, last: u32| {
         let [a, b, c] = fine.corners(t);
-        let (middle, normal) = (middle([a, b, c]), (b - a).cross(c - a));
+        let (middle, normal) = (middle([a, b, c]), normal([a, b, c]));
         let into = fine.triangles()[t as usize].map(|v| onto[v as usize]);
-        let is_about = |s: &u32| corners[*s as usize].iter().any(|v| into.contains(v));
-        let last = Some(last).filter(|last| *last != NONE && is_about(last));
+        let is_about = |s: u32| corners[s as usize].iter().any(|v| into.contains(v));
         let around = || into.iter().flat_map(|v| about.of(*v)).map(|&i| i / 3);
-        let faces_alike = |s: u32| {
-            let [a, b, c] = coarse.corners(s);
-            (b - a).cross(c - a).dot(normal) > 0.0
-        };
+        let last = Some(last).filter(|last| *last != NONE && is_about(*last));
+        let faces_alike = |s: u32| lying[s as usize].normal.dot(normal) > 0.0;
         let stands = |s: u32| {
-            let height = height(coarse, s, middle).filter(|h| *h <= NEAR * error)?;
+            let height = height(&lying[s as usize].facet, middle);
+            let height = height.filter(|h| *h <= NEAR * error)?;
             faces_alike(s).then_some((height, s))
         };
         let nearest = |may: &dyn Fn(u32) -> bool| {
             // Most that are asked are seen to be too far by the ball about them.
             let nearer = |s: u32, than: f64| {
-                let (centre, radius) = balls[s as usize];
+                let (centre, radius) = lying[s as usize].ball;
                 let most = than + radius;
                 let may = centre.distance_squared(middle) <= most * most && may(s);
                 may.then(|| distance(coarse, s, middle))
@@ -406,6 +405,7 @@ const ASKED: usize = 256;
 /// distances are given. One that stands for none has the greatest of all.
 fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Grouped) -> Vec<f64> {
     let of = |s: u32| {
+        let facet = coarse.facet(s);
         // Triangles that come one after the other share most corners.
         let mut asked = [NONE; ASKED];
         below.of(s).iter().fold(0.0, |greatest, &t| {
@@ -416,8 +416,14 @@ fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Groupe
             let corners = fine.triangles()[t as usize].into_iter();
             let new =
                 corners.filter(|&v| std::mem::replace(&mut asked[v as usize % ASKED], v) != v);
-            let away = new.map(|v| distance(coarse, s, fine.vertices()[v as usize]));
-            away.fold(greatest, f64::max)
+            new.fold(greatest, |greatest, v| {
+                let p = fine.vertices()[v as usize];
+                // Most are straight above or below, and seen to be nearer by that.
+                match height(&facet, p).is_some_and(|h| h < SURELY_LESS * greatest) {
+                    true => greatest,
+                    false => distance(coarse, s, p).max(greatest),
+                }
+            })
         })
     };
     let all = 0..coarse.triangles().len() as u32;
@@ -429,32 +435,13 @@ fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Groupe
     deviations
 }
 
-/// How far a point stands straight above or below a triangle, if it does.
-fn height(surface: &Substrate, triangle: u32, p: DVec3) -> Option<f64> {
-    let Facet { chart, frame, .. } = surface.facet(triangle);
-    let foot = frame.flatten(p);
-    let is_above = chart.contains(foot);
-    is_above.then(|| frame.lift(foot).distance(p))
-}
+/// Heights above a sliver are off by no more than this leaves.
+const SURELY_LESS: f64 = 0.99;
 
 /// The distance of a triangle from a point.
 fn distance(surface: &Substrate, triangle: u32, p: DVec3) -> f64 {
     let nearest = surface.nearest_in(triangle, p);
     surface.position(&nearest).distance(p)
-}
-
-fn middle(corners: [DVec3; 3]) -> DVec3 {
-    (corners[0] + corners[1] + corners[2]) / 3.0
-}
-
-/// A ball that holds a triangle, and a little more for rounding.
-fn ball_about(corners: [DVec3; 3]) -> (DVec3, f64) {
-    let middle = middle(corners);
-    let radius = corners.map(|c| c.distance(middle));
-    (
-        middle,
-        (1.0 + 1e-9) * radius.into_iter().fold(0.0, f64::max),
-    )
 }
 
 /// The triangle to which ever nearer ones about the corners lead, and its distance. `nearer` is a

@@ -18,6 +18,7 @@ mod geometry;
 mod inside;
 mod junctions;
 mod load;
+mod lying;
 mod mask;
 mod neighbour;
 mod openings;
