@@ -47,6 +47,9 @@ const STEEP: f64 = 0.3;
 /// Walks on the surface to a place on the copy, at most.
 const MOST_WALKS: usize = 3;
 
+/// Triangles in which the place straight above one on a copy is looked for, at most.
+const MOST_TRIANGLES: usize = 16;
+
 /// The square of a length that is round-off, local units: who is so near is there, and would walk again for nothing. Without
 /// a direction it is not known either by which edge a step leaves from the border of a triangle.
 const NO_LENGTH_SQ: f64 = 1e-26;
@@ -238,15 +241,18 @@ impl Far {
             return None;
         }
         let finer = self.surface(level - 1, substrate);
-        let facet = finer.facet(triangle);
-        let middle = Footing::new(facet, facet.chart.place([1.0 / 3.0; 3]));
-        let there = walk_above(finer, middle, stand.position, &above.frame);
+        let middle = || {
+            let facet = finer.facet(triangle);
+            Footing::new(facet, facet.chart.place([1.0 / 3.0; 3]))
+        };
+        let there = straight_from(finer, triangle, stand.position, &above.frame)
+            .unwrap_or_else(|| walk_above(finer, middle(), stand.position, &above.frame));
         let aside = there.stand.position.distance(stand.position);
         match self.is_near(level) {
             true => (aside <= self.beside).then_some(there),
             false if aside <= self.deviation(level, above.triangle) => Some(there),
             // Under an overhang what is straight above is not what the triangle stands for.
-            false => Some(walk_to(finer, middle, stand.position)),
+            false => Some(walk_to(finer, middle(), stand.position)),
         }
     }
 }
@@ -279,10 +285,39 @@ fn walk_to(surface: &Substrate, there: Footing, to: DVec3) -> Footing {
     })
 }
 
-/// The same towards the place that is straight above or below one in a plane.
+/// The place straight above or below one in a plane, looked for from triangle to triangle. None where the surface
+/// is steep or ends, or the place is many triangles away.
 ///
 /// A walker comes to a copy straight down on its triangle, so that a round trip returns to the starting point. The
 /// nearest place would be another one on a slope, each time farther towards where the two surfaces meet.
+fn straight_from(
+    surface: &Substrate,
+    mut triangle: u32,
+    from: DVec3,
+    plane: &Frame,
+) -> Option<Footing> {
+    let mut up = plane.x.cross(plane.y);
+    for _ in 0..MOST_TRIANGLES {
+        let flat = surface.unscaled(triangle);
+        let there = flat.pierced(from, up, STEEP)?;
+        let Some(edge) = flat.edge_towards(there) else {
+            return Some(Footing::on(&flat, there));
+        };
+        let twin = surface.twin(3 * triangle + edge);
+        let is_open = twin.half_edge() / 3 == triangle;
+        if is_open {
+            return None;
+        }
+        if twin.is_flipped() {
+            up = -up;
+        }
+        triangle = twin.half_edge() / 3;
+    }
+    None
+}
+
+/// Short walks towards [the place straight above or below](straight_from) one in a plane, as far as there is one where the
+/// surface is steep.
 fn walk_above(surface: &Substrate, there: Footing, from: DVec3, plane: &Frame) -> Footing {
     let up = plane.x.cross(plane.y);
     walk(surface, there, |there| {
@@ -331,7 +366,7 @@ mod tests {
     use super::*;
     use crate::growth::launch::{AreaSampler, LaunchRing};
     use crate::rng::{Purpose, Stream};
-    use crate::substrate::{Facet, Soup};
+    use crate::substrate::{Facet, Soup, load_soup};
 
     fn boulder() -> (Substrate, Far) {
         let substrate = Substrate::load(Path::new("meshes/boulder.glb")).expect("a mesh");
@@ -412,6 +447,93 @@ mod tests {
         assert!(adrift < 40, "{adrift} of 2000");
         // What is nearest to a place may be one that the triangle beside stands for.
         assert!(beyond < 20, "{beyond} of 4000");
+    }
+
+    /// A place on the boulder's first copy, and the triangle from which the place below is looked for.
+    fn place_on_copy(substrate: &Substrate, far: &Far, stream: &mut Stream) -> (Footing, u32) {
+        let copy = far.surface(1, substrate);
+        let area = AreaSampler::new(copy, 0..copy.triangles().len() as u32);
+        let mut place = || {
+            let there = Footing::of(Stand::new(copy, &area.sample(stream)), copy);
+            (there, far.copies.all[0].below(&there.facet, there.stand.at))
+        };
+        // Some triangles of a copy stand for none.
+        let some = std::iter::repeat_with(&mut place).find(|place| place.1 != u32::MAX);
+        some.expect("one that stands for some")
+    }
+
+    /// How high above a place in a plane a triangle is, if it is straight above or below.
+    fn height(corners: [DVec3; 3], from: DVec3, up: DVec3) -> Option<f64> {
+        let [a, b, c] = corners.map(|corner| corner - from);
+        let volumes = [b.cross(c), c.cross(a), a.cross(b)].map(|area| area.dot(up));
+        let sum: f64 = volumes.iter().sum();
+        let weights = volumes.map(|volume| volume / sum);
+        let there = a * weights[0] + b * weights[1] + c * weights[2];
+        weights.iter().all(|w| *w >= 0.0).then(|| there.dot(up))
+    }
+
+    #[test]
+    fn what_is_straight_below_is_the_surface_where_it_is_nearest_that_way() {
+        let (substrate, far) = boulder();
+        let mut stream = Stream::new(7, Purpose::Walker, 0);
+        let (mut found, mut other) = (0, 0);
+        while found < 400 {
+            let (Footing { stand, facet }, triangle) = place_on_copy(&substrate, &far, &mut stream);
+            let from = stand.position;
+            let Some(below) = straight_from(&substrate, triangle, from, &facet.frame) else {
+                continue;
+            };
+            assert_is_facet_there(&below, &substrate);
+            let up = facet.frame.x.cross(facet.frame.y);
+            let way = below.stand.position - from;
+            assert!(
+                (way - up * way.dot(up)).length() < 1e-12,
+                "{way} along {up}"
+            );
+            let all = 0..substrate.triangles().len() as u32;
+            let heights = all.filter_map(|t| height(substrate.corners(t), from, up));
+            let nearest = heights.fold(f64::INFINITY, |least, h| least.min(h.abs()));
+            other += usize::from((way.dot(up).abs() - nearest).abs() > 1e-12);
+            found += 1;
+        }
+        assert!(other < 4, "{other} of 400 are on another fold");
+    }
+
+    /// The boulder with every other triangle wound the other way.
+    fn turned_boulder() -> Substrate {
+        let loaded = load_soup(Path::new("meshes/boulder.glb")).expect("a mesh");
+        let mut soup = loaded.soup;
+        let turned = soup.triangles.iter_mut().step_by(2);
+        turned.for_each(|corners| corners.swap(1, 2));
+        Substrate::from_soup(soup).expect("a mesh")
+    }
+
+    #[test]
+    fn it_is_the_same_however_triangles_are_wound() {
+        let ((substrate, far), turned) = (boulder(), turned_boulder());
+        let mut stream = Stream::new(8, Purpose::Walker, 0);
+        let (mut found, mut turns) = (0, 0);
+        while found < 200 {
+            let (Footing { stand, facet }, triangle) = place_on_copy(&substrate, &far, &mut stream);
+            let middle = |of: &Substrate, t| of.corners(t).into_iter().sum::<DVec3>();
+            let here = middle(&substrate, triangle);
+            let away = |t: &u32| middle(&turned, *t).distance_squared(here);
+            let all = 0..turned.triangles().len() as u32;
+            let same = all
+                .min_by(|a, b| away(a).total_cmp(&away(b)))
+                .expect("some");
+            let below = |on, triangle| straight_from(on, triangle, stand.position, &facet.frame);
+            // Where it begins on one that is turned it looks for none.
+            let Some([one, other]) =
+                below(&substrate, triangle).and_then(|one| Some([one, below(&turned, same)?]))
+            else {
+                continue;
+            };
+            assert!(one.stand.position.distance(other.stand.position) < 1e-12);
+            turns += usize::from(one.stand.triangle != triangle);
+            found += 1;
+        }
+        assert!(turns > 50, "{turns} of 200 are in another triangle");
     }
 
     #[test]

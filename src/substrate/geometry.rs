@@ -168,6 +168,38 @@ impl Unscaled {
         self.origin + self.edge * p.x + self.up * p.y
     }
 
+    /// Where a line comes through the triangle's plane. None where its direction, a unit vector, is not within an angle
+    /// with this cosine of the normal.
+    #[inline(always)]
+    pub(crate) fn pierced(&self, from: DVec3, along: DVec3, least_cos: f64) -> Option<DVec2> {
+        let (normal, length_sq) = (self.edge.cross(self.up), self.edge.length_squared());
+        let steep = normal.dot(along);
+        (steep > least_cos * length_sq).then(|| {
+            let way = from - self.origin;
+            let way = way - along * (way.dot(normal) / steep);
+            DVec2::new(way.dot(self.edge), way.dot(self.up)) / length_sq
+        })
+    }
+
+    /// The edge that a place of the plane is beyond, of two the one with which it spans more; none of a place in the
+    /// triangle.
+    #[inline(always)]
+    pub(crate) fn edge_towards(&self, p: DVec2) -> Option<u32> {
+        let apex = self.apex;
+        let inside = [
+            p.y,
+            (apex.x - 1.0) * p.y - apex.y * (p.x - 1.0),
+            apex.y * p.x - apex.x * p.y,
+        ];
+        let (mut edge, mut least) = (0, inside[0]);
+        for (k, &inside) in (1..).zip(&inside[1..]) {
+            if inside < least {
+                (edge, least) = (k, inside);
+            }
+        }
+        (least < 0.0).then_some(edge)
+    }
+
     /// In local units.
     #[inline(always)]
     pub(crate) fn scaled(&self) -> Facet {
@@ -298,6 +330,39 @@ mod tests {
                 "{off:?} at {width}"
             );
         }
+    }
+
+    #[test]
+    fn lines_come_through_planes_where_both_are() {
+        let mut stream = Stream::new(5, Purpose::Walker, 0);
+        let mut beyond = [0; 4];
+        for i in 0..6_000 {
+            let width = [1.0, 0.3, 1e-2][i % 3];
+            let corners = sliver(width, [0.2, 0.8][i % 2], i % 3, &mut stream);
+            let [first, ..] = crossings(corners, [0; 3], [Twin::from_bits(0); 3]);
+            let flat = Unscaled::new(7, corners, DVec2::new(first.along, first.height));
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            let [u, v] = [0; 2].map(|_| 2.0 * stream.uniform() - 0.7);
+            let at = |[a, b, c]: [f64; 3]| corners[0] * a + corners[1] * b + corners[2] * c;
+            let weights = [1.0 - u - v, u, v];
+            let place = at(weights);
+            let aside = DVec3::from([0; 3].map(|_| stream.uniform() - 0.5));
+            let along = (normal.normalize() + aside).normalize();
+            let from = place + along * (4.0 * stream.uniform() - 2.0);
+            let cos = along.dot(normal.normalize());
+            assert_eq!(flat.pierced(from, along, cos + 1e-9), None);
+            let there = flat.pierced(from, along, cos - 1e-9).expect("a place");
+            assert!(flat.lift(there).distance(place) < 1e-11 / width);
+            // The weight of a corner is what a place spans with the edge across, as a share of the triangle.
+            let across = [weights[2], weights[0], weights[1]];
+            let least = across.into_iter().fold(0.0, f64::min);
+            let expected = (0..3).find(|&k| across[k as usize] == least && least < 0.0);
+            if across.iter().all(|w| w.abs() > 1e-9) {
+                assert_eq!(flat.edge_towards(there), expected, "{weights:?}");
+                beyond[expected.unwrap_or(3) as usize] += 1;
+            }
+        }
+        assert!(beyond.iter().all(|&n| n > 500), "{beyond:?}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::ahead::fetch;
 use crate::substrate::{HalfEdge, Substrate, segment_distance_sq};
 
 /// Triangles for each place that are searched on all sides before lines are followed.
-const FEW: usize = 4;
+const FEW: usize = 1;
 
 /// What lies about a triangle is asked for when so many others come before it.
 const AHEAD: usize = 4;

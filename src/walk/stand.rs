@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::trace::{Absorbing, End, Reflecting, trace_out};
-use crate::substrate::{Facet, Substrate, SurfacePoint};
+use crate::substrate::{Facet, Substrate, SurfacePoint, Unscaled};
 
 /// A place in a triangle's chart and in space.
 ///
@@ -42,6 +42,18 @@ impl Footing {
     #[inline(always)]
     pub(crate) fn new(facet: Facet, at: DVec2) -> Self {
         let stand = Stand::at(&facet, at);
+        Self { stand, facet }
+    }
+
+    /// At a place on a triangle as it lies flat.
+    #[inline(always)]
+    pub(crate) fn on(triangle: &Unscaled, at: DVec2) -> Self {
+        let facet = triangle.scaled();
+        let stand = Stand {
+            triangle: facet.triangle,
+            at: at * facet.chart.base,
+            position: triangle.lift(at),
+        };
         Self { stand, facet }
     }
 
@@ -137,13 +149,10 @@ impl Stand {
         let triangle = traced.place.half_edge / 3;
         let unscaled = substrate.unscaled(triangle);
         let at = traced.place.on(&unscaled);
-        *facet = unscaled.scaled();
+        let there = Footing::on(&unscaled, at);
+        *facet = there.facet;
         Moved {
-            to: Self {
-                triangle,
-                at: at * facet.chart.base,
-                position: unscaled.lift(at),
-            },
+            to: there.stand,
             end: traced.end,
             crossings: traced.crossings,
         }

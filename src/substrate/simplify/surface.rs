@@ -110,7 +110,7 @@ impl<'a> Surface<'a> {
 
     /// For each triangle about a vertex that is not gone, its next two corners.
     pub(super) fn fan(&self, v: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.about(v).iter().filter_map(|&corner| {
+        self.about(v).iter().filter_map(move |&corner| {
             let triangle = &self.triangles[corner as usize / 3];
             let (k, [next, last]) = (corner as usize % 3, AFTER[corner as usize % 3]);
             debug_assert!(*triangle == GONE || triangle[k] == v);
