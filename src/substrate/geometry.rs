@@ -197,7 +197,8 @@ impl Unscaled {
                 (edge, least) = (k, inside);
             }
         }
-        (least < 0.0).then_some(edge)
+        let is_inside = least >= 0.0;
+        (!is_inside).then_some(edge)
     }
 
     /// In local units.
@@ -338,7 +339,7 @@ mod tests {
         let mut beyond = [0; 4];
         for i in 0..6_000 {
             let width = [1.0, 0.3, 1e-2][i % 3];
-            let corners = sliver(width, [0.2, 0.8][i % 2], i % 3, &mut stream);
+            let corners = sliver(width, [0.2, 0.8][i % 2], i / 6 % 3, &mut stream);
             let [first, ..] = crossings(corners, [0; 3], [Twin::from_bits(0); 3]);
             let flat = Unscaled::new(7, corners, DVec2::new(first.along, first.height));
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
