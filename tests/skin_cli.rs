@@ -492,3 +492,22 @@ fn a_skin_that_does_not_fit_into_memory_is_refused_with_the_number() {
         assert!(!desk.path(file).exists(), "{command}");
     }
 }
+
+#[test]
+fn help_says_what_is_refused_beyond() {
+    let desk = desk();
+    let help = made(&desk, "--help");
+    let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for flag in ["--thickness", "--taper", "--falloff", "--resolution"] {
+        let output = skin(&desk, &format!("out -o skin.ply {flag} 99"));
+        let said = said(&output);
+        let range = said.split("it may be ").nth(1).expect("a range");
+        let range = range.split([';', '\n']).next().expect("a range");
+        let of_flag = words.split(&format!("{flag} <")).nth(1).expect("its help");
+        let line = of_flag.split("[default").next().expect("its help");
+        assert!(
+            line.contains(&format!(", {range}:")),
+            "{flag}: {range}: {line}"
+        );
+    }
+}

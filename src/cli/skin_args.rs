@@ -46,8 +46,8 @@ const UP: &str = "Up axis of the file; glTF has y and takes no other [default: z
 pub(crate) struct ShapeArgs {
     #[command(flatten)]
     pub(crate) relief: ReliefArgs,
-    /// Longest edge of a triangle: half the length gives four times the triangles; 1r gives smoother margins in
-    /// close-ups [default: 2r; render takes finer ones from near]
+    /// Longest edge of a triangle, 0.1r to 10r: half the length gives four times the triangles; 1r gives smoother
+    /// margins in close-ups [default: 2r; render takes finer ones from near]
     #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) resolution: Option<Length>,
 }
@@ -56,16 +56,16 @@ pub(crate) struct ShapeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub(crate) struct ReliefArgs {
-    /// Height of closed lichen over the mesh: 0.7r for a thin crust, 3r for fleshy lobes [default:
-    /// 1.5r]
+    /// Height of closed lichen over the mesh, 0.05r to 20r: 0.7r for a thin crust, 3r for fleshy lobes
+    /// [default: 1.5r]
     #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) thickness: Option<Length>,
-    /// How much thinner the lichen is at its rim, as a share: 0 for a blunt edge, 0.8 for one that
-    /// thins out [default: 0.4]
+    /// How much thinner the lichen is at its rim, as a share, 0 to 0.9: 0 for a blunt edge, 0.8 for one
+    /// that thins out [default: 0.4]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) taper: Option<f64>,
-    /// Distance at which an element's influence is halved: 1r shows every element as a granule, 3r
-    /// fuses them [default: 1.8r]
+    /// Distance at which an element's influence is halved, 0.8r to 8r: 1r shows every element as a
+    /// granule, 3r fuses them [default: 1.8r]
     #[arg(long, value_name = "LEN", value_parser = Length::given, allow_negative_numbers = true)]
     pub(crate) falloff: Option<Length>,
 }
