@@ -50,9 +50,8 @@ const MOST_WALKS: usize = 3;
 /// Triangles in which the place straight above one on a copy is looked for, at most.
 const MOST_TRIANGLES: usize = 16;
 
-/// The square of a length that is round-off, local units: who is so near is there, and would walk again for nothing. Without
-/// a direction it is not known either by which edge a step leaves from the border of a triangle.
-const NO_LENGTH_SQ: f64 = NO_LENGTH * NO_LENGTH;
+/// A length that is round-off, local units: who is so near is there, and would walk again for nothing. Without a direction
+/// it is not known either by which edge a step leaves from the border of a triangle.
 const NO_LENGTH: f64 = 1e-13;
 
 /// Coarser copies, and when to walk on them.
@@ -346,7 +345,7 @@ fn walk(
 ) -> Footing {
     let (mut way, mut far) = onward(&there);
     for _ in 0..MOST_WALKS {
-        if way.length_squared() < NO_LENGTH_SQ {
+        if way.length_squared() < NO_LENGTH * NO_LENGTH {
             break;
         }
         let next = there.after(surface, way);

@@ -33,6 +33,17 @@ pub struct Chart {
     pub apex: DVec2,
 }
 
+/// By how much a place is on the inner side of each edge of a triangle that lies flat: of the first the distance, of the
+/// others twice the area that it spans with them.
+#[inline(always)]
+fn inside(base: f64, apex: DVec2, p: DVec2) -> [f64; 3] {
+    [
+        p.y,
+        (apex.x - base) * p.y - apex.y * (p.x - base),
+        apex.y * p.x - apex.x * p.y,
+    ]
+}
+
 /// A triangle's crossings by the half-edges that leave its first, second and third corner, given by where these are and by
 /// their numbers.
 pub(super) fn crossings(corners: [DVec3; 3], numbers: [u32; 3], twins: [Twin; 3]) -> [Crossing; 3] {
@@ -73,12 +84,10 @@ impl Chart {
     /// True for a point in the triangle, its edges included.
     #[inline]
     pub fn contains(&self, p: DVec2) -> bool {
-        let apex = self.apex;
-        let inside_left = apex.y * p.x - apex.x * p.y;
-        let inside_right = (apex.x - self.base) * p.y - apex.y * (p.x - self.base);
+        let [above, right, left] = inside(self.base, self.apex, p);
         // One branch and not three: which edge a step crosses is not to be foreseen.
         let least = |a: f64, b: f64| if a < b { a } else { b };
-        least(p.y, least(inside_left, inside_right)) >= 0.0
+        least(above, least(left, right)) >= 0.0
     }
 }
 
@@ -185,12 +194,7 @@ impl Unscaled {
     /// triangle.
     #[inline(always)]
     pub(crate) fn edge_towards(&self, p: DVec2) -> Option<u32> {
-        let apex = self.apex;
-        let inside = [
-            p.y,
-            (apex.x - 1.0) * p.y - apex.y * (p.x - 1.0),
-            apex.y * p.x - apex.x * p.y,
-        ];
+        let inside = inside(1.0, self.apex, p);
         let (mut edge, mut least) = (0, inside[0]);
         for (k, &inside) in (1..).zip(&inside[1..]) {
             if inside < least {
