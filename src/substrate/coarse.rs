@@ -33,7 +33,7 @@ const TRIED_WORTH: f64 = 2.0 * NEAR_WORTH;
 const LEAST_TRIANGLES: usize = 200;
 
 /// A copy's copy may stray this many times as far.
-const COARSER: f64 = 8.0;
+const COARSER: f64 = 4.0;
 
 /// No copy may stray farther than this share of the bounding box's diagonal.
 const MOST_ERROR: f64 = 0.04;
