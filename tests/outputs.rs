@@ -178,6 +178,23 @@ fn failed_file_is_not_committed() {
 }
 
 #[test]
+fn of_two_files_at_once_the_one_that_fails_is_named_and_not_committed() {
+    let folder = scratch();
+    let path = folder.path().join("rock");
+    let mut dir = OutputDir::create(&path, false).unwrap();
+    dir.write_both(("a.txt", says("1")), ("b.txt", says("2")))
+        .unwrap();
+    let error = dir.write_both(("c.txt", fails), ("d.txt", says("4")));
+    assert!(error.unwrap_err().to_string().contains("c.txt"));
+    let error = dir.write_both(("a.txt", says("5")), ("e.txt", fails));
+    assert!(error.unwrap_err().to_string().contains("e.txt"));
+    dir.commit().unwrap();
+    assert_eq!(names(&path), ["a.txt", "b.txt", "d.txt"]);
+    assert_eq!(read(&path.join("a.txt")), "5");
+    assert_eq!(read(&path.join("b.txt")), "2");
+}
+
+#[test]
 fn used_folder_is_replaced_by_force_only() {
     let folder = scratch();
     let path = folder.path();

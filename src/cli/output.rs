@@ -20,7 +20,7 @@ pub(crate) const RECIPE: &str = "recipe.toml";
 pub(crate) const REPORT: &str = "report.json";
 pub(crate) const PREVIEW: &str = "preview.png";
 
-/// Every file of a run, in the order in which they are written.
+/// Every file of a run, in the order in which they are told of.
 pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, PREVIEW, LOG, REPORT];
 
 /// A finished run.
@@ -48,14 +48,12 @@ impl Finished<'_> {
     /// The same with files that appear when the folder is committed.
     pub(crate) fn write_into(mut self, folder: &mut OutputDir) -> Result<RunReport, OutputError> {
         let started = Instant::now();
-        self.write_elements(folder)?;
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
         if let Some(width) = self.preview {
             self.write_preview(folder, width)?;
         }
-        let cluster = &self.growth.cluster;
-        folder.write(LOG, |out| self.log.write_whole(self.recipe, cluster, out))?;
+        self.write_lichen(folder)?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report();
         let json = report.to_json();
@@ -78,9 +76,12 @@ impl Finished<'_> {
         }
     }
 
-    fn write_elements(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
-        let elements = Elements::of(self.substrate, &self.growth.cluster);
-        folder.write(ELEMENTS, |out: &mut dyn Write| write_ply(&elements, out))
+    /// As a table and as a log: most of the time passes in waiting until they are on the disk.
+    fn write_lichen(&self, folder: &mut OutputDir) -> Result<(), OutputError> {
+        let (recipe, cluster) = (self.recipe, &self.growth.cluster);
+        let table = |out: &mut dyn Write| write_ply(&Elements::of(self.substrate, cluster), out);
+        let log = |out: &mut dyn Write| self.log.write_whole(recipe, cluster, out);
+        folder.write_both((ELEMENTS, table), (LOG, log))
     }
 
     fn report(&self) -> RunReport {

@@ -94,6 +94,40 @@ impl OutputDir {
         name: &str,
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), OutputError> {
+        let paths = self.make_way(name)?;
+        let result = fill_new(&paths, fill);
+        self.note(name, result)
+    }
+
+    /// Writes two files as [`OutputDir::write`] does, at the same time where a thread is free. Both are tried also where
+    /// one fails.
+    ///
+    /// # Errors
+    /// As [`OutputDir::write`]; those of the first where both fail.
+    ///
+    /// # Panics
+    /// When a name is not a plain file name.
+    pub fn write_both<F, G>(
+        &mut self,
+        first: (&str, F),
+        second: (&str, G),
+    ) -> Result<(), OutputError>
+    where
+        F: FnOnce(&mut dyn Write) -> io::Result<()> + Send,
+        G: FnOnce(&mut dyn Write) -> io::Result<()> + Send,
+    {
+        let paths = [self.make_way(first.0)?, self.make_way(second.0)?];
+        let (one, other) = rayon::join(
+            || fill_new(&paths[0], first.1),
+            || fill_new(&paths[1], second.1),
+        );
+        let one = self.note(first.0, one);
+        let other = self.note(second.0, other);
+        one.and(other)
+    }
+
+    /// Where a file is to be written now, and its name in the folder; nothing is in either's way.
+    fn make_way(&mut self, name: &str) -> Result<[PathBuf; 2], OutputError> {
         let plain = Path::new(name).file_name() == Some(OsStr::new(name));
         assert!(plain && name != STAGE, "'{name}' is not a plain file name");
         self.check_ours()?;
@@ -105,12 +139,12 @@ impl OutputDir {
         if fs::remove_file(&staged).is_ok() {
             self.written.retain(|written| written != name);
         }
-        if let Err(e) = write_new(&staged, &shown, fill) {
-            let _ = fs::remove_file(&staged);
-            return Err(e);
-        }
-        self.written.push(name.to_owned());
-        Ok(())
+        Ok([staged, shown])
+    }
+
+    /// Takes in what came of writing a file.
+    fn note(&mut self, name: &str, result: Result<(), OutputError>) -> Result<(), OutputError> {
+        result.map(|()| self.written.push(name.to_owned()))
     }
 
     /// Writes a file of the folder through `fill` and puts it in its place at once, durably: a run
@@ -311,6 +345,18 @@ impl OutputDir {
             _ => make_folder(&files),
         }
     }
+}
+
+/// Writes a file through `fill`, or leaves none.
+fn fill_new(
+    [staged, shown]: &[PathBuf; 2],
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let result = write_new(staged, shown, fill);
+    if result.is_err() {
+        let _ = fs::remove_file(staged);
+    }
+    result
 }
 
 impl Drop for OutputDir {
