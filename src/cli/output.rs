@@ -20,7 +20,7 @@ pub(crate) const RECIPE: &str = "recipe.toml";
 pub(crate) const REPORT: &str = "report.json";
 pub(crate) const PREVIEW: &str = "preview.png";
 
-/// Every file of a run, in the order in which they are told of.
+/// Every file of a run, in the order in which they are listed.
 pub(crate) const FILES: &[&str] = &[ELEMENTS, RECIPE, PREVIEW, LOG, REPORT];
 
 /// A finished run.
@@ -48,12 +48,13 @@ impl Finished<'_> {
     /// The same with files that appear when the folder is committed.
     pub(crate) fn write_into(mut self, folder: &mut OutputDir) -> Result<RunReport, OutputError> {
         let started = Instant::now();
+        // First: by its table a run is known that was killed while its files were put in their places (`ended.rs`).
+        self.write_lichen(folder)?;
         let recipe = self.recipe.to_toml();
         folder.write(RECIPE, |out| out.write_all(recipe.as_bytes()))?;
         if let Some(width) = self.preview {
             self.write_preview(folder, width)?;
         }
-        self.write_lichen(folder)?;
         self.seconds.write = started.elapsed().as_secs_f64();
         let report = self.report();
         let json = report.to_json();

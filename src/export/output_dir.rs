@@ -99,14 +99,14 @@ impl OutputDir {
         self.note(name, result)
     }
 
-    /// Writes two files as [`OutputDir::write`] does, at the same time where a thread is free. Both are tried also where
-    /// one fails.
+    /// Writes two files as [`OutputDir::write`] does, at the same time where the present rayon pool has two threads.
+    /// Both are filled also where that fails for one.
     ///
     /// # Errors
     /// As [`OutputDir::write`]; those of the first where both fail.
     ///
     /// # Panics
-    /// When a name is not a plain file name.
+    /// When a name is not a plain file name, or both are the same.
     pub fn write_both<F, G>(
         &mut self,
         first: (&str, F),
@@ -116,6 +116,7 @@ impl OutputDir {
         F: FnOnce(&mut dyn Write) -> io::Result<()> + Send,
         G: FnOnce(&mut dyn Write) -> io::Result<()> + Send,
     {
+        assert_ne!(first.0, second.0, "two files of one name");
         let paths = [self.make_way(first.0)?, self.make_way(second.0)?];
         let (one, other) = rayon::join(
             || fill_new(&paths[0], first.1),

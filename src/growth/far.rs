@@ -19,8 +19,8 @@ use super::surroundings::Ground;
 use crate::substrate::{Copies, Errors, Frame, Substrate, SurfacePoint};
 use crate::walk::{Footing, Stand};
 
-/// How far the finest copy's vertices may stray from the surface, in element radii. Coarser copies may four times
-/// more each.
+/// How far the finest copy's vertices may stray from the surface, in element radii; those of each coarser one may four
+/// times as far as those of the one before.
 const ERROR: f64 = 7.5;
 
 /// How far the vertices of a copy to walk on near the lichen too may stray, in element radii. Over
@@ -30,10 +30,10 @@ const NEAR_ERROR: f64 = 0.02;
 /// A place on it stands for one on the surface that is within this many times as much.
 const BESIDE: f64 = 4.0;
 
-/// A walker on a copy lands when its bound is less than this many times what the copy may stray, which for the finest is
-/// 60 radii. Nearer than that ways over a copy lead elsewhere, also if it strays less: of a direction's hits on a lichen
-/// of 4,000 on a boulder 2 % differ if walkers land at 15 radii, 1.4 % at 30, 0.7 % at 45, and none that can be told
-/// at 60 (at most 0.5 %). What that leaves on larger lichens is in `docs/study.md`.
+/// A walker on a copy lands when its bound is less than this many times what the copy may stray: than 60 radii, where
+/// that is 7.5. Of a direction's hits on a lichen of 4,000 on a boulder 2 % differ if walkers land at 15 radii, 1.4 %
+/// at 30, 0.7 % at 45, and none that can be told at 60 (at most 0.5 %). What that leaves on larger lichens is in
+/// `docs/study.md`.
 const LAND: f64 = 8.0;
 
 /// Bounds this many times as large as those below which a walker leaves a copy are for that copy.
