@@ -188,6 +188,10 @@ fn of_two_files_at_once_the_one_that_fails_is_named_and_not_committed() {
     assert!(error.unwrap_err().to_string().contains("c.txt"));
     let error = dir.write_both(("a.txt", says("5")), ("e.txt", fails));
     assert!(error.unwrap_err().to_string().contains("e.txt"));
+    let error = dir.write_both(("f.txt", fails), ("g.txt", fails));
+    assert!(error.unwrap_err().to_string().contains("f.txt"));
+    let same = || dir.write_both(("h.txt", says("6")), ("h.txt", says("7")));
+    assert!(catch_unwind(AssertUnwindSafe(same)).is_err());
     dir.commit().unwrap();
     assert_eq!(names(&path), ["a.txt", "b.txt", "d.txt"]);
     assert_eq!(read(&path.join("a.txt")), "5");
