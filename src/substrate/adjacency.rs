@@ -16,15 +16,20 @@ use crate::ahead::fetch;
 /// A corner of a triangle, or the directed edge from it to the next corner: 3 · triangle + k.
 pub type HalfEdge = u32;
 
-/// For each half-edge, the one on the other side, and whether the two run the same way.
+/// For each half-edge, the one on the other side, and whether the two run the same way: in the last bit, so that one
+/// shift takes it off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Twin(u32);
 
 impl Twin {
-    const FLIPPED: u32 = 1 << 31;
-
     fn new(half_edge: HalfEdge, flipped: bool) -> Self {
-        Self(half_edge | if flipped { Self::FLIPPED } else { 0 })
+        Self(half_edge << 1 | u32::from(flipped))
+    }
+
+    /// A half-edge that runs the other way.
+    #[inline(always)]
+    pub(crate) fn of(half_edge: HalfEdge) -> Self {
+        Self(half_edge << 1)
     }
 
     #[inline(always)]
@@ -39,12 +44,12 @@ impl Twin {
 
     /// The half-edge across.
     pub fn half_edge(self) -> HalfEdge {
-        self.0 & !Self::FLIPPED
+        self.0 >> 1
     }
 
     /// True where both run from the same vertex, as at a boundary or where windings disagree.
     pub fn is_flipped(self) -> bool {
-        self.0 & Self::FLIPPED != 0
+        self.0 & 1 != 0
     }
 }
 

@@ -264,10 +264,10 @@ struct Front {
     across: DVec2,
     /// From the one on the left to the path's end.
     to_end: DVec2,
-    /// The half-edge through which the path came into the triangle being left, whether it leaves by the first edge
-    /// after that, and whether the triangle lies as its mirror image.
-    came: HalfEdge,
-    by_first: bool,
+    /// The half-edge through which the path came into the triangle being left, whether the corner across from that is on
+    /// the left of the path, and whether the triangle lies as its mirror image.
+    came: Twin,
+    apex_is_left: bool,
     mirrored: bool,
     /// The half-edge through which the path comes into what lies beyond.
     entry: Twin,
@@ -313,15 +313,15 @@ impl Front {
             k => (k, ends_of_exit(corners)),
         };
         // As if it had come through the edge before, which lies where the path has just been.
-        let came = 3 * triangle + BEFORE[k & 3];
-        let entry = substrate.crossings()[came as usize].exits[0];
+        let came = Twin::of(3 * triangle + BEFORE[k & 3]);
+        let entry = substrate.crossings()[came.half_edge() as usize].exits[0];
         let beyond = &substrate.crossings()[entry.half_edge() as usize];
         substrate.fetch_vertex(beyond.apex);
         Self {
             across: right - left,
             to_end: DVec2::new(end, 0.0) - left,
             came,
-            by_first: true,
+            apex_is_left: true,
             mirrored: false,
             entry,
             apex: apex(beyond),
@@ -338,8 +338,10 @@ impl Front {
     /// The half-edge on the near side.
     #[inline(always)]
     fn half_edge(&self) -> HalfEdge {
-        let (triangle, k) = (self.came / 3, self.came % 3);
-        3 * triangle + (k + 2 - u32::from(self.by_first)) % 3
+        let came = self.came.half_edge();
+        let (triangle, k) = (came / 3, came % 3);
+        let leaves_by_first = self.apex_is_left != self.mirrored;
+        3 * triangle + (k + 2 - u32::from(leaves_by_first)) % 3
     }
 
     fn is_boundary(&self) -> bool {
@@ -353,8 +355,8 @@ impl Front {
     /// waits for.
     ///
     /// What lies beyond both is fetched now, while it is worked out which one the path takes, and what lies beyond
-    /// the next four: on a fine mesh that takes longer than all the arithmetic. So are the far corners of both in space, for
-    /// the path may end there.
+    /// the next four: on a fine mesh that takes longer than all the arithmetic. So is then the far corner in space, for the
+    /// path may end there.
     #[inline(always)]
     fn cross(self, substrate: &Substrate) -> Self {
         let crossings = substrate.crossings();
@@ -368,19 +370,18 @@ impl Front {
         let [right, left] = exits.both();
         let [a, b] = [right, left].map(|exit| &crossings[exit.half_edge() as usize]);
         let (exits_a, exits_b) = (Exits::of(a), Exits::of(b));
-        substrate.fetch_vertex(a.apex);
-        substrate.fetch_vertex(b.apex);
         for exit in [exits_a.both(), exits_b.both()].as_flattened() {
             fetch(crossings.get(exit.half_edge() as usize));
         }
-        let to_apex = self.across * along + self.across.perp() * self.apex.y;
+        let to_apex = combined(self.across, along, self.apex.y);
         let is_left = f64x2::splat(to_apex.y).simd_gt(f64x2::splat(self.to_end.y));
-        let apex_is_left = to_apex.y > self.to_end.y;
+        let apex_is_left = is_left.to_bitmask() != 0;
+        substrate.fetch_vertex(select_unpredictable(apex_is_left, a.apex, b.apex));
         Self {
             across: either(is_left, self.across - to_apex, to_apex),
             to_end: self.to_end - either(is_left, to_apex, DVec2::ZERO),
-            came: self.entry.half_edge(),
-            by_first: apex_is_left != mirrored,
+            came: self.entry,
+            apex_is_left,
             mirrored,
             entry: select_unpredictable(apex_is_left, right, left),
             apex: either(is_left, apex(a), apex(b)),
@@ -460,6 +461,16 @@ impl Front {
 #[inline(always)]
 fn apex(crossing: &Crossing) -> DVec2 {
     DVec2::new(crossing.along, crossing.height)
+}
+
+/// `v * along + v.perp() * height`, to the same bit, with a sign turned in both lanes at once where that takes them apart.
+#[inline(always)]
+fn combined(v: DVec2, along: f64, height: f64) -> DVec2 {
+    let [turned, v] = [[v.y, v.x], [v.x, v.y]].map(f64x2::new);
+    let heights = f64x2::splat(height) ^ f64x2::new([-0.0, 0.0]);
+    (v * f64x2::splat(along) + turned * heights)
+        .to_array()
+        .into()
 }
 
 /// One of two, by a mask.
