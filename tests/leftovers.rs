@@ -49,6 +49,22 @@ fn another_mesh_of_the_name_is_not_taken_for_the_one_of_the_run() {
     desk.assert_same("out", "whole");
 }
 
+#[test]
+fn a_picture_stays_where_nothing_more_grows() {
+    let desk = Desk::new();
+    let grow = |words: &str, preview: &str| {
+        let mut command = desk.call(&format!("grow {words} --quiet"), preview);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{words}: {}", said(&output));
+        fs::read(desk.path("out/preview.png")).ok()
+    };
+    let taken = grow(&format!("{RUN} -o out"), "--preview 32");
+    assert!(taken.is_some());
+    assert_eq!(grow("--resume out", "--preview 0"), taken);
+    let longer = "--resume out --elements 3010";
+    assert_eq!(grow(longer, "--preview 0"), None);
+}
+
 /// The log of a run that was killed when it had three elements.
 fn young_log(desk: &Desk, run: &str) -> Vec<u8> {
     let (substrate, recipe, log) = desk.begin_log("rock.obj", run, "young.log");

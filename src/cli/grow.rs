@@ -144,7 +144,7 @@ impl Job<'_> {
     }
 
     /// The run with what it has of an earlier one, and its log. The recipe of the earlier one is
-    /// replaced, and its picture goes, when it is sure that this one goes on with it.
+    /// replaced, and its picture goes if anything is to grow, when it is sure that this one goes on with it.
     fn begin(
         &self,
         output: &mut OutputDir,
@@ -168,7 +168,10 @@ impl Job<'_> {
         if self.args.keep_sound {
             resume::set_aside(&path)?;
         }
-        resume::take_over(output, self.recipe)?;
+        resume::place_recipe_anew(output, self.recipe)?;
+        if run.ended().is_none() {
+            resume::take_picture_away(output)?;
+        }
         Ok((run, log))
     }
 

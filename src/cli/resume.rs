@@ -183,11 +183,15 @@ pub(crate) fn begin(output: &mut OutputDir, recipe: &Recipe) -> Result<Log, Fail
     Ok(Log::read(&output.path().join(LOG))?)
 }
 
-/// Replaces the recipe of the run that is gone on with. Its picture goes: it would be taken for one of the
-/// larger lichen if this run ended before it takes its own, which it does last.
-pub(crate) fn take_over(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
+/// Replaces the recipe of the run that is gone on with.
+pub(crate) fn place_recipe_anew(output: &mut OutputDir, recipe: &Recipe) -> Result<(), Failure> {
     output.check_files(FILES)?;
-    place_recipe(output, recipe)?;
+    place_recipe(output, recipe)
+}
+
+/// Takes away the picture of the run that is to grow on: it would be taken for one of the larger lichen if this run ended
+/// before it takes its own, which it does last.
+pub(crate) fn take_picture_away(output: &mut OutputDir) -> Result<(), Failure> {
     Ok(output.remove(PREVIEW)?)
 }
 

@@ -295,6 +295,12 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Why it ends with what it has already, if its rule says so: then it grows nothing.
+    pub fn ended(&self) -> Option<Stopped> {
+        let begun = !self.cluster.is_empty();
+        begun.then(|| self.reached(&self.progress())).flatten()
+    }
+
     /// What has grown so far: what a log holds, to be measured or drawn without going on.
     pub fn cluster(&self) -> &Cluster {
         &self.cluster
@@ -327,8 +333,7 @@ impl<'a> Run<'a> {
     }
 
     fn until_stopped(&mut self, execution: &Execution, observer: &mut dyn Observer) -> Stopped {
-        let begun = !self.cluster.is_empty();
-        let mut ended = begun.then(|| self.reached(&self.progress())).flatten();
+        let mut ended = self.ended();
         let mut untold = Vec::new();
         loop {
             let (told, next) = match ended {
