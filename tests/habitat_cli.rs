@@ -443,12 +443,12 @@ fn what_is_no_mask_is_refused_in_a_line() {
         (
             "square.obj --mask black.png",
             2,
-            ["nothing may grow anywhere", "black"],
+            ["--mask black.png: nothing may grow anywhere", "black"],
         ),
         (
             "square.obj --slope 90,180",
             2,
-            ["nothing may grow anywhere", ""],
+            ["--slope 90.0,180.0: nothing may grow anywhere", ""],
         ),
         (
             "square.obj --mask left.png --at 0.9,0,0.5",

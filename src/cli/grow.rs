@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use thallus::export::{OutputDir, OutputError};
+use thallus::growth::PlaceError;
 use thallus::log::{Log, LogWriter};
 use thallus::run::{
-    Execution, GrowError, Growth, OPAQUE, Recipe, Run, RunReport, Settings, Stopped, Timings,
-    shell_path,
+    Execution, GrowError, Growth, OPAQUE, Recipe, Run, RunReport, Settings, SettingsError, Stopped,
+    Timings, shell_path,
 };
 use thallus::substrate::{Substrate, SurfacePoint};
 
@@ -467,7 +468,11 @@ fn recipe(
         )),
         Ok(()) => {}
     }
-    Ok(settings.resolve(substrate, &file)?)
+    let limits = mask::limits(&settings);
+    { settings.resolve(substrate, &file) }.map_err(|error| match error {
+        SettingsError::Place(PlaceError::NoHabitat) => Failure::usage(format!("{limits}: {error}")),
+        other => other.into(),
+    })
 }
 
 fn other_mesh(args: &GrowArgs, settings: &Settings, substrate: &Substrate) -> Failure {

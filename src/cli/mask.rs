@@ -21,6 +21,14 @@ pub(super) struct Found {
     pub(super) layers: Vec<String>,
 }
 
+/// All that says where lichen may grow, as flags.
+pub(super) fn limits(settings: &Settings) -> String {
+    let masks = settings.mask.iter().flatten();
+    let masks = masks.map(|mask| format!("--mask {mask}"));
+    let slope = settings.slope.map(|slope| format!("--slope {slope}"));
+    masks.chain(slope).collect::<Vec<_>>().join(" ")
+}
+
 /// Whether the mesh's UVs or colours are read, by which these settings have a mask.
 pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
     let mut places = { settings.mask_layers().iter() }.flat_map(|layer| places(layer, recipes));
