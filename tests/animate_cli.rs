@@ -107,13 +107,32 @@ fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     made(&desk, "out -o f --frames 2 --force --format glb");
     let expected = [
         "frame_0001.glb",
+        "frame_0001.ply",
         "frame_0001.txt",
         "frame_0002.glb",
+        "frame_0002.ply",
+        "frame_0003.ply",
         "frame_02.ply",
         "frame_9.txt",
         "notes.txt",
     ];
     assert_eq!(names(&desk.path("f")), expected);
+    // What it is read from.
+    fs::create_dir(desk.path("s")).unwrap();
+    fs::copy(desk.path("out/elements.ply"), desk.path("s/frame_0007.ply")).unwrap();
+    let words = "s/frame_0007.ply --mesh rock.obj -o s --frames 2 --force";
+    refused(&desk, words, 1, &["s/frame_0007.ply is read for this"]);
+    assert_eq!(names(&desk.path("s")), ["frame_0007.ply"]);
+    // A folder in a frame's place.
+    fs::create_dir(desk.path("f/frame_0005.ply")).unwrap();
+    let before = desk.read("f/frame_0002.ply");
+    refused(
+        &desk,
+        "out -o f --frames 3 --force",
+        1,
+        &["f/frame_0005.ply is a folder"],
+    );
+    assert_eq!(desk.read("f/frame_0002.ply"), before);
     made(&desk, "out -o a.usda --frames 2");
     refused(
         &desk,

@@ -250,6 +250,42 @@ fn what_is_there_is_overwritten_only_when_asked() {
     assert_eq!(names(&desk.path("out")), before);
 }
 
+/// Its texture, its mask and the base colour that it is given.
+#[test]
+fn what_it_is_read_from_is_not_overwritten() {
+    let desk = desk();
+    made(&desk, "out -o maps --size 64 --quiet");
+    let image = desk.read("maps/color.png");
+    let images = ["dressed/base_color.png", "masks/mask.png", "bases/orm.png"];
+    for file in images {
+        fs::create_dir(desk.path(file).parent().unwrap()).unwrap();
+        fs::write(desk.path(file), &image).unwrap();
+    }
+    let library = "newmtl m\nmap_Kd base_color.png\n";
+    fs::write(desk.path("dressed/a.mtl"), library).unwrap();
+    let dressed = format!("mtllib a.mtl\nusemtl m\n{}", cube());
+    fs::write(desk.path("dressed/cube.obj"), dressed).unwrap();
+    desk.done("dressed/cube.obj --radius 2% --elements 60 -o on --mask masks/mask.png");
+    for (words, file) in [
+        ("on -o dressed", images[0]),
+        ("on -o masks", images[1]),
+        ("on -o bases --base bases/orm.png", images[2]),
+    ] {
+        let words = format!("{words} --size 64 --quiet --force");
+        refused(&desk, &words, 1, &[&format!("{file} is read for this")]);
+        let words = format!("on -o {file} --ground {file} --size 64x48 --force");
+        let output = desk.call("render", &words).output().unwrap();
+        assert_refused_in_a_line(&output, 2, &["is what the lichen is read from"]);
+        assert_eq!(desk.read(file), image, "{file}");
+    }
+    let output = desk.call(
+        "render on -o dressed/base_color.png --size 64x48",
+        "--force",
+    );
+    let output = { output }.output().unwrap();
+    assert_refused_in_a_line(&output, 2, &["is what the lichen is read from"]);
+}
+
 #[test]
 fn wrong_requests_are_refused() {
     let desk = desk();

@@ -79,6 +79,8 @@ pub(super) struct Growth {
 pub(super) struct Another {
     pub(super) also: Also,
     origin: Origin,
+    /// Files that it was read from.
+    read: Vec<PathBuf>,
     pub(super) cluster: Cluster,
 }
 
@@ -86,10 +88,11 @@ impl Another {
     fn read(text: &str, args: &AnimateArgs, substrate: &Substrate) -> Result<Self, Failure> {
         let also = Also::parse(text, &args.color);
         let found = Self::of(&also, args, substrate);
-        let (origin, cluster) = found.map_err(|e| also.failed(e))?;
+        let (grown, cluster) = found.map_err(|e| also.failed(e))?;
         Ok(Self {
             also,
-            origin,
+            origin: grown.origin(),
+            read: grown.files(&args.mesh),
             cluster,
         })
     }
@@ -98,7 +101,7 @@ impl Another {
         also: &Also,
         args: &AnimateArgs,
         substrate: &Substrate,
-    ) -> Result<(Origin, Cluster), Failure> {
+    ) -> Result<(Grown, Cluster), Failure> {
         if also.names_colors && args.picture.draw == Drawn::Points {
             return Err(Failure::usage(
                 "granules are coloured by age: leave the colour map away, or draw skins",
@@ -106,7 +109,7 @@ impl Another {
         }
         let (grown, cluster) = also.read(substrate, args.run.voice())?;
         grown.spare(&args.output, &args.mesh)?;
-        Ok((grown.origin(), cluster))
+        Ok((grown, cluster))
     }
 }
 
@@ -138,6 +141,15 @@ impl Growth {
             cluster,
             others,
         })
+    }
+
+    /// Files that all this was read from.
+    pub(super) fn files(&self, args: &AnimateArgs) -> Vec<PathBuf> {
+        let mut files = self.grown.files(&args.mesh);
+        files.extend(self.texturing.image_files.iter().cloned());
+        files.extend(self.others.iter().flat_map(|another| another.read.clone()));
+        files.extend({ args.picture.shot.ground.as_ref() }.and_then(Dress::file));
+        files
     }
 
     /// The first, and those beside it.
@@ -216,7 +228,7 @@ fn skins(
             let convention = Convention::from(*format);
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
-            let mut folder = Folder::create(args, format.extension)?;
+            let mut folder = Folder::create(args, format.extension, lichen)?;
             each(frames, |mut mesh| {
                 stop.check()?;
                 mesh.place(&placement);
@@ -277,8 +289,8 @@ fn scenes(
             )?;
         }
         Shapes::Folder(format) => {
+            let mut folder = Folder::create(args, format.extension, &lichen)?;
             let scene = scene(args, lichen, &Convention::from(*format), up)?;
-            let mut folder = Folder::create(args, format.extension)?;
             frames_of(&scene, what, moments, |frame, color| {
                 stop.check()?;
                 bar.inc(1);

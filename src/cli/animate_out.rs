@@ -11,6 +11,7 @@ use thallus::export::{
 };
 use thallus::picture::{Background, FASTEST_GIF};
 
+use super::animate::Growth;
 use super::animate_args::{AnimateArgs, Subject};
 use super::failure::Failure;
 use super::output::{check_free, ends_in_slash};
@@ -253,10 +254,17 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    pub(super) fn create(args: &AnimateArgs, extension: &'static str) -> Result<Self, Failure> {
+    /// One that replaces nothing that the lichen was read from.
+    pub(super) fn create(
+        args: &AnimateArgs,
+        extension: &'static str,
+        lichen: &Growth,
+    ) -> Result<Self, Failure> {
         let digits = args.time.frames.to_string().len().max(DIGITS);
+        let mut dir = OutputDir::create(&args.output, args.force).map_err(of_frames)?;
+        dir.spare(&lichen.files(args));
         Ok(Self {
-            dir: OutputDir::create(&args.output, args.force).map_err(of_frames)?,
+            dir,
             extension,
             digits,
             written: 0,
@@ -282,7 +290,7 @@ impl Folder {
         self.dir.commit().map_err(of_frames)
     }
 
-    /// Frames that are there, of whatever format, and were not written now.
+    /// Frames of this format that are there and were not written now. Those of another may be another program's.
     fn left_over(&self) -> Vec<String> {
         let entries = fs::read_dir(self.dir.path())
             .into_iter()
@@ -290,10 +298,10 @@ impl Folder {
             .flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
         let old = |name: &String| {
-            frame_of(name).is_some_and(|(number, extension)| {
+            frame_of(name, self.extension).is_some_and(|number| {
                 let new = number.len() == self.digits
                     && number.parse().is_ok_and(|n: u32| n <= self.written);
-                extension != self.extension || !new
+                !new
             })
         };
         names.filter(old).collect()
@@ -303,11 +311,11 @@ impl Folder {
 /// Digits of the frames' numbers, at least.
 const DIGITS: usize = 4;
 
-/// The number and the extension of a file that is a frame by its name.
-fn frame_of(name: &str) -> Option<(&str, &str)> {
-    let (number, extension) = name.strip_prefix("frame_")?.split_once('.')?;
+/// The number of a file that is a frame with this extension by its name.
+fn frame_of<'n>(name: &'n str, extension: &str) -> Option<&'n str> {
+    let (number, found) = name.strip_prefix("frame_")?.split_once('.')?;
     let counts = number.len() >= DIGITS && number.bytes().all(|b| b.is_ascii_digit());
-    (counts && holds_a_frame(extension)).then_some((number, extension))
+    (counts && found == extension).then_some(number)
 }
 
 /// A full folder, as an animation finds it.

@@ -47,7 +47,7 @@ pub(super) fn pictures(
         What::Points => {
             let mut take = |frame: usize| lapse.take(&shots.granules(&moments, frame), &[]);
             let images = (0..moments[0].len()).map(|frame| Ok(take(frame)));
-            write(args, target, images, stop)
+            write(args, (target, lichen), images, stop)
         }
         What::Skin => {
             let looks = looks(args, lichen)?;
@@ -60,7 +60,7 @@ pub(super) fn pictures(
                     Some(Err(io::Error::other(SkinError::TooCoarse)))
                 }
             };
-            let made = write(args, target, iter::from_fn(next), stop);
+            let made = write(args, (target, lichen), iter::from_fn(next), stop);
             match too_coarse.into_inner() {
                 true => Err(Failure::Usage(SkinError::TooCoarse.into())),
                 false => made,
@@ -180,7 +180,7 @@ impl<'a> Skins<'a> {
 /// Writes pictures as they are made.
 fn write(
     args: &AnimateArgs,
-    target: &Pictures,
+    (target, lichen): (&Pictures, &Growth),
     images: impl Iterator<Item = io::Result<Image>> + Send,
     stop: &Stop,
 ) -> Result<(), Failure> {
@@ -194,7 +194,7 @@ fn write(
         Pictures::Movie(Movie::Gif) => gif(args, images)?,
         Pictures::Movie(kind) => movie(args, *kind, images)?,
         Pictures::Folder => {
-            let mut folder = Folder::create(args, "png")?;
+            let mut folder = Folder::create(args, "png", lichen)?;
             for png in packed(images, |image| image.to_png()) {
                 let png = png?;
                 folder.write(|out| out.write_all(&png))?;

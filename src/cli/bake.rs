@@ -44,7 +44,8 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     let lichens = Lichens::read(args)?;
     let base = base(args)?;
     let placement = placement(args, &lichens.substrate)?;
-    let folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
+    let mut folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
+    folder.spare(&lichens.read);
     let folder = Held::listen(folder);
     let seconds = Seconds::loaded(started);
     let mut baking = Baking {
@@ -400,6 +401,8 @@ struct Lichens {
     parts: Parts,
     /// The first, and those that are there also.
     grown: Vec<Lichen>,
+    /// Files that all this was read from.
+    read: Vec<PathBuf>,
 }
 
 struct Lichen {
@@ -439,7 +442,10 @@ impl Lichens {
         let grown = Grown::read(&args.from, args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
         let mesh = grown.file_of(&args.mesh)?;
+        let mut read = grown.files(&args.mesh);
         let (substrate, mut texturing) = load_textured(&mesh)?;
+        read.extend(texturing.image_files.iter().cloned());
+        read.extend({ args.maps.base.as_ref() }.and_then(Dress::file));
         grown.hide_mask(&mut texturing);
         if args.uv_set == 1 {
             texturing.swap_uv_sets();
@@ -459,6 +465,7 @@ impl Lichens {
             texturing,
             parts,
             grown: vec![first],
+            read,
         };
         for text in &args.also {
             let also = Also::parse(text, &args.color);
@@ -470,9 +477,10 @@ impl Lichens {
         Ok(lichens)
     }
 
-    fn another(&self, args: &BakeArgs, also: &Also) -> Result<Lichen, Failure> {
+    fn another(&mut self, args: &BakeArgs, also: &Also) -> Result<Lichen, Failure> {
         let (grown, cluster) = also.read(&self.substrate, args.run.voice())?;
         grown.spare(&args.output.join(GLB), &args.mesh)?;
+        self.read.extend(grown.files(&args.mesh));
         Lichen::new(
             &self.substrate,
             (grown.origin(), cluster),

@@ -23,6 +23,14 @@ pub(crate) enum Dress {
 }
 
 impl Dress {
+    /// The image's file.
+    pub(crate) fn file(&self) -> Option<PathBuf> {
+        match self {
+            Self::Image(file) => Some(file.clone()),
+            Self::Own | Self::Drawn(_) => None,
+        }
+    }
+
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         match text {
             "mesh" => Ok(Self::Own),

@@ -11,6 +11,7 @@ use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
+use super::mask;
 use super::mesh_args::MeshArgs;
 use super::mesh_file::load;
 use super::named_mesh::{self, named_mesh};
@@ -29,6 +30,21 @@ pub(crate) struct Grown {
     recipe_file: PathBuf,
     recipe: Option<Settings>,
     voice: Voice,
+}
+
+/// Refuses to write a file over one that is read.
+pub(crate) fn spare(read: &[PathBuf], output: &Path) -> Result<(), Failure> {
+    let Ok(place) = output.canonicalize() else {
+        return Ok(());
+    };
+    let is_there = |file: &PathBuf| file.canonicalize().is_ok_and(|file| file == place);
+    match read.iter().any(is_there) {
+        true => Err(Failure::usage(format!(
+            "{} is what the lichen is read from: write to another file",
+            output.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Where a lichen is, and what it grew beside.
@@ -170,24 +186,21 @@ impl Grown {
         }
     }
 
-    /// Refuses to write a file over what was read, or what the run needs to go on, whoever asks for it.
-    pub(crate) fn spare(&self, output: &Path, mesh: &MeshArgs) -> Result<(), Failure> {
-        let Ok(place) = output.canonicalize() else {
-            return Ok(());
-        };
+    /// What was read, and what the run needs to go on.
+    pub(crate) fn files(&self, mesh: &MeshArgs) -> Vec<PathBuf> {
         let beside = [output::RECIPE, LOG].map(|name| self.table.with_file_name(name));
-        let mesh = self.file_of(mesh).ok();
-        let read = [self.table.clone()].into_iter().chain(beside).chain(mesh);
-        match read
-            .into_iter()
-            .any(|file| file.canonicalize().is_ok_and(|file| file == place))
-        {
-            true => Err(Failure::usage(format!(
-                "{} is what the lichen is read from: write to another file",
-                output.display()
-            ))),
-            false => Ok(()),
-        }
+        let layers = self.recipe.iter().flat_map(Settings::mask_layers);
+        let masks = layers.flat_map(|layer| {
+            let named = mask::split(layer).1;
+            named_mesh::places(&self.recipe_file, named)
+        });
+        let read = [self.table.clone()].into_iter().chain(beside);
+        read.chain(self.file_of(mesh).ok()).chain(masks).collect()
+    }
+
+    /// Refuses to write a file over one of [`files`](Self::files), whoever asks for it.
+    pub(crate) fn spare(&self, output: &Path, mesh: &MeshArgs) -> Result<(), Failure> {
+        spare(&self.files(mesh), output)
     }
 
     /// The lichen on its mesh.

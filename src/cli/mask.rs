@@ -51,7 +51,7 @@ fn is_of_mesh(layer: &str) -> bool {
 }
 
 /// What says how an image is laid out, if anything does, and the rest, which is a file unless it is of the mesh.
-fn split(layer: &str) -> (&str, &str) {
+pub(super) fn split(layer: &str) -> (&str, &str) {
     layer.split_at(
         layer
             .strip_prefix(SECOND_UVS)

@@ -19,9 +19,9 @@ use thallus::skin::{self, Cortex, Cover, Paint, Parts, Shape, expected_triangles
 use thallus::substrate::{Substrate, Texturing};
 
 use super::also::{Also, tell_of_overlaps};
-use super::dress::{self, made_up};
+use super::dress::{self, Dress, made_up};
 use super::failure::Failure;
-use super::grown::{Grown, Origin};
+use super::grown::{Grown, Origin, spare};
 use super::interrupt::leave_no_part;
 use super::memory;
 use super::number::{duration, elements};
@@ -45,6 +45,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<(), Failure> {
     memory::check_size([args.view.size.width, args.view.size.height])?;
     let mut clock = Clock::new();
     let lichens = Lichens::read(args)?;
+    spare(&lichens.files(args), &args.output)?;
     let mut seconds = Seconds::default();
     clock.lap(&mut seconds.load);
     let colored = lichens.colored(args)?;
@@ -116,6 +117,8 @@ fn spin<T>(voice: Voice, doing: &str, work: impl FnOnce() -> T) -> T {
 /// One lichen and how it looks.
 struct Lichen {
     origin: Origin,
+    /// Files that it was read from.
+    read: Vec<PathBuf>,
     elements: Elements,
     cluster: Cluster,
     shape: Shape,
@@ -180,7 +183,8 @@ impl Lichen {
         args: &RenderArgs,
         color: &ColorArgs,
     ) -> Result<Self, Failure> {
-        let (origin, elements) = (grown.origin(), grown.elements);
+        let (origin, read) = (grown.origin(), grown.files(&args.mesh));
+        let elements = grown.elements;
         let measure = Measure {
             diagonal: substrate.units().diagonal(),
             radius: elements.radius,
@@ -192,6 +196,7 @@ impl Lichen {
         };
         Ok(Self {
             origin,
+            read,
             elements,
             cluster,
             shape,
@@ -225,6 +230,14 @@ impl Lichens {
         let all = lichens.grown.iter().map(|l| (&l.origin, &l.cluster));
         tell_of_overlaps(&lichens.substrate, all, args.run.voice());
         Ok(lichens)
+    }
+
+    /// Files that all this was read from.
+    fn files(&self, args: &RenderArgs) -> Vec<PathBuf> {
+        let lichens = self.grown.iter().flat_map(|lichen| lichen.read.clone());
+        let ground = { args.view.shot.ground.as_ref() }.and_then(Dress::file);
+        let images = self.texturing.image_files.iter().cloned();
+        lichens.chain(images).chain(ground).collect()
     }
 
     fn another(&self, args: &RenderArgs, also: &Also) -> Result<Lichen, Failure> {

@@ -39,6 +39,8 @@ pub struct OutputDir {
     outdated: Vec<String>,
     /// Names that are in their place already.
     placed: Vec<String>,
+    /// Files that are not to be touched, in full.
+    spared: Vec<PathBuf>,
     made: Option<NewFolders>,
     /// Held locked; closed before the stage is removed.
     lock: Option<Arc<File>>,
@@ -66,6 +68,7 @@ impl OutputDir {
             written: Vec::new(),
             outdated: Vec::new(),
             placed: Vec::new(),
+            spared: Vec::new(),
             made,
             lock: None,
         };
@@ -263,6 +266,25 @@ impl OutputDir {
         self.outdated.push(name.to_owned());
     }
 
+    /// Keeps [`OutputDir::commit`] from replacing these files, or taking them away: what is read for those that are written.
+    pub fn spare(&mut self, files: &[PathBuf]) {
+        let places = files.iter().filter_map(|file| file.canonicalize().ok());
+        self.spared.extend(places);
+    }
+
+    /// Refuses to touch what is spared.
+    fn check_spared(&self) -> Result<(), OutputError> {
+        let names = self.written.iter().chain(&self.outdated);
+        let mut places = names.map(|name| self.folder.join(name));
+        let is_spared = |place: &PathBuf| {
+            (place.canonicalize()).is_ok_and(|place| self.spared.contains(&place))
+        };
+        match places.find(is_spared) {
+            Some(file) => Err(OutputError::IsRead(file)),
+            None => Ok(()),
+        }
+    }
+
     fn take_away(&self, name: &str) -> Result<(), OutputError> {
         let place = self.folder.join(name);
         match fs::remove_file(&place) {
@@ -277,10 +299,16 @@ impl OutputDir {
     /// [outdate](Self::outdate). All other files are left alone.
     ///
     /// # Errors
-    /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, and
-    /// nothing is put in place then; [`OutputError::Io`] when the system refuses a rename.
+    /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, [`OutputError::IsRead`] when one
+    /// is [spared](Self::spare), [`OutputError::NotAFile`] when a folder has the name of one, and nothing is put in place
+    /// then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
         self.check_ours()?;
+        self.check_spared()?;
+        let names: Vec<&str> = { self.written.iter().chain(&self.outdated) }
+            .map(String::as_str)
+            .collect();
+        self.check_files(&names)?;
         let taken = |name: &String| {
             !self.placed.contains(name) && self.folder.join(name).symlink_metadata().is_ok()
         };

@@ -25,6 +25,9 @@ pub enum OutputError {
     /// A folder stands where a file is needed.
     #[error("{} is a folder, and a file is needed there: choose another name", .0.display())]
     NotAFile(PathBuf),
+    /// What stands there is read for what is to be written.
+    #[error("{} is read for this, which would replace it or take it away: choose another place", .0.display())]
+    IsRead(PathBuf),
     /// Another run writes into the folder now.
     #[error(
         "{} is being written by another run{}: wait for it, or choose another folder",

@@ -1,5 +1,7 @@
 //! What a mesh file says about the texture of its triangles.
 
+use std::path::PathBuf;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Part, Substrate};
@@ -33,6 +35,8 @@ pub struct Texturing {
     pub materials: Vec<Material>,
     /// Encoded image files, by the place that a [`Texture`] names.
     pub images: Vec<Vec<u8>>,
+    /// Files that images were read from, where they are not part of the mesh's.
+    pub image_files: Vec<PathBuf>,
     /// What had to be passed over, in words for the user.
     pub notes: Vec<String>,
 }

@@ -223,14 +223,17 @@ impl<'a> Buffers<'a> {
     }
 
     /// The whole of something outside the buffers, as an image: a data URI or a file beside the
-    /// document.
-    pub(super) fn outside(&self, uri: &str) -> Result<Vec<u8>, String> {
+    /// document, with the file's path.
+    pub(super) fn outside(&self, uri: &str) -> Result<(Vec<u8>, Option<PathBuf>), String> {
         if is_data(uri) {
-            return decode_data_uri(uri).map_err(str::to_owned);
+            let decoded = decode_data_uri(uri).map_err(str::to_owned)?;
+            return Ok((decoded, None));
         }
         let path = self.local_path(uri)?;
-        let read = input::regular_bytes(&path);
-        read.map_err(|e| format!("{}: {e}", path.display()))
+        match input::regular_bytes(&path) {
+            Ok(bytes) => Ok((bytes, Some(path))),
+            Err(e) => Err(format!("{}: {e}", path.display())),
+        }
     }
 
     fn local_path(&self, uri: &str) -> Result<PathBuf, String> {

@@ -380,14 +380,18 @@ impl Images<'_> {
         place
     }
 
-    fn bytes(&self, source: usize) -> Result<Vec<u8>, String> {
+    fn bytes(&mut self, source: usize) -> Result<Vec<u8>, String> {
         let image = &self.looks.images[source];
         let bytes = match (image.buffer_view, &image.uri) {
             (Some(view), _) => {
                 let view = self.buffers.view(view).map_err(|fault| fault.to_string())?;
                 view.bytes.to_vec()
             }
-            (None, Some(uri)) => self.buffers.outside(uri)?,
+            (None, Some(uri)) => {
+                let (bytes, file) = self.buffers.outside(uri)?;
+                self.out.image_files.extend(file);
+                bytes
+            }
             (None, None) => return Err("it has no data".into()),
         };
         encoded_image(bytes)

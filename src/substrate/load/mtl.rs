@@ -108,6 +108,7 @@ impl Images {
         let place = match bytes.and_then(encoded_image) {
             Ok(bytes) => {
                 out.images.push(bytes);
+                out.image_files.push(file.clone());
                 Some(out.images.len() - 1)
             }
             Err(problem) => {
