@@ -236,6 +236,8 @@ fn colonies_apart_have_the_dimensions_of_each() {
         );
     }
     assert!(together.radius_of_gyration > 2e4);
+    let fits = [&alone, &together].map(|a| (a.front.growth.fit.is_some(), a.front.pace.is_some()));
+    assert_eq!(fits, [(true, true), (false, false)]);
 }
 
 /// ln 5 / ln 3: five copies, each a third as large.

@@ -248,7 +248,7 @@ pub(super) fn seeds(sample: &Sample<'_>) -> Vec<usize> {
 
 /// Whether the first n elements have a size that can grow by a power of n: several colonies are far apart from
 /// the start.
-fn is_one_colony(sample: &Sample<'_>) -> bool {
+pub(super) fn is_one_colony(sample: &Sample<'_>) -> bool {
     seeds(sample).len() < 2
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::dimension::{Scales, prefixes};
+use super::dimension::{Scales, is_one_colony, prefixes};
 use super::fit::{Fit, Scaling};
 use super::mass::Metric;
 use super::profile::profile;
@@ -14,7 +14,8 @@ use crate::morphometry::Sample;
 pub struct Front {
     /// R_e of the first n elements: the distance from their centroid to the farthest of them. The
     /// exponent β of R_e ∝ n^β is 1/2 where a disc fills, 1/D for a fractal, and less where growth
-    /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions.
+    /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions. Of several colonies, which
+    /// are far apart from the start, there is none.
     pub growth: Scaling,
     /// How R_e gains with the births; none where there is no fit.
     pub pace: Option<Pace>,
@@ -72,7 +73,10 @@ impl Front {
     pub(super) fn new(sample: &Sample<'_>, surface: Option<&dyn Metric>) -> Self {
         let distances = Distances::of(sample.positions);
         let active = distances.active_zone();
-        let growth = growth(sample);
+        let mut growth = growth(sample);
+        if !is_one_colony(sample) {
+            growth.fit = None;
+        }
         Self {
             pace: growth.fit.map(|fit| Pace::of(&fit)),
             growth,

@@ -5,6 +5,7 @@ use std::ops::{Range, RangeInclusive};
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::dimension::{Dimension, Method, Through};
@@ -20,6 +21,10 @@ pub struct PlotError {
     /// What went wrong.
     pub reason: String,
 }
+
+/// Pixels of a dashed line.
+const DASH: i32 = 6;
+const GAP: i32 = 4;
 
 type Area<B> = DrawingArea<B, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
@@ -114,14 +119,43 @@ impl Plot {
     }
 }
 
+type Points = Vec<(f64, f64)>;
+
 /// Something to draw in a panel.
 struct Curve {
     label: String,
     color: RGBColor,
     dashed: bool,
-    points: Vec<(f64, f64)>,
+    /// Lines.
+    points: Vec<Points>,
     /// Drawn thick on top.
-    fit: Vec<(f64, f64)>,
+    fit: Vec<Points>,
+}
+
+/// The parts of a curve where y is between these, for a panel that is logarithmic in x: plotters would draw what is beyond
+/// along the border.
+fn clipped(points: &[(f64, f64)], between: [f64; 2]) -> Vec<Points> {
+    let mut parts: Vec<Points> = Vec::new();
+    for [from, to] in { points.windows(2) }.filter_map(|ends| clip([ends[0], ends[1]], between)) {
+        match parts.last_mut().filter(|part| part.last() == Some(&from)) {
+            Some(part) => part.push(to),
+            None => parts.push(vec![from, to]),
+        }
+    }
+    parts
+}
+
+fn clip([from, to]: [(f64, f64); 2], [low, high]: [f64; 2]) -> Option<[(f64, f64); 2]> {
+    let is_seen = from.1.max(to.1) >= low && from.1.min(to.1) <= high;
+    let at = |end: (f64, f64)| {
+        let y = end.1.clamp(low, high);
+        let share = (y - from.1) / (to.1 - from.1);
+        match y == end.1 {
+            true => end,
+            false => (from.0 * libm::pow(to.0 / from.0, share), y),
+        }
+    };
+    is_seen.then(|| [at(from), at(to)])
 }
 
 /// What a panel says at its edges.
@@ -200,8 +234,8 @@ where
             label: label(d),
             color: color(d.method),
             dashed: d.through == Through::Surface,
-            points: pairs(&d.scaling.points),
-            fit: line(&d.scaling),
+            points: vec![pairs(&d.scaling.points)],
+            fit: vec![line(&d.scaling)],
         };
         let curves: Vec<_> = analysis
             .dimensions
@@ -219,17 +253,25 @@ fn slopes<B: DrawingBackend>(area: &Area<B>, analysis: &Analysis) -> Drawn
 where
     B::ErrorType: 'static,
 {
+    /// Dimensions that are shown.
+    const SLOPES: [f64; 2] = [0.0, 2.5];
     let is_growth = |d: &&Dimension| d.method == Method::Gyration;
     let curve = |d: &Dimension| {
-        let points: Vec<_> = d.local().map(|[x, y]| (x, y)).collect();
+        let is_there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+        let points: Vec<_> = { d.local().map(|[x, y]| (x, y)) }
+            .filter(is_there)
+            .collect();
         let range = d.scaling.fit.and(d.scaling.range);
         let fitted = |p: &&(f64, f64)| range.is_some_and(|[from, to]| p.0 >= from && p.0 <= to);
         Curve {
             label: label(d),
             color: color(d.method),
             dashed: d.through == Through::Surface,
-            fit: points.iter().filter(fitted).copied().collect(),
-            points,
+            fit: clipped(
+                &points.iter().filter(fitted).copied().collect::<Vec<_>>(),
+                SLOPES,
+            ),
+            points: clipped(&points, SLOPES),
         }
     };
     let areas = area.split_evenly((1, 2));
@@ -240,12 +282,13 @@ where
         (&areas[1], growth, "elements"),
     ] {
         let curves: Vec<_> = dimensions.into_iter().map(curve).collect();
-        let x_range = positive_range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)))?;
-        let panel = Panel {
-            key: SeriesLabelPosition::LowerLeft,
-            ..rising("Dimension by local slope", x, "dimension")
-        };
-        draw(area, &panel, x_range.log_scale(), 0.0..2.5, &curves)?;
+        let panel = rising("Dimension by local slope", x, "dimension");
+        if is_empty(&curves) {
+            say_empty(area, &panel)?;
+            continue;
+        }
+        let x = positive_range(all_points(&curves).map(|p| p.0))?.log_scale();
+        draw(area, &panel, x, SLOPES[0]..SLOPES[1], &curves)?;
     }
     Ok(())
 }
@@ -298,8 +341,8 @@ where
         label: format!("effective radius{exponent}"),
         color: PLAIN,
         dashed: false,
-        points: pairs(&growth.points),
-        fit: line(growth),
+        points: vec![pairs(&growth.points)],
+        fit: vec![line(growth)],
     };
     let of_growth = rising("Growth", "births", "effective radius, mesh units");
     log_log(&areas[0], &of_growth, &[curve])?;
@@ -315,7 +358,7 @@ where
         label: "covered share".to_owned(),
         color: PLAIN,
         dashed: true,
-        points,
+        points: vec![points],
         fit: Vec::new(),
     };
     let of_profile = falling(
@@ -378,13 +421,33 @@ fn positive_range(values: impl Iterator<Item = f64>) -> Result<Range<f64>, Box<d
     })
 }
 
+fn all_points(curves: &[Curve]) -> impl Iterator<Item = &(f64, f64)> {
+    curves.iter().flat_map(|c| c.points.iter().flatten())
+}
+
+fn is_empty(curves: &[Curve]) -> bool {
+    all_points(curves).next().is_none()
+}
+
+/// A panel without axes, where nothing could be measured.
+fn say_empty<B: DrawingBackend>(area: &Area<B>, panel: &Panel<'_>) -> Drawn
+where
+    B::ErrorType: 'static,
+{
+    let title = format!("{}: not measured", panel.title);
+    area.titled(&title, ("sans-serif", 20))?;
+    Ok(())
+}
+
 fn log_log<B: DrawingBackend>(area: &Area<B>, panel: &Panel<'_>, curves: &[Curve]) -> Drawn
 where
     B::ErrorType: 'static,
 {
-    let points = || curves.iter().flat_map(|c| &c.points);
-    let x = positive_range(points().map(|p| p.0))?;
-    let y = positive_range(points().map(|p| p.1))?;
+    if is_empty(curves) {
+        return say_empty(area, panel);
+    }
+    let x = positive_range(all_points(curves).map(|p| p.0))?;
+    let y = positive_range(all_points(curves).map(|p| p.1))?;
     draw(area, panel, x.log_scale(), y.log_scale(), curves)
 }
 
@@ -406,26 +469,7 @@ where
         .build_cartesian_2d(x, y)?;
     mesh(&mut chart, panel)?;
     for curve in curves {
-        let Curve { color, dashed, .. } = *curve;
-        let is_there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
-        let points = curve.points.iter().copied().filter(is_there);
-        let drawn = match dashed {
-            true => {
-                chart.draw_series(DashedLineSeries::new(points, 6, 4, color.stroke_width(2)))?
-            }
-            false => chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?,
-        };
-        let key = move |(x, y)| {
-            PathElement::new(
-                [(x, y), (x + 22, y)],
-                color.stroke_width(if dashed { 1 } else { 4 }),
-            )
-        };
-        drawn.label(&curve.label).legend(key);
-        chart.draw_series(LineSeries::new(
-            curve.fit.iter().copied(),
-            color.mix(0.35).stroke_width(7),
-        ))?;
+        add(&mut chart, curve)?;
     }
     chart
         .configure_series_labels()
@@ -434,6 +478,40 @@ where
         .border_style(RGBColor(0xc8, 0xc8, 0xc8))
         .label_font(("sans-serif", 14))
         .draw()?;
+    Ok(())
+}
+
+/// Draws a curve, with its line in the key as it is drawn.
+fn add<'a, B, X, Y>(chart: &mut ChartContext<'a, B, Cartesian2d<X, Y>>, curve: &Curve) -> Drawn
+where
+    B: DrawingBackend + 'a,
+    B::ErrorType: 'static,
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    let Curve { color, dashed, .. } = *curve;
+    let style = color.stroke_width(2);
+    let key = move |(x, y)| {
+        let ends = [(x, y), (x + 22, y)];
+        match dashed {
+            true => DashedPathElement::new(ends, DASH, GAP, style).into_dyn(),
+            false => PathElement::new(ends, style).into_dyn(),
+        }
+    };
+    for (k, line) in curve.points.iter().enumerate() {
+        let line = line.iter().copied();
+        let drawn = match dashed {
+            true => chart.draw_series(DashedLineSeries::new(line, DASH, GAP, style))?,
+            false => chart.draw_series(LineSeries::new(line, style))?,
+        };
+        if k == 0 {
+            drawn.label(&curve.label).legend(key);
+        }
+    }
+    for line in &curve.fit {
+        let thick = color.mix(0.35).stroke_width(7);
+        chart.draw_series(LineSeries::new(line.iter().copied(), thick))?;
+    }
     Ok(())
 }
 
@@ -488,6 +566,24 @@ mod tests {
         assert!(range_to(f64::NAN).is_err() && range_to(0.0).is_err());
     }
 
+    #[test]
+    fn what_is_beyond_a_panel_is_cut_off_and_not_drawn_along_its_border() {
+        let points = [(1.0, 1.0), (100.0, 3.0), (1e4, 1.0), (1e5, 9.0), (1e6, 8.0)];
+        let [left, right] = &clipped(&points, [0.0, 2.0])[..] else {
+            panic!("two parts");
+        };
+        let near = |part: &Points, expected: [(f64, f64); 2]| {
+            let both = part.iter().zip(expected);
+            part.len() == 2 && { both }.all(|(a, b)| (a.0 / b.0 - 1.0).abs() < 1e-12 && a.1 == b.1)
+        };
+        assert!(near(left, [(1.0, 1.0), (10.0, 2.0)]), "{left:?}");
+        assert_eq!(right.len(), 3);
+        assert_eq!(right[1], (1e4, 1.0));
+        assert!((right[2].0 / libm::pow(10.0, 4.125) - 1.0).abs() < 1e-12);
+        assert_eq!(clipped(&points, [0.0, 10.0]), [points.to_vec()]);
+        assert!(clipped(&points, [10.0, 20.0]).is_empty());
+    }
+
     /// As wide as axes are.
     #[test]
     fn the_widest_axes_are_drawn() {
@@ -496,8 +592,8 @@ mod tests {
             label: "ends".to_owned(),
             color: PLAIN,
             dashed: false,
-            points: ends.clone(),
-            fit: ends,
+            points: vec![ends.clone()],
+            fit: vec![ends],
         };
         let drawn = Image::drawn([600, 400], |drawing| {
             log_log(
