@@ -141,13 +141,13 @@ impl<'a> Baking<'a> {
         let (gone, there): (Vec<_>, Vec<_>) = parts.list().iter().partition(is_gone);
         for name in gone.iter().filter_map(|part| part.name.as_ref()) {
             self.say_of_mesh(&format!(
-                "'{name}' lies where other parts do, and its triangles are left out: it is not in {GLB}"
+                "'{name}' has no area, or lies where other parts do: its triangles are left out, and it is not in {GLB}"
             ));
         }
         if there.is_empty() {
             let mesh = lichens.mesh.display();
             return Err(Failure::Failed(anyhow::anyhow!(
-                "{mesh}: what is asked for lies where other parts of the mesh do, and its triangles are left out: choose those"
+                "{mesh}: what is asked for has no area, or lies where other parts of the mesh do: its triangles are left out; choose others"
             )));
         }
         let (mut kept, mut others): (Vec<_>, Vec<_>) = there.into_iter().partition(is_bare);
@@ -238,7 +238,8 @@ impl<'a> Baking<'a> {
             };
             let have = if self.kept.len() == 1 { "has" } else { "have" };
             self.args.run.voice().note(&format!(
-                "'{first}'{others} {have} no maps: in {GLB} they wear what the mesh's file says"
+                "'{first}'{others} {have} no maps: in {GLB} they wear the base colour, metal, roughness, normals, \
+                 occlusion and alpha that the mesh's file says, and nothing else of its materials"
             ));
         }
         Ok(())

@@ -162,7 +162,7 @@ fn rows(substrate: &Substrate, named: &Named, maps: &Result<Option<Maps>, String
         ("area", short(report.area)),
         (
             "edge length",
-            format!("{median} (5 % below {p5}, 5 % above {p95})"),
+            format!("median {median} (5 % below {p5}, 5 % above {p95})"),
         ),
         (
             "auto radius",
