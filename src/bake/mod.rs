@@ -317,6 +317,7 @@ impl<'a> Baker<'a> {
         material.metallic_roughness_texture.take_if(is_lost);
         material.normal_texture.take_if(is_lost);
         material.occlusion_texture.take_if(is_lost);
+        material.emissive_texture.take_if(is_lost);
         material
     }
 

@@ -238,8 +238,7 @@ impl<'a> Baking<'a> {
             };
             let have = if self.kept.len() == 1 { "has" } else { "have" };
             self.args.run.voice().note(&format!(
-                "'{first}'{others} {have} no maps: in {GLB} they wear the base colour, metal, roughness, normals, \
-                 occlusion and alpha that the mesh's file says, and nothing else of its materials"
+                "'{first}'{others} {have} no maps: in {GLB} they wear what the mesh's file says"
             ));
         }
         Ok(())

@@ -144,6 +144,7 @@ impl<'a> Writer<'a> {
             &mut look.metallic_roughness_texture,
             &mut look.normal_texture,
             &mut look.occlusion_texture,
+            &mut look.emissive_texture,
         ];
         for texture in textures.into_iter().flatten() {
             let images = &mut self.scene.images;

@@ -1,5 +1,6 @@
 //! What a mesh file says about the texture of its triangles.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -60,6 +61,13 @@ pub struct Material {
     pub normal_texture: Option<Texture>,
     /// Red.
     pub occlusion_texture: Option<Texture>,
+    /// Light that it gives, linear red, green and blue, 0 to 1: a factor where there is a texture. Pictures and maps do not
+    /// show it.
+    pub emissive: [f32; 3],
+    /// sRGB.
+    pub emissive_texture: Option<Texture>,
+    /// Extensions of a glTF file that name no textures, as JSON, by their names: pictures and maps do not show them.
+    pub extensions: BTreeMap<String, String>,
     /// What is seen through it.
     pub alpha: Alpha,
     /// 0 for glass, 1 for stone, where `alpha` asks for it; a factor where the base colour's texture says it too.
@@ -132,6 +140,9 @@ impl Default for Material {
             metallic_roughness_texture: None,
             normal_texture: None,
             occlusion_texture: None,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            extensions: BTreeMap::new(),
             alpha: Alpha::Opaque,
             opacity: 1.0,
             is_double_sided: false,

@@ -18,7 +18,7 @@ fn a_part_without_lichen_keeps_what_it_wears() {
     };
     let (_, told) = bake("two -o maps --size 64 --each material");
     assert!(
-        told.contains("'Moss' has no maps: in lichened.glb they wear the base colour"),
+        told.contains("'Moss' has no maps: in lichened.glb they wear what the mesh's file says"),
         "{told}"
     );
     assert!(desk.path("maps/Stone_mask.png").exists() && !desk.path("maps/Moss_mask.png").exists());
@@ -27,7 +27,9 @@ fn a_part_without_lichen_keeps_what_it_wears() {
     assert_eq!(answer["parts_without_maps"], json!(["Moss"]));
     let (loaded, made) = load_textured(&desk.path("maps/lichened.glb")).unwrap();
     let (_, before) = load_textured(&desk.path("two.gltf")).unwrap();
-    assert_eq!((loaded.soup.triangles.len(), &made.notes[..]), (4, &[][..]));
+    assert_eq!(loaded.soup.triangles.len(), 4);
+    let light = "material Moss gives light of its own, which pictures and maps do not show";
+    assert_eq!(made.notes, [light]);
     // Materials come in the order in which they are written: those with maps first.
     let [_, kept] = &made.materials[..] else {
         panic!("{:?}", made.materials)
@@ -43,6 +45,7 @@ fn a_part_without_lichen_keeps_what_it_wears() {
         Material {
             base_color_texture: texture(material.base_color_texture),
             normal_texture: texture(material.normal_texture),
+            emissive_texture: texture(material.emissive_texture),
             ..material.clone()
         }
     };
@@ -67,6 +70,19 @@ fn a_part_without_lichen_keeps_what_it_wears() {
         image(&made, kept.normal_texture),
         image(&before, own.normal_texture)
     );
+    assert_eq!(
+        image(&made, kept.emissive_texture),
+        image(&before, own.emissive_texture)
+    );
+    let plain: Vec<_> = kept.extensions.keys().collect();
+    assert_eq!(
+        plain,
+        ["KHR_materials_emissive_strength", "KHR_materials_unlit"]
+    );
+    let glb = fs::read(desk.path("maps/lichened.glb")).unwrap();
+    let glb = String::from_utf8_lossy(&glb);
+    let used = r#""extensionsUsed":["KHR_materials_emissive_strength","KHR_materials_unlit","KHR_texture_transform"]"#;
+    assert!(glb.contains(used));
     // The second square's triangles are the last of both files, in whatever order.
     let corners = |texturing: &Texturing| {
         let of = |t: usize| {
@@ -162,6 +178,13 @@ fn put_two_looks(desk: &Desk, name: &str) {
                     }}},
                 },
                 "normalTexture": {"index": 1, "scale": 0.5},
+                "emissiveFactor": [0.5, 1.0, 0.0],
+                "emissiveTexture": {"index": 1},
+                "extensions": {
+                    "KHR_materials_emissive_strength": {"emissiveStrength": 3.5},
+                    "KHR_materials_unlit": {},
+                    "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatTexture": {"index": 0}},
+                },
                 "alphaMode": "MASK",
                 "alphaCutoff": 0.25,
                 "doubleSided": true,

@@ -1,11 +1,14 @@
 //! What surfaces wear in binary glTF: images, textures of them, and materials.
 
+use std::collections::BTreeSet;
 use std::io;
 
 use serde_json::{Value, json};
 
 use super::textured::{SurfaceLook, TexturedMaterial};
 use crate::substrate::{Alpha, Material, Texture, Wrap};
+
+const TRANSFORM: &str = "KHR_texture_transform";
 
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
@@ -19,7 +22,7 @@ pub(super) struct Worn<'a> {
     /// Each an image and how it goes on beyond its borders.
     textures: Vec<(usize, [Wrap; 2])>,
     samplers: Vec<[Wrap; 2]>,
-    is_transformed: bool,
+    extensions: BTreeSet<String>,
 }
 
 impl<'a> Worn<'a> {
@@ -56,14 +59,14 @@ impl<'a> Worn<'a> {
                 "wrapS": wrapping(*across), "wrapT": wrapping(*down),
             })
         };
+        if !self.extensions.is_empty() {
+            document["extensionsUsed"] = json!(self.extensions);
+        }
         if self.textures.is_empty() {
             return;
         }
         document["textures"] = self.textures.iter().map(texture).collect();
         document["samplers"] = self.samplers.iter().map(sampler).collect();
-        if self.is_transformed {
-            document["extensionsUsed"] = json!(["KHR_texture_transform"]);
-        }
     }
 
     fn material(
@@ -127,6 +130,16 @@ impl<'a> Worn<'a> {
             said["occlusionTexture"] = self.texture(texture, own)?;
             said["occlusionTexture"]["strength"] = texture.strength.into();
         }
+        if look.emissive != [0.0; 3] {
+            said["emissiveFactor"] = json!(look.emissive);
+        }
+        if let Some(texture) = &look.emissive_texture {
+            said["emissiveTexture"] = self.texture(texture, own)?;
+        }
+        for (name, extension) in &look.extensions {
+            said["extensions"][name] = serde_json::from_str(extension)?;
+            self.extensions.insert(name.clone());
+        }
         said["pbrMetallicRoughness"] = metallic_roughness;
         Ok(said)
     }
@@ -145,8 +158,8 @@ impl<'a> Worn<'a> {
             said["texCoord"] = 1.into();
         }
         if let Some(transform) = transform(&texture.transform) {
-            self.is_transformed = true;
-            said["extensions"] = json!({"KHR_texture_transform": transform});
+            self.extensions.insert(TRANSFORM.to_owned());
+            said["extensions"] = json!({TRANSFORM: transform});
         }
         Ok(said)
     }

@@ -5,7 +5,7 @@
 //! textures of another coordinate set than the first two, and images other than PNG and JPEG, are passed
 //! over.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 use serde::Deserialize;
@@ -92,6 +92,9 @@ struct JsonMaterial {
     double_sided: bool,
     #[serde(default)]
     emissive_factor: [f32; 3],
+    emissive_texture: Option<TextureInfo>,
+    #[serde(default)]
+    extensions: Value,
 }
 
 impl JsonMaterial {
@@ -103,6 +106,23 @@ impl JsonMaterial {
             Some("BLEND") => Alpha::Blend,
             _ => Alpha::Opaque,
         }
+    }
+
+    /// Those that name no textures.
+    fn plain_extensions(&self) -> BTreeMap<String, String> {
+        let all = self.extensions.as_object().into_iter().flatten();
+        all.filter(|(_, said)| !names_texture(said))
+            .map(|(name, said)| (name.clone(), said.to_string()))
+            .collect()
+    }
+}
+
+/// Whether an extension says `index` anywhere, as all that name a texture do.
+fn names_texture(said: &Value) -> bool {
+    match said {
+        Value::Object(fields) => fields.contains_key("index") || fields.values().any(names_texture),
+        Value::Array(values) => values.iter().any(names_texture),
+        _ => false,
     }
 }
 
@@ -300,8 +320,12 @@ impl Images<'_> {
         let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, opacity] = pbr.base_color_factor;
         let color = [r, g, b].map(share);
-        if used && material.emissive_factor.iter().any(|&x| x > 0.0) {
-            let note = format!("material {name} gives light of its own, which is passed over");
+        let emissive = material.emissive_factor.map(share);
+        let shines = emissive != [0.0; 3];
+        if used && shines {
+            let note = format!(
+                "material {name} gives light of its own, which pictures and maps do not show"
+            );
             self.out.notes.push(note);
         }
         let mut texture = |info: &Option<TextureInfo>, what| {
@@ -317,6 +341,12 @@ impl Images<'_> {
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),
             normal_texture: texture(&material.normal_texture, "normal"),
             occlusion_texture: texture(&material.occlusion_texture, "occlusion"),
+            emissive,
+            emissive_texture: match shines {
+                true => texture(&material.emissive_texture, "emissive"),
+                false => None,
+            },
+            extensions: material.plain_extensions(),
             alpha: material.alpha(),
             opacity: share(opacity),
             is_double_sided: material.double_sided,
