@@ -190,9 +190,9 @@ impl Grown {
     pub(crate) fn files(&self, mesh: &MeshArgs) -> Vec<PathBuf> {
         let beside = [output::RECIPE, LOG].map(|name| self.table.with_file_name(name));
         let layers = self.recipe.iter().flat_map(Settings::mask_layers);
-        let masks = layers.flat_map(|layer| {
-            let named = mask::split(layer).1;
-            named_mesh::places(&self.recipe_file, named)
+        let masks = layers.filter_map(|layer| {
+            let places = named_mesh::places(&self.recipe_file, mask::split(layer).1);
+            places.into_iter().next()
         });
         let read = [self.table.clone()].into_iter().chain(beside);
         read.chain(self.file_of(mesh).ok()).chain(masks).collect()
