@@ -36,7 +36,10 @@ pub(crate) fn in_words(refusal: &str) -> String {
     const REASONS: [(&str, &str); 5] = [
         ("invalid float literal", "give a number"),
         ("cannot parse float from empty string", "give a number"),
-        ("invalid digit found in string", "give a whole number"),
+        (
+            "invalid digit found in string",
+            "give a whole number in digits, without a sign",
+        ),
         (
             "cannot parse integer from empty string",
             "give a whole number",
@@ -127,6 +130,10 @@ mod tests {
             (
                 "'': cannot parse integer from empty string",
                 "'': give a whole number",
+            ),
+            (
+                "'-5': invalid digit found in string",
+                "'-5': give a whole number in digits, without a sign",
             ),
             (
                 "'0' for '--a': 0 is not in 1..=9",
