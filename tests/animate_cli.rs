@@ -121,7 +121,7 @@ fn earlier_frames_are_replaced_only_when_asked_and_all_of_them() {
     fs::create_dir(desk.path("s")).unwrap();
     fs::copy(desk.path("out/elements.ply"), desk.path("s/frame_0007.ply")).unwrap();
     let words = "s/frame_0007.ply --mesh rock.obj -o s --frames 2 --force";
-    refused(&desk, words, 1, &["s/frame_0007.ply is read for this"]);
+    refused(&desk, words, 2, &["s/frame_0007.ply is read for this"]);
     assert_eq!(names(&desk.path("s")), ["frame_0007.ply"]);
     // A folder in a frame's place.
     fs::create_dir(desk.path("f/frame_0005.ply")).unwrap();

@@ -272,7 +272,7 @@ fn what_it_is_read_from_is_not_overwritten() {
         ("on -o bases --base bases/orm.png", images[2]),
     ] {
         let words = format!("{words} --size 64 --quiet --force");
-        refused(&desk, &words, 1, &[&format!("{file} is read for this")]);
+        refused(&desk, &words, 2, &[&format!("{file} is read for this")]);
         let words = format!("on -o {file} --ground {file} --size 64x48 --force");
         let output = desk.call("render", &words).output().unwrap();
         assert_refused_in_a_line(&output, 2, &["is what the lichen is read from"]);

@@ -141,13 +141,15 @@ impl<'a> Baking<'a> {
         let (gone, there): (Vec<_>, Vec<_>) = parts.list().iter().partition(is_gone);
         for name in gone.iter().filter_map(|part| part.name.as_ref()) {
             self.say_of_mesh(&format!(
-                "'{name}' has no area, or lies where other parts do: its triangles are left out, and it is not in {GLB}"
+                "'{name}' has no area, or lies where other parts do: its triangles are left out, and it is not in \
+                 {GLB}"
             ));
         }
         if there.is_empty() {
             let mesh = lichens.mesh.display();
             return Err(Failure::Failed(anyhow::anyhow!(
-                "{mesh}: what is asked for has no area, or lies where other parts of the mesh do: its triangles are left out; choose others"
+                "{mesh}: what is asked for has no area, or lies where other parts of the mesh do: its triangles are left \
+                 out; choose others"
             )));
         }
         let (mut kept, mut others): (Vec<_>, Vec<_>) = there.into_iter().partition(is_bare);

@@ -143,6 +143,8 @@ impl From<OutputError> for Failure {
                  (other files are left alone), go on with that run by --resume, or choose another folder",
                 folder.display()
             )),
+            // As where one file is asked for that is read.
+            OutputError::IsRead(_) => Self::Usage(error.into()),
             _ => Self::Failed(error.into()),
         }
     }

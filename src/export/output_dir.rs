@@ -88,7 +88,8 @@ impl OutputDir {
     ///
     /// # Errors
     /// The errors of `fill` and the system in [`OutputError::Io`], with the name under which the
-    /// file would have appeared. The file is then not part of the commit.
+    /// file would have appeared; before it is filled [`OutputError::IsRead`] when what it would replace is
+    /// [spared](Self::spare). The file is then not part of the commit.
     ///
     /// # Panics
     /// When `name` is not a plain file name.
@@ -135,6 +136,7 @@ impl OutputDir {
         let plain = Path::new(name).file_name() == Some(OsStr::new(name));
         assert!(plain && name != STAGE, "'{name}' is not a plain file name");
         self.check_ours()?;
+        self.check_spared(name)?;
         let shown = self.folder.join(name);
         if shown.is_dir() {
             return Err(OutputError::NotAFile(shown));
@@ -266,22 +268,18 @@ impl OutputDir {
         self.outdated.push(name.to_owned());
     }
 
-    /// Keeps [`OutputDir::commit`] from replacing these files, or taking them away: what is read for those that are written.
+    /// Keeps what is written or outdated from now on from replacing these files, or taking them away: what is read for it.
     pub fn spare(&mut self, files: &[PathBuf]) {
         let places = files.iter().filter_map(|file| file.canonicalize().ok());
         self.spared.extend(places);
     }
 
-    /// Refuses to touch what is spared.
-    fn check_spared(&self) -> Result<(), OutputError> {
-        let names = self.written.iter().chain(&self.outdated);
-        let mut places = names.map(|name| self.folder.join(name));
-        let is_spared = |place: &PathBuf| {
-            (place.canonicalize()).is_ok_and(|place| self.spared.contains(&place))
-        };
-        match places.find(is_spared) {
-            Some(file) => Err(OutputError::IsRead(file)),
-            None => Ok(()),
+    /// Refuses to touch a file that is spared.
+    fn check_spared(&self, name: &str) -> Result<(), OutputError> {
+        let file = self.folder.join(name);
+        match file.canonicalize() {
+            Ok(place) if self.spared.contains(&place) => Err(OutputError::IsRead(file)),
+            _ => Ok(()),
         }
     }
 
@@ -300,11 +298,11 @@ impl OutputDir {
     ///
     /// # Errors
     /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, [`OutputError::IsRead`] when one
-    /// is [spared](Self::spare), [`OutputError::NotAFile`] when a folder has the name of one, and nothing is put in place
+    /// that is to go is [spared](Self::spare), [`OutputError::NotAFile`] when a folder has the name of one, and nothing is put in place
     /// then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
         self.check_ours()?;
-        self.check_spared()?;
+        { self.outdated.iter() }.try_for_each(|name| self.check_spared(name))?;
         let names: Vec<&str> = { self.written.iter().chain(&self.outdated) }
             .map(String::as_str)
             .collect();

@@ -30,6 +30,13 @@ fn a_part_without_lichen_keeps_what_it_wears() {
     assert_eq!(loaded.soup.triangles.len(), 4);
     let light = "material Moss gives light of its own, which pictures and maps do not show";
     assert_eq!(made.notes, [light]);
+    let images = ["grey.png", "up.png"].map(|name| desk.path(name).canonicalize().unwrap());
+    let read = before
+        .image_files
+        .iter()
+        .map(|file| file.canonicalize().unwrap());
+    assert_eq!(read.collect::<Vec<_>>(), images);
+    assert!(made.image_files.is_empty());
     // Materials come in the order in which they are written: those with maps first.
     let [_, kept] = &made.materials[..] else {
         panic!("{:?}", made.materials)
