@@ -486,6 +486,13 @@ fn parts_of_gltf_are_named_by_node_mesh_and_material() {
         1,
         &["called 'Stem': it has Trunk"],
     );
+    // A name of nothing but space is none.
+    fs::write(desk.path("blank.gltf"), text.replace("\"Trunk\"", "\" \"")).unwrap();
+    desk.fails(
+        "blank.gltf --mask object:Stem -o none",
+        1,
+        &["called 'Stem': it has Plane"],
+    );
 }
 
 #[test]

@@ -75,6 +75,11 @@ impl Distribution {
             percentiles: [5, 25, 50, 75, 95].map(at),
         })
     }
+
+    /// The deviation; none of a single value, which says nothing of how others are spread.
+    pub(super) fn spread(&self) -> Option<f64> {
+        (self.count > 1).then_some(self.deviation)
+    }
 }
 
 /// How many values fall into bins of one width, the first of which starts at 0.
@@ -111,7 +116,9 @@ mod tests {
         assert_eq!(d.percentiles, [5.0, 25.0, 50.0, 75.0, 95.0]);
         assert!((d.deviation - (9999f64 / 12.0).sqrt()).abs() < 1e-12);
         assert_eq!(Distribution::of(Vec::new()), None);
-        assert_eq!(Distribution::of(vec![3.0]).unwrap().percentiles, [3.0; 5]);
+        let one = Distribution::of(vec![3.0]).unwrap();
+        assert_eq!((one.percentiles, one.spread()), ([3.0; 5], None));
+        assert_eq!(d.spread(), Some(d.deviation));
     }
 
     #[test]

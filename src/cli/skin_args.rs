@@ -149,8 +149,8 @@ fn colormap_help() -> String {
     format!(
         "Colours by local density, the share of the surface that elements cover: closed lichen has \
          0.5 to 0.75. \
-         Stops as 0.1:#c9d0bd,0.65:#8d9a82, a file with stops = [[0.1, \"#c9d0bd\"], ...], or one \
-         of [default: {}]:{maps}",
+         Stops as 0.1:#c9d0bd,0.65:#8d9a82, a .toml file with stops = [[0.1, \"#c9d0bd\"], ...], or \
+         one of [default: {}]:{maps}",
         PALETTE[0].name
     )
 }

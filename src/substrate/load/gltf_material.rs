@@ -250,8 +250,7 @@ impl Looks {
         mesh: usize,
         material: Option<u32>,
     ) -> Option<Part> {
-        // What is no text is no name, and no fault of the materials.
-        let text = |name: &Value| name.as_str().map(str::to_owned);
+        let text = |name: &Value| text_of(name).map(str::to_owned);
         let mut named = || {
             Some(
                 self.nodes
@@ -287,7 +286,7 @@ impl Looks {
             out,
         };
         for (said, used) in self.materials.iter().zip(used) {
-            let name = said.name.as_str().unwrap_or("without a name");
+            let name = text_of(&said.name).unwrap_or("without a name");
             let read = match &said.material {
                 Ok(material) => images.material((material, name), used),
                 Err(problem) => {
@@ -308,6 +307,11 @@ struct Images<'a> {
     /// Where images of the document went; `Some(None)` for one that cannot be read.
     places: Vec<Option<Option<usize>>>,
     out: &'a mut Texturing,
+}
+
+/// What is no text, or nothing but space, is no name, and no fault of the materials.
+fn text_of(name: &Value) -> Option<&str> {
+    name.as_str().filter(|name| !name.trim().is_empty())
 }
 
 /// A factor, which by the schema is from 0 to 1.
