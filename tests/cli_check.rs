@@ -1,5 +1,7 @@
 //! `thallus check` as a user meets it.
 
+use std::fs;
+
 #[path = "common/shell.rs"]
 mod shell;
 
@@ -363,5 +365,48 @@ fn check_warns_in_words() {
         let said = desk.done(&format!("check {mesh}")).out;
         assert!(!said.contains("far off"), "{said}");
         assert!(said.contains("y, as is usual in such files"), "{said}");
+    }
+}
+
+/// A triangle with places in a texture for two of its corners.
+fn put_two_places(desk: &Desk) {
+    let corners = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    fs::write(desk.path("two.bin"), bytes).unwrap();
+    let json = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "two.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"componentType": 5126, "count": 2, "type": "VEC2"},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    });
+    desk.put("two.gltf", json.to_string());
+}
+
+#[test]
+fn check_warns_of_what_textures_lack() {
+    let desk = Desk::new();
+    let face = "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n";
+    desk.put("bare.obj", format!("mtllib a.mtl\n{PLANE}{face}"));
+    desk.put("a.mtl", "newmtl a\nmap_Kd gone.png\n".to_owned());
+    put_two_places(&desk);
+    for (mesh, lacks) in [
+        ("bare.obj", "gone.png is passed over"),
+        ("two.gltf", "TEXCOORD_0 has 2 places for 3 vertices"),
+    ] {
+        let said = answer(&desk.done(&format!("check {mesh} --json")).out);
+        let warnings = said["warnings"].as_array().unwrap();
+        let is_told = |w: &serde_json::Value| w.as_str().unwrap().contains(lacks);
+        assert!(warnings.iter().any(is_told), "{warnings:?}");
     }
 }

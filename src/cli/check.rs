@@ -52,7 +52,14 @@ struct Name {
 fn load(mesh: &Path) -> Result<(Loaded, Texturing), LoadError> {
     match load_textured(mesh) {
         Ok(loaded) => Ok(loaded),
-        Err(_) => Ok((load_soup(mesh)?, Texturing::default())),
+        Err(fault) => {
+            let notes = vec![format!("texture coordinates are passed over: {fault}")];
+            let none = Texturing {
+                notes,
+                ..Texturing::default()
+            };
+            Ok((load_soup(mesh)?, none))
+        }
     }
 }
 
@@ -79,6 +86,7 @@ fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Re
     let cutout = Cutout::of(substrate, texturing);
     warnings
         .extend(cutout.and_then(|cutout| cutout.warning(substrate, ("the surface", |_: &_| true))));
+    warnings.extend(texturing.notes.iter().cloned());
     let maps = Maps::of(substrate, texturing);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {
