@@ -177,3 +177,52 @@ fn the_binary_sees_the_library_from_outside() {
         );
     }
 }
+
+/// Functions whose last bits differ from machine to machine, unless they are those of `libm`.
+const NOT_PORTABLE: &str = "sin_cos sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 exp_m1 ln \
+     ln_1p log log2 log10 powf cbrt hypot gamma ln_gamma";
+
+/// Whether code calls one of them, as a method or by its path.
+fn is_portable(code: &str) -> bool {
+    let calls = |function: &str| {
+        let method = format!(".{function}(");
+        let paths = ["f32", "f64"].map(|float| format!("{float}::{function}"));
+        let ends = |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+        let is_path = |path: &String| code.split(path.as_str()).skip(1).any(ends);
+        code.contains(&method) || paths.iter().any(is_path)
+    };
+    !NOT_PORTABLE.split_whitespace().any(calls)
+}
+
+#[test]
+fn functions_that_differ_by_machine_are_seen() {
+    assert!(is_portable(
+        "libm::sin(x).sqrt() + x.powi(2) + f64::expand(x)"
+    ));
+    for code in [
+        "x.sin()",
+        "xs.map(f64::exp)",
+        "f32::powf(x, y)",
+        "2f64.log2()",
+    ] {
+        assert!(!is_portable(code), "{code}");
+    }
+}
+
+/// The same recipe gives the same bytes on every machine.
+#[test]
+fn the_library_computes_portably() {
+    let src = root().join("src");
+    let front = src.join("cli");
+    let only_for_tests = src.join("morphometry/test_lichen.rs");
+    for file in sources(&src) {
+        if file.starts_with(&front) || file == only_for_tests {
+            continue;
+        }
+        let text = std::fs::read_to_string(&file).expect("a source file");
+        for line in without_tests(&text) {
+            let is_code = !line.trim_start().starts_with("//");
+            assert!(!is_code || is_portable(line), "{}: {line}", file.display());
+        }
+    }
+}

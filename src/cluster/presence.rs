@@ -72,7 +72,8 @@ impl Presence {
             true => end.ceil() - 1.0,
             false => end.floor(),
         };
-        (last.max(0.0) as usize).min(all)
+        // A window may be too short to change the sum.
+        (last.max(0.0) as usize).min(all).max(self.settled(all))
     }
 }
 
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn counts_are_those_of_the_influences() {
-        for window in [0.0, 0.25, 1.0, 2.5, 7.0] {
+        for window in [0.0, f64::MIN_POSITIVE, 1e-15, 0.25, 1.0, 2.5, 7.0] {
             for quarter in -40..80 {
                 let time = f64::from(quarter) / 4.0;
                 let presence = Presence {

@@ -95,9 +95,9 @@ const RAYS: u32 = 24;
 fn rays_about(normal: DVec3) -> impl Iterator<Item = DVec3> {
     let (x, y) = normal.any_orthonormal_pair();
     (0..RAYS).map(move |i| {
-        let turn = std::f64::consts::TAU * 0.618_034 * f64::from(i);
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * 0.618_034 * f64::from(i));
         let aside_sq = (f64::from(i) + 0.5) / f64::from(RAYS);
-        let aside = aside_sq.sqrt() * (turn.cos() * x + turn.sin() * y);
+        let aside = aside_sq.sqrt() * (cos * x + sin * y);
         (aside + (1.0 - aside_sq).sqrt() * normal).normalize()
     })
 }

@@ -421,7 +421,7 @@ fn expected_pieces([a, b, c]: [DVec3; 3], longest: f64) -> f64 {
     if sides[2] <= 1.0 {
         return 1.0;
     }
-    let by_length = HALVED_AGAIN * sides[1].powf(3f64.log2());
+    let by_length = HALVED_AGAIN * libm::pow(sides[1], libm::log2(3.0));
     by_area.max(by_length).max(1.0)
 }
 
