@@ -22,6 +22,11 @@ impl Cutout {
         (!opaque.is_white()).then_some(Self(opaque))
     }
 
+    /// Of what says where it is open.
+    pub(super) fn hash(&self) -> String {
+        self.0.hashes().join(" ")
+    }
+
     /// Says how much of what is called so, where lichen `grows`, is open, and what to do.
     pub(super) fn warning(
         &self,

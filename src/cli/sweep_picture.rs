@@ -325,8 +325,10 @@ fn elements_file(page: &Page, run: usize) -> PathBuf {
 fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Result<String, Failure> {
     let file = elements_file(page, run);
     let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
+    let cutout =
+        { page.cutout }.map_or_else(String::new, |cutout| format!(", open {}", cutout.hash()));
     let all = format!(
-        "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples, {:?}",
+        "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples, {:?}{cutout}",
         env!("CARGO_PKG_VERSION"),
         page.substrate.mesh_hash(),
         blake3::hash(&elements),

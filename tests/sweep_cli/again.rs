@@ -180,3 +180,35 @@ fn numbers_written_otherwise_are_the_same_sweep() {
     let run: PathBuf = desk.path("out/cells/B=1_elements=100/seed-1");
     assert!(run.is_dir());
 }
+
+/// A card whose leaf is cut out of an image.
+fn put_card(desk: &Desk, alphas: [u8; 2]) {
+    let texels = alphas.map(|alpha| [60, 160, 60, alpha]);
+    let mut image = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut image, 2, 1);
+    encoder.set_color(::png::ColorType::Rgba);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(texels.as_flattened()).unwrap();
+    writer.finish().unwrap();
+    fs::write(desk.path("leaf.png"), image).unwrap();
+    let library = "newmtl Leaf\nmap_Kd -clamp on leaf.png\nmap_d leaf.png\n";
+    fs::write(desk.path("card.mtl"), library).unwrap();
+    let card = "mtllib card.mtl\nusemtl Leaf\nv 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\n\
+                vt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\nf 1/1 2/2 3/3 4/4\n";
+    fs::write(desk.path("card.obj"), card).unwrap();
+}
+
+#[test]
+fn pictures_are_taken_again_where_the_mesh_is_cut_out_in_another_way() {
+    let desk = desk();
+    let sweep = format!("{} -o out", SMALL.replace("plane", "card"));
+    let picture = || {
+        done(&desk, &sweep);
+        desk.read("out/pictures/L=5r.png")
+    };
+    put_card(&desk, [255, 0]);
+    let first = picture();
+    assert!(picture() == first);
+    put_card(&desk, [0, 255]);
+    assert!(picture() != first);
+}
