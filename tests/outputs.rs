@@ -337,6 +337,29 @@ fn files_are_replaced_together_or_not_at_all() {
 
 /// Runs race for a folder: at any time one of them has it, and what it wrote is what appears.
 #[test]
+fn what_is_read_is_neither_replaced_nor_removed() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("read.txt"), "read").unwrap();
+    let mut dir = OutputDir::create(&out, true).unwrap();
+    dir.spare(&[out.join("read.txt")]);
+    let by: [(&str, &[u8]); 1] = [("read.txt", b"new")];
+    for refused in [
+        dir.replace(&["read.txt"], &[]),
+        dir.replace(&[], &by),
+        dir.remove("read.txt"),
+        dir.place("read.txt", says("new")),
+    ] {
+        assert!(matches!(refused, Err(OutputError::IsRead(_))));
+    }
+    dir.replace(&[], &[("new.txt", b"new")]).unwrap();
+    dir.commit().unwrap();
+    assert_eq!(read(&out.join("read.txt")), "read");
+    assert_eq!(names(&out), ["new.txt", "read.txt"]);
+}
+
+#[test]
 fn racing_runs_never_mix() {
     let folder = scratch();
     let path = folder.path().join("rock");

@@ -155,7 +155,7 @@ impl Job<'_> {
             let (log, begun) = LogWriter::open(resume::begin(output, self.recipe)?)?;
             return Ok((Run::new(self.substrate, self.recipe, begun)?, log));
         };
-        let path = earlier.path.clone();
+        let damaged = earlier.is_damaged.then(|| earlier.path.clone());
         let (log, begun) = LogWriter::open(earlier)?;
         let run = Run::new(self.substrate, self.recipe, begun).map_err(|problem| {
             let is_usage = matches!(problem, GrowError::PastTheEnd { .. });
@@ -166,8 +166,8 @@ impl Job<'_> {
                 false => Failure::Failed(named),
             }
         })?;
-        if self.args.keep_sound {
-            resume::set_aside(&path)?;
+        if let Some(damaged) = damaged {
+            resume::set_aside(&damaged)?;
         }
         resume::place_recipe_anew(output, self.recipe)?;
         if run.ended().is_none() {

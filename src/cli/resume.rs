@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use thallus::export::{OutputDir, OutputError, write_file_atomically};
 use thallus::input;
-use thallus::log::{LOG, Log, LogError, LogWriter, count_elements, head};
+use thallus::log::{LOG, Log, LogWriter, count_elements, head};
 use thallus::run::{Recipe, Settings, shell_path};
 
 use super::args::GrowArgs;
@@ -123,12 +123,8 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Puts a damaged log aside before what follows the sound part is cut off. What a killed run leaves is not
-/// worth keeping.
+/// Puts a damaged log aside before what follows the sound part is cut off.
 pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
-    if !matches!(Log::read(log), Err(LogError::Damaged { .. })) {
-        return Ok(());
-    }
     let copy = |out: &mut dyn Write| io::copy(&mut File::open(log)?, out).map(drop);
     let numbered = (2..=MOST_ASIDE).map(|n| format!("{LOG}.damaged-{n}"));
     let mut names = iter::once(format!("{LOG}.damaged")).chain(numbered);
@@ -154,8 +150,7 @@ fn tell(log: &Log, lost: u64, voice: Voice) {
     let path = log.path.display();
     if log.torn_bytes > 0 {
         let torn = plural(log.torn_bytes as usize, "byte is", "bytes are");
-        let damaged = matches!(Log::read(&log.path), Err(LogError::Damaged { .. }));
-        let usual = if lost == 0 && !damaged {
+        let usual = if lost == 0 && !log.is_damaged {
             ", as a killed run leaves it"
         } else {
             ""

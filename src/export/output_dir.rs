@@ -183,7 +183,8 @@ impl OutputDir {
     /// files away and some of the new ones not there yet.
     ///
     /// # Errors
-    /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder.
+    /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder, [`OutputError::IsRead`] when one
+    /// is [spared](Self::spare).
     ///
     /// # Panics
     /// When a name is not a plain file name.
@@ -192,6 +193,7 @@ impl OutputDir {
         let named = named.filter(|name| !away.contains(name));
         let away = &away.iter().copied().chain(named).collect::<Vec<_>>();
         self.check_files(away)?;
+        away.iter().try_for_each(|name| self.check_spared(name))?;
         for (name, bytes) in by {
             self.write(name, |out| out.write_all(bytes))?;
             self.written.pop();
@@ -257,9 +259,10 @@ impl OutputDir {
     /// Removes a file of the folder at once, if it is there.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// When the system refuses; [`OutputError::IsRead`] when it is [spared](Self::spare).
     pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
         self.check_ours()?;
+        self.check_spared(name)?;
         self.take_away(name)
     }
 

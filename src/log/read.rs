@@ -27,6 +27,8 @@ pub struct Log {
     pub sound_bytes: u64,
     /// Bytes after them: a block that was not whole when the run was killed.
     pub torn_bytes: u64,
+    /// Whether some of these bytes had been durable, and are damaged: only of a log [read](Self::read_sound) so far.
+    pub is_damaged: bool,
     /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
     pub(super) marks: Vec<Counts>,
 }
@@ -53,9 +55,7 @@ impl Log {
 
     fn read_from(path: &Path, mut file: impl Read + Seek) -> Result<Self, LogError> {
         let log = Self::sound(path, &mut file)?;
-        let damaged = log.torn_bytes > 0
-            && was_durable(&mut file, log.sound_bytes).map_err(LogError::read(path))?;
-        match damaged {
+        match log.is_damaged {
             false => Ok(log),
             true => Err(LogError::Damaged {
                 path: path.to_owned(),
@@ -84,6 +84,7 @@ impl Log {
             begun: Begun::default(),
             sound_bytes,
             torn_bytes: 0,
+            is_damaged: false,
             marks: Vec::new(),
         };
         while let Some(block) = Block::read(file, log.sound_bytes).map_err(&read)? {
@@ -93,6 +94,7 @@ impl Log {
         }
         // A run that is under way may have added to it since.
         log.torn_bytes = length.saturating_sub(log.sound_bytes);
+        log.is_damaged = log.torn_bytes > 0 && was_durable(file, log.sound_bytes).map_err(&read)?;
         Ok(log)
     }
 

@@ -65,6 +65,7 @@ impl LogWriter {
             begun: Begun::default(),
             sound_bytes: head.len() as u64,
             torn_bytes: 0,
+            is_damaged: false,
             marks: Vec::new(),
         };
         Ok(Self::reopened(log, started)?.0)
