@@ -175,6 +175,14 @@ fn lichens_grow_beside_those_of_other_runs() {
     let told = picture("after");
     assert!(told.contains("second grew beside first"), "{told}");
     assert!(told.contains("--recipe second --mask first"), "{told}");
+    // An image in the folder of a run is not that run.
+    fs::copy(desk.path("left.png"), desk.path("first/left.png")).unwrap();
+    desk.done(&format!(
+        "{SQUARE} --mask first/left.png --at 0.3,0,0.45 -o over"
+    ));
+    let render = "over --also first -o over.png --size 32x32 --samples 1";
+    let told = said(&desk.call("render", render).output().unwrap());
+    assert!(!told.contains("grew beside"), "{told}");
     desk.fails(
         "--recipe second -o changed",
         1,

@@ -177,7 +177,8 @@ impl Grown {
         let layers = self.recipe.iter().flat_map(Settings::mask_layers);
         let found = layers.filter_map(|layer| {
             let places = named_mesh::places(&self.recipe_file, layer);
-            place_of(places.first()?)
+            let lichen = places.first().filter(|place| mask::is_lichen(place))?;
+            place_of(lichen)
         });
         Origin {
             folder: folder_of(&self.table).to_owned(),

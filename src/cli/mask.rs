@@ -36,7 +36,7 @@ pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
 }
 
 /// Whether a layer is another lichen: the folder of a run, or its elements.
-fn is_lichen(layer: &Path) -> bool {
+pub(super) fn is_lichen(layer: &Path) -> bool {
     let is_table = || {
         layer
             .extension()
