@@ -326,6 +326,40 @@ fn as_few_triangles_as_a_coarser_skin_can_have_are_had() {
     assert_eq!(loaded(&desk.path("c.ply")).1, 0);
 }
 
+/// What a closed mesh holds, in cubes of its unit.
+fn held(path: &Path) -> f64 {
+    let soup = thallus::substrate::load_soup(path).unwrap().soup;
+    let corner = |v: u32| glam::DVec3::from(soup.positions[v as usize]);
+    let six_times = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(corner);
+        a.cross(b).dot(c)
+    };
+    soup.triangles.iter().map(six_times).sum::<f64>() / 6.0
+}
+
+/// On bumps wide triangles are lifted until they lie on none: the skin came to hold more than twice as much.
+#[test]
+fn decimated_skins_do_not_swell() {
+    let desk = Desk::new();
+    let boulder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/boulder.glb");
+    fs::copy(boulder, desk.path("boulder.glb")).unwrap();
+    desk.done("boulder.glb --elements 5000 -o out");
+    made(&desk, "out -o whole.ply");
+    let whole = held(&desk.path("whole.ply"));
+    let decimated = |goal: usize| {
+        let output = skin(&desk, &format!("out -o {goal}.ply --decimate {goal}"));
+        assert!(output.status.success(), "{}", said(&output));
+        let file = desk.path(&format!("{goal}.ply"));
+        let share = held(&file) / whole;
+        assert!((0.8..1.51).contains(&share), "{goal}: {share}");
+        (loaded(&file).0, said(&output))
+    };
+    assert_eq!(decimated(600).0, 600);
+    let (left, told) = decimated(200);
+    assert!((220..600).contains(&left), "{left}");
+    assert!(told.contains("200 were asked for"), "{told}");
+}
+
 #[test]
 fn threads_and_ways_to_name_the_elements_change_no_byte() {
     let desk = desk();

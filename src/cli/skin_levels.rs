@@ -16,6 +16,13 @@ use super::terminal::Voice;
 /// As many times more triangles than were asked for are enough.
 const ENOUGH: f64 = 1.1;
 
+/// A skin that holds as many times more than the finest has lost its shape: it stands off from the mesh, as wide triangles
+/// do that are lifted over bumps, or covers what lichen does not.
+const BULGING: f64 = 1.5;
+
+/// Triangles for one, where one of fewer bulges.
+const MORE: f64 = 1.25;
+
 /// Resolution and falloff, in element radii, of coarser skins that may be decimated where a finer one cannot be: those
 /// that keep the outline come first, and then those that close more and more of the lichen's holes, each of which needs
 /// its triangles.
@@ -40,14 +47,23 @@ pub(super) struct Grounds {
 pub(super) struct Thinner {
     /// For coarser skins, if any could be needed.
     grounds: Option<Grounds>,
-    /// The level that was made last, before it was lifted.
-    mesh: TriMesh,
+    level: Level,
     /// Triangles of the finest level.
     first: usize,
+    /// What the finest skin holds.
+    volume: f64,
     /// How many of [`COARSER`] have been tried.
     tried: usize,
-    is_decimated: bool,
     voice: Voice,
+}
+
+/// A level that was made.
+#[derive(Default)]
+struct Level {
+    /// What the next is made of.
+    mesh: TriMesh,
+    /// As it is to be seen, where that is not the same.
+    lifted: Option<TriMesh>,
 }
 
 impl Thinner {
@@ -57,9 +73,9 @@ impl Thinner {
         Self {
             grounds: is_asked.then_some(grounds),
             first: size.decimate.map_or(whole, |goal: Goal| goal.of(whole)),
-            mesh,
+            volume: mesh.volume(),
+            level: Level { mesh, lifted: None },
             tried: 0,
-            is_decimated: false,
             voice,
         }
     }
@@ -67,7 +83,7 @@ impl Thinner {
     /// Comes down to the triangles of a level, or as near as can be.
     pub(super) fn thin(&mut self, level: usize, file: &Path) -> Result<(), Failure> {
         let goal = (self.first >> level).max(FEWEST_TRIANGLES);
-        if goal >= self.mesh.triangles.len() {
+        if goal >= self.triangles() {
             return Ok(());
         }
         let doing = format!("decimating to {} triangles", count(goal as u64));
@@ -75,7 +91,6 @@ impl Thinner {
         let thinned = self.decimate(goal);
         spinner.finish_and_clear();
         let coarser = thinned.with_context(|| file.display().to_string())?;
-        self.is_decimated = true;
         self.tell(goal, coarser, file);
         Ok(())
     }
@@ -83,21 +98,46 @@ impl Thinner {
     /// The same, and the shape of the coarser skin that it took, if it did.
     fn decimate(&mut self, goal: usize) -> anyhow::Result<Option<Shape>> {
         let mut taken = None;
-        self.mesh = decimate(&self.mesh, goal)?;
+        if let Some(level) = self.decimated(&self.level.mesh, goal)? {
+            self.level = level;
+        }
         while !self.is_enough(goal) {
             let Some(shape) = self.next_coarser() else {
                 break;
             };
-            if let Some(mesh) = self.coarser(&shape, goal)? {
-                self.mesh = mesh;
+            if let Some(level) = self.coarser(&shape, goal)? {
+                self.level = level;
                 taken = Some(shape);
             }
         }
         Ok(taken)
     }
 
+    /// One of about so many triangles, or as many more as it takes to keep its shape; none where that is all of them.
+    fn decimated(&self, mesh: &TriMesh, goal: usize) -> anyhow::Result<Option<Level>> {
+        let Some(of) = &self.grounds else {
+            return Ok(None);
+        };
+        let mut triangles = goal;
+        while triangles < mesh.triangles.len() {
+            let mesh = decimate(mesh, triangles)?;
+            let mut lifted = mesh.clone();
+            lift(&mut lifted, &of.substrate, of.cluster.radius());
+            if lifted.volume() <= BULGING * self.volume {
+                let lifted = Some(lifted);
+                return Ok(Some(Level { mesh, lifted }));
+            }
+            triangles = (MORE * mesh.triangles.len().max(triangles) as f64).ceil() as usize;
+        }
+        Ok(None)
+    }
+
+    fn triangles(&self) -> usize {
+        self.level.mesh.triangles.len()
+    }
+
     fn is_enough(&self, goal: usize) -> bool {
-        self.mesh.triangles.len() as f64 <= ENOUGH * goal as f64
+        self.triangles() as f64 <= ENOUGH * goal as f64
     }
 
     /// The shape of the next coarser skin.
@@ -116,7 +156,7 @@ impl Thinner {
     }
 
     /// A coarser skin, decimated, if it has fewer triangles.
-    fn coarser(&self, shape: &Shape, goal: usize) -> anyhow::Result<Option<TriMesh>> {
+    fn coarser(&self, shape: &Shape, goal: usize) -> anyhow::Result<Option<Level>> {
         let Some(of) = &self.grounds else {
             return Ok(None);
         };
@@ -124,8 +164,8 @@ impl Thinner {
         let Ok(mesh) = skin::skin(&of.substrate, &of.cluster, shape, &of.paint) else {
             return Ok(None);
         };
-        let mesh = decimate(&mesh, goal)?;
-        Ok((mesh.triangles.len() < self.mesh.triangles.len()).then_some(mesh))
+        let has_fewer = |level: &Level| level.mesh.triangles.len() < self.triangles();
+        Ok(self.decimated(&mesh, goal)?.filter(has_fewer))
     }
 
     fn tell(&self, goal: usize, coarser: Option<Shape>, file: &Path) {
@@ -134,7 +174,7 @@ impl Thinner {
             let [resolution, falloff] = [shape.resolution, shape.falloff].map(short);
             format!("--resolution {resolution}r --falloff {falloff}r")
         };
-        let [made, asked] = [self.mesh.triangles.len(), goal].map(|n| count(n as u64));
+        let [made, asked] = [self.triangles(), goal].map(|n| count(n as u64));
         if !self.is_enough(goal) {
             self.voice.warn(&format!(
                 "{shown}: {made} triangles are left where {asked} were asked for: with fewer it would tear or lose its \
@@ -150,19 +190,13 @@ impl Thinner {
 
     /// The level as it is to be seen.
     pub(super) fn shown(&self) -> TriMesh {
-        self.lifted(self.mesh.clone())
+        let Level { mesh, lifted } = &self.level;
+        lifted.as_ref().unwrap_or(mesh).clone()
     }
 
     /// The same of the last level.
     pub(super) fn last_shown(&mut self) -> TriMesh {
-        let mesh = std::mem::take(&mut self.mesh);
-        self.lifted(mesh)
-    }
-
-    fn lifted(&self, mut mesh: TriMesh) -> TriMesh {
-        if let (Some(of), true) = (&self.grounds, self.is_decimated) {
-            lift(&mut mesh, &of.substrate, of.cluster.radius());
-        }
-        mesh
+        let Level { mesh, lifted } = std::mem::take(&mut self.level);
+        lifted.unwrap_or(mesh)
     }
 }

@@ -49,6 +49,7 @@ pub use atomic::{discard_unfinished_files, write_file_atomically};
 pub(crate) use elements::LENGTHS;
 pub use elements::{Attribute, Elements, TableError, Values};
 pub use film::{FILM_FORMATS, Film, FilmFormat};
+pub(crate) use mesh::volume;
 pub use mesh::{
     MESH_FORMATS, MapImages, MeshError, MeshFormat, Stance, SurfaceLook, TexturedMaterial,
     TexturedMesh, TexturedObject, TexturedScene, TriMesh, VertexAttribute, mesh_format_of,

@@ -1,12 +1,11 @@
 //! Fewer triangles: meshoptimizer's simplifier, which weighs normals and colours with the shape.
 
-use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
 
 use super::average::colors_of;
 use super::manifold::faulty;
 use super::outwards::{face_outwards, folded};
-use crate::export::{MeshError, TriMesh, VertexAttribute};
+use crate::export::{MeshError, TriMesh, VertexAttribute, volume};
 
 /// Weights of normal and colour against a length of the mesh's size.
 const NORMAL_WEIGHT: f32 = 0.02;
@@ -48,14 +47,6 @@ pub fn decimate(mesh: &TriMesh, triangles: usize) -> Result<TriMesh, MeshError> 
     Ok(fewer)
 }
 
-/// Volume inside of closed triangles.
-fn volume(mesh: &TriMesh, triangles: &[[u32; 3]]) -> f64 {
-    let origin = DVec3::from(mesh.positions[0]);
-    let corner = |v: u32| DVec3::from(mesh.positions[v as usize]) - origin;
-    let six_times = |&[a, b, c]: &[u32; 3]| corner(a).cross(corner(b)).dot(corner(c));
-    triangles.iter().map(six_times).sum::<f64>() / 6.0
-}
-
 /// Holds vertices, and so many rings of vertices about them.
 fn hold(held: &mut [bool], triangles: &[[u32; 3]], vertices: &[u32], rings: usize) {
     let mut reached = vec![false; held.len()];
@@ -94,7 +85,7 @@ impl Simplifier {
         Self {
             places: mesh.positions.iter().flat_map(bytes).collect(),
             watched: watched.collect(),
-            volume: volume(mesh, &mesh.triangles),
+            volume: mesh.volume(),
         }
     }
 
@@ -160,7 +151,7 @@ impl Simplifier {
         let mut most = usize::MAX;
         for rings in 1..=ATTEMPTS {
             let kept = self.run(from, triangles, &held);
-            let share = volume(mesh, &kept) / self.volume;
+            let share = volume(&mesh.positions, &kept) / self.volume;
             if (share - 1.0).abs() > LOSS {
                 break;
             }

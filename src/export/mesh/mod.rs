@@ -11,6 +11,8 @@ mod worn;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use glam::DVec3;
+
 pub use stance::Stance;
 pub use textured::{
     MapImages, SurfaceLook, TexturedMaterial, TexturedMesh, TexturedObject, TexturedScene,
@@ -275,9 +277,22 @@ impl TriMesh {
         bounds(self.positions.iter().copied())
     }
 
+    /// What it holds, in cubes of its unit, if it is closed; less than 0 if its triangles look inwards.
+    pub fn volume(&self) -> f64 {
+        volume(&self.positions, &self.triangles)
+    }
+
     fn needs_doubles(&self) -> bool {
         needs_doubles(self.bounds())
     }
+}
+
+/// The same of closed triangles with these corners.
+pub(crate) fn volume(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
+    let origin = positions.first().map_or(DVec3::ZERO, |&p| p.into());
+    let corner = |v: u32| DVec3::from(positions[v as usize]) - origin;
+    let six_times = |&[a, b, c]: &[u32; 3]| corner(a).cross(corner(b)).dot(corner(c));
+    triangles.iter().map(six_times).sum::<f64>() / 6.0
 }
 
 /// Lower and upper corner of the box about places; zeros when there are none.
