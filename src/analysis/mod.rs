@@ -86,6 +86,15 @@ pub enum AnalysisError {
     /// A position is not finite, or no squares of its distances are numbers.
     #[error("element {0} is beyond 1e150, where nothing can be measured: take another unit")]
     Place(usize),
+    /// The slices differ in length.
+    #[error("there are {0} positions, {1} normals and {2} parents: each element has one of each")]
+    Columns(usize, usize, usize),
+    /// A normal is no unit vector, by more than a hundredth: which elements are on one sheet goes by it.
+    #[error("the normal of element {0} is not of length 1: give unit normals of the surface")]
+    Normal(usize),
+    /// An element is not born after its parent.
+    #[error("the parent of element {0} is not born before it: number elements in order of birth")]
+    Parent(usize),
     /// [`Centres::space`] is 0.
     #[error("no element is to be averaged over through space: give at least 1")]
     Centres,
@@ -141,7 +150,7 @@ impl Analysis {
     /// As [`analyze`].
     ///
     /// # Panics
-    /// When an element is in a triangle that the substrate does not have, or is not born after its parent.
+    /// When an element is in a triangle that the substrate does not have.
     pub fn of(
         substrate: &Substrate,
         cluster: &Cluster,
@@ -183,7 +192,12 @@ pub fn dimensions(
 /// What every measure takes for granted: without it some would not end.
 fn check(sample: &Sample<'_>, centres: Centres) -> Result<(), AnalysisError> {
     let radius = sample.radius;
-    if sample.positions.is_empty() {
+    let columns = sample.columns();
+    let [positions, normals, parents] = columns;
+    if columns != [positions; 3] {
+        return Err(AnalysisError::Columns(positions, normals, parents));
+    }
+    if positions == 0 {
         return Err(AnalysisError::Empty);
     }
     if !LENGTHS.contains(&radius) {
@@ -193,8 +207,22 @@ fn check(sample: &Sample<'_>, centres: Centres) -> Result<(), AnalysisError> {
         return Err(AnalysisError::Centres);
     }
     let is_far = |p: &[f64; 3]| !p.iter().all(|x| x.abs() <= *LENGTHS.end());
-    let far = sample.positions.iter().position(is_far);
-    far.map_or(Ok(()), |element| Err(AnalysisError::Place(element)))
+    if let Some(far) = sample.positions.iter().position(is_far) {
+        return Err(AnalysisError::Place(far));
+    }
+    if let Some(element) = sample.normals.iter().position(|n| !is_unit(n)) {
+        return Err(AnalysisError::Normal(element));
+    }
+    let is_late = |(i, &parent): (usize, &i32)| usize::try_from(parent).is_ok_and(|p| p >= i);
+    match sample.parents.iter().enumerate().position(is_late) {
+        Some(element) => Err(AnalysisError::Parent(element)),
+        None => Ok(()),
+    }
+}
+
+fn is_unit(normal: &[f32; 3]) -> bool {
+    let [x, y, z] = normal.map(f64::from);
+    (x * x + y * y + z * z - 1.0).abs() <= 0.02
 }
 
 /// The elements about each, within so many radii.
@@ -220,11 +248,11 @@ fn dimensions_among(
 /// Measures a lichen on all of rayon's threads; with a metric of its surface, along that too.
 ///
 /// # Errors
-/// When there are no elements, the radius is not from 1e-150 to 1e150, a position is beyond 1e150, or no element is
-/// to be averaged over through space.
+/// When there are no elements, the slices differ in length, the radius is not from 1e-150 to 1e150, a position is beyond
+/// 1e150, a normal is none, an element is not born after its parent, or no element is to be averaged over through space.
 ///
 /// # Panics
-/// When the slices differ in length, an element is not born after its parent, or the metric is of fewer elements.
+/// When the metric is of fewer elements.
 pub fn analyze(
     sample: &Sample<'_>,
     surface: Option<&dyn Metric>,
@@ -255,4 +283,44 @@ pub fn analyze(
         front: Front::new(sample, surface),
         dimensions,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_that_are_no_lichen_are_refused() {
+        const UP: [f32; 3] = [0.0, 0.0, 1.0];
+        let positions = [[0.0; 3], [2.0, 0.0, 0.0]];
+        let refused = |normals: &[[f32; 3]], parents: &[i32]| {
+            let sample = Sample {
+                radius: 1.0,
+                positions: &positions,
+                normals,
+                parents,
+            };
+            analyze(&sample, None, Centres::default()).err()
+        };
+        assert_eq!(refused(&[UP; 2], &[-1, 0]), None);
+        assert_eq!(refused(&[[0.0, 0.6, 0.8]; 2], &[-1, -1]), None);
+        for none in [[0.0; 3], [0.0, 0.0, 2.0], [f32::NAN; 3], [f32::INFINITY; 3]] {
+            let normal = refused(&[UP, none], &[-1, 0]);
+            assert_eq!(normal, Some(AnalysisError::Normal(1)), "{none:?}");
+        }
+        for parents in [[-1, 1], [-1, 9], [0, -1]] {
+            let late = parents.iter().position(|p| *p >= 0);
+            assert_eq!(
+                refused(&[UP; 2], &parents),
+                late.map(AnalysisError::Parent),
+                "{parents:?}"
+            );
+        }
+        let columns = [refused(&[UP], &[-1, 0]), refused(&[UP; 2], &[])];
+        assert_eq!(
+            columns,
+            [(1, 2), (2, 0)]
+                .map(|(normals, parents)| Some(AnalysisError::Columns(2, normals, parents)))
+        );
+    }
 }

@@ -49,19 +49,27 @@ pub const TIES: f64 = 1.004;
 /// A lichen to be measured. The slices have one length; row i was born i-th.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
-    /// Radius r of every element.
+    /// Radius r of every element: half of how far those that touch are apart. What is counted within so many radii is
+    /// without meaning where it is larger, and takes longer by its square.
     pub radius: f64,
     /// Centres.
     pub positions: &'a [[f64; 3]],
     /// Unit normals of the surface at the centres.
     pub normals: &'a [[f32; 3]],
-    /// Birth index of the element that each one stuck to, which is born before it; −1 for a seed.
+    /// Birth index of the element that each one stuck to, which is born before it; −1 for a seed. Points that have none are
+    /// as many colonies, which have no size to measure dimensions by: let each but the first have the one before it, and
+    /// leave alone what goes by branches.
     pub parents: &'a [i32],
 }
 
 impl Sample<'_> {
+    /// How many positions, normals and parents there are.
+    pub(crate) fn columns(&self) -> [usize; 3] {
+        [self.positions.len(), self.normals.len(), self.parents.len()]
+    }
+
     fn assert_even(&self) {
-        let columns = [self.positions.len(), self.normals.len(), self.parents.len()];
+        let columns = self.columns();
         assert!(
             columns.iter().all(|&n| n == columns[0]),
             "columns of {columns:?}"
