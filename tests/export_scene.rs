@@ -327,6 +327,43 @@ fn a_lost_mesh_is_told_and_no_hindrance() {
     desk.done("export alone.ply -o b.glb --mesh-up y");
 }
 
+/// A corner in the middle of another triangle's side divides that triangle.
+#[test]
+fn elements_are_found_in_the_triangles_of_the_file() {
+    const CORNERS: [[f64; 3]; 6] = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [2.0, 0.0, -1.0],
+    ];
+    const TRIANGLES: [[usize; 3]; 4] = [[0, 2, 1], [0, 3, 4], [3, 1, 5], [4, 3, 5]];
+    let desk = Desk::new();
+    let vertices = CORNERS.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+    let faces = TRIANGLES.map(|t| format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1));
+    fs::write(desk.path("side.obj"), vertices.concat() + &faces.concat()).unwrap();
+    desk.done("grow side.obj -o side --elements 800 --radius 0.02 --preview 16 --quiet");
+    desk.done("export side -o side.csv");
+    let csv = fs::read_to_string(desk.path("side.csv")).unwrap();
+    let mut lines = csv.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let mut elsewhere = 0;
+    for line in lines {
+        let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        let get = |name| row[names.iter().position(|n| *n == name).unwrap()];
+        let corners =
+            TRIANGLES[get("source_triangle") as usize].map(|c| glam::DVec3::from(CORNERS[c]));
+        let (u, v) = (get("source_u"), get("source_v"));
+        let [a, b, c] = corners;
+        let there = a * (1.0 - u - v) + b * u + c * v;
+        let here = glam::dvec3(get("x"), get("y"), get("z"));
+        assert!(there.distance(here) < 1e-6, "{line}");
+        elsewhere += usize::from((get("u") - u).abs() > 1e-3);
+    }
+    assert!(elsewhere > 50, "{elsewhere} are on what was divided");
+}
+
 /// Far from its origin a lichen keeps its shape: float32 positions are from an origin nearby.
 #[test]
 fn far_lichens_keep_their_shape() {

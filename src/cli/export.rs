@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::Context;
 use thallus::export::{
-    Elements, NotOnMesh, Scene, SceneFormat, SceneFormatError, UpAxis, What, write_file_atomically,
+    Attribute, Elements, NotOnMesh, Scene, SceneFormat, SceneFormatError, UpAxis, Values, What,
+    write_file_atomically,
 };
 use thallus::morphometry::{measure, smooth_normals};
 use thallus::picture::age_color;
@@ -87,8 +88,8 @@ fn place(
     Ok(substrate.with_up(up).up_axis())
 }
 
-/// Gives elements the smooth normals of their mesh, its own numbers of the triangles, and its axes where a program
-/// has [turned](Elements::on_turned) it; where they are, and whether one has.
+/// Gives elements the smooth normals of their mesh, where they are in its file's own triangles, and its axes where a
+/// program has [turned](Elements::on_turned) it; where they are, and whether one has.
 pub(super) fn smooth_on(
     elements: &mut Elements,
     substrate: &Substrate,
@@ -99,8 +100,15 @@ pub(super) fn smooth_on(
         *elements = turned;
     }
     let normals = smooth_normals(substrate, &places);
-    let source = places.iter().map(|p| substrate.source_triangle(p.triangle));
+    let source = places.iter().map(|place| substrate.source_of_place(place));
+    let (triangles, weights): (Vec<u32>, Vec<[f64; 3]>) = source.unzip();
     elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
-    elements.source_triangle = Some(source.collect());
+    elements.source_triangle = Some(triangles);
+    let column = |name, corner: usize| Attribute {
+        name,
+        values: Values::F32(weights.iter().map(|w| w[corner] as f32).collect()),
+    };
+    let columns = [column("source_u", 1), column("source_v", 2)];
+    elements.attributes.extend(columns);
     Ok((places, is_turned))
 }

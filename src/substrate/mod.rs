@@ -519,6 +519,17 @@ impl Substrate {
         part.map_or(caps::WHOLE, |part| part.weights)
     }
 
+    /// The number in the file of the triangle that a point is in, and its weights in that one.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn source_of_place(&self, at: &SurfacePoint) -> (u32, [f64; 3]) {
+        let corners = self.source_weights(at.triangle).map(DVec3::from);
+        let all = corners.into_iter().zip(at.weights());
+        let place: DVec3 = all.map(|(corner, weight)| corner * weight).sum();
+        (self.source_triangle(at.triangle), place.to_array())
+    }
+
     /// The point with these weights in the triangle of this number in the file, unless that was dropped or never
     /// was.
     pub fn place_of_source(&self, source: u32, weights: [f64; 3]) -> Option<SurfacePoint> {

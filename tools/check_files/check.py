@@ -33,7 +33,7 @@ def check_columns(get, lichen, up, what):
     orient = np.stack([get(f"orient_{k}") for k in "xyzw"], 1)
     normals = np.stack([get(f"n{k}") for k in "xyz"], 1)
     check_frames(orient, normals, lichen, up, f"{what}: orient")
-    for name in ["density", "rim_distance", "strahler", "depth", "branch_radius", "colony"]:
+    for name in ["density", "rim_distance", "strahler", "depth", "branch_radius", "colony", "source_u", "source_v"]:
         assert len(get(name)) == lichen.count, f"{what}: {name}"
     parent = lichen.parent
     depth = np.asarray(get("depth"))

@@ -55,7 +55,7 @@ def check_scalars(thing, lichen, name, what):
     near(attribute(thing, name("parent")), lichen.parent, 0, f"{what}: parent")
     near(attribute(thing, name("nage")), lichen.nage, 1e-6, f"{what}: nage")
     near(attribute(thing, name("probability")), lichen.probability, 1e-6, f"{what}: probability")
-    for other in ["colony", "density", "rim_distance", "strahler", "depth", "branch_radius"]:
+    for other in ["colony", "density", "rim_distance", "strahler", "depth", "branch_radius", "source_u", "source_v"]:
         assert len(attribute(thing, name(other))) == lichen.count, f"{what}: {other}"
 
 
