@@ -398,7 +398,7 @@ fn check_warns_of_what_textures_lack() {
     let desk = Desk::new();
     let face = "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n";
     desk.put("bare.obj", format!("mtllib a.mtl\n{PLANE}{face}"));
-    desk.put("a.mtl", "newmtl a\nmap_Kd gone.png\n".to_owned());
+    desk.put("a.mtl", "newmtl a\nmap_Kd gone.png\n");
     put_two_places(&desk);
     for (mesh, lacks) in [
         ("bare.obj", "gone.png is passed over"),

@@ -549,6 +549,18 @@ fn random_seeds_are_as_frequent_as_it_is_bright() {
     assert!(off.clone().sum::<f64>() < 23.5, "{counts:?}");
 }
 
+/// So dark that chance lets something grow on one of three thousand places: most seeds found none.
+#[test]
+fn seeds_find_places_where_it_is_dark() {
+    let (substrate, texturing) = square(1);
+    let grey = Mask::from_image(&substrate, &texturing, &image(|_, _| 0.07)).expect("a mask");
+    let thrice = grey.clone().and(grey.clone()).and(grey);
+    let substrate = substrate.with_mask(Some(thrice));
+    let habitat = Habitat::new(&substrate, None, 1e-3);
+    let seeds = SeedPlace::locate_all(&vec![SeedPlace::Random; 20], &habitat, 3, 1e-7);
+    assert_eq!(seeds.expect("room").len(), 20);
+}
+
 #[test]
 fn seeds_go_where_something_may_grow() {
     // An image goes on at its borders: white there would be at both.

@@ -152,13 +152,27 @@ impl<'a> Habitat<'a> {
     /// # Panics
     /// When there is no such triangle.
     pub fn share(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        self.mean(triangles, |_| 1.0)
+    }
+
+    /// How likely chance lets something grow at a random place on these pieces, as far as as many places tell.
+    pub(super) fn chance(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        self.mean(triangles, |at| self.at(at))
+    }
+
+    /// The mean over random places on these pieces of what one counts where lichen may grow: 1 where it may everywhere.
+    fn mean(
+        &self,
+        triangles: impl Iterator<Item = u32>,
+        counted: impl Fn(&SurfacePoint) -> f64,
+    ) -> f64 {
         if self.is_everywhere() {
             return 1.0;
         }
         let pieces = self.substrate.pieces_of(triangles);
         let among = pieces.iter().flat_map(|piece| piece.triangles.clone());
         let (suited, tried) = self.suited_places(among);
-        suited.len() as f64 / tried as f64
+        suited.iter().map(counted).sum::<f64>() / tried as f64
     }
 
     /// The share of the pieces that these triangles are on where lichen may grow, and its area, or that of a

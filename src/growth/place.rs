@@ -31,7 +31,7 @@ pub enum SeedPlace {
     Random,
 }
 
-/// Random places where something may grow that are tried for a seed element.
+/// Random places where chance lets something grow that are tried for a seed element, on average.
 pub(super) const TRIES: usize = 1000;
 
 /// Why a seed element has no place.

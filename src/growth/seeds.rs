@@ -81,7 +81,7 @@ struct Seeds<'a> {
     substrate: &'a Substrate,
     solids: Solids<'a>,
     radius: f64,
-    /// Random places to try for each, once it is known how many; most of them where nothing may grow, mostly.
+    /// Random places to draw for each, once it is known how many: [`TRIES`] of them are where chance lets something grow.
     tries: usize,
     places: Vec<SurfacePoint>,
     /// Their numbers, by cubes as wide as an element.
@@ -95,11 +95,11 @@ impl Seeds<'_> {
             return Ok(());
         }
         let all = self.substrate.components().iter();
-        let share = self.habitat.share(all.map(|piece| piece.triangles.start));
-        if share == 0.0 {
+        let chance = self.habitat.chance(all.map(|piece| piece.triangles.start));
+        if chance == 0.0 {
             return Err(PlaceError::NoHabitat);
         }
-        self.tries = (TRIES as f64 / share) as usize;
+        self.tries = (TRIES as f64 / chance) as usize;
         Ok(())
     }
 

@@ -7,11 +7,12 @@ use super::Recipe;
 use crate::growth::{PlaceError, SeedPlace};
 use crate::substrate::{Substrate, SurfacePoint};
 
-/// Finds places of seed elements, each of them once: to find one may take a look at every triangle, and most
-/// grids of many runs have one for all of them.
+/// Finds places of seed elements, and the area about them, each of them once: to find one may take a look at every
+/// triangle, and most grids of many runs have one for all of them.
 pub(crate) struct Places<'a> {
     pub(super) substrate: &'a Substrate,
     found: RefCell<HashMap<String, Found>>,
+    areas: RefCell<HashMap<String, f64>>,
 }
 
 type Found = Result<Vec<SurfacePoint>, PlaceError>;
@@ -21,6 +22,7 @@ impl<'a> Places<'a> {
         Self {
             substrate,
             found: RefCell::default(),
+            areas: RefCell::default(),
         }
     }
 
@@ -32,12 +34,17 @@ impl<'a> Places<'a> {
     /// The area of the pieces of the mesh that a run grows on, as far as it may, local units; of the largest where its
     /// seeds have no places.
     pub(crate) fn area(&self, recipe: &Recipe) -> f64 {
-        match self.of(recipe) {
-            Ok(seeds) => recipe
-                .habitat(self.substrate)
-                .area(seeds.iter().map(|at| at.triangle)),
-            Err(_) => self.substrate.components()[0].area,
-        }
+        let Ok(seeds) = self.of(recipe) else {
+            return self.substrate.components()[0].area;
+        };
+        let seeds = || seeds.iter().map(|at| at.triangle);
+        let pieces = self.substrate.pieces_of(seeds());
+        let pieces: Vec<u32> = pieces.iter().map(|piece| piece.triangles.start).collect();
+        // What is exposed goes by the radius.
+        let key = format!("{pieces:?} {} {:?}", recipe.radius, recipe.slope);
+        *{ self.areas.borrow_mut() }
+            .entry(key)
+            .or_insert_with(|| recipe.habitat(self.substrate).area(seeds()))
     }
 
     fn of_by(&self, recipe: &Recipe, locate: impl FnOnce() -> Found) -> Found {
