@@ -217,7 +217,7 @@ fn skins(
             let film = new_film(args, format).about(&places(lichen, &placement));
             write_film(args, film, meters, |film| {
                 each(frames, |mut mesh| {
-                    stop.check()?;
+                    stop.go_on()?;
                     mesh.place(&placement);
                     bar.inc(1);
                     film.add_skin(&mesh).map_err(spooling(&args.output))
@@ -230,7 +230,7 @@ fn skins(
             let meters = args.axes.meters_per_unit(&convention);
             let mut folder = Folder::create(args, format.extension, lichen)?;
             each(frames, |mut mesh| {
-                stop.check()?;
+                stop.go_on()?;
                 mesh.place(&placement);
                 bar.inc(1);
                 folder.write(|out| format.write(&mesh, meters, out))
@@ -280,7 +280,7 @@ fn scenes(
                 scene.meters_per_unit,
                 |film| {
                     frames_of(&scene, what, moments, |frame, color| {
-                        stop.check()?;
+                        stop.go_on()?;
                         bar.inc(1);
                         film.add_scene(what, frame, color)
                             .map_err(spooling(&args.output))
@@ -292,7 +292,7 @@ fn scenes(
             let mut folder = Folder::create(args, format.extension, &lichen)?;
             let scene = scene(args, lichen, &Convention::from(*format), up)?;
             frames_of(&scene, what, moments, |frame, color| {
-                stop.check()?;
+                stop.go_on()?;
                 bar.inc(1);
                 folder.write(|out| format.write(what, frame, color, out))
             })?;

@@ -196,7 +196,7 @@ fn write(
         Pictures::Folder => {
             let mut folder = Folder::create(args, "png", lichen)?;
             for png in packed(images, |image| image.to_png()) {
-                let png = png?;
+                let png = png.map_err(|e| stop.reason(anyhow::Error::new(e)))?;
                 folder.write(|out| out.write_all(&png))?;
             }
             folder.finish()?;

@@ -14,6 +14,7 @@ use thallus::sweep::{GridError, GridFileError};
 use super::number::elements as elements_of;
 use super::output::folder_of;
 use super::refusal::{in_words, of_given};
+use super::terminal::Unsaid;
 use super::{INTERRUPTED, terminal};
 
 /// What went wrong, by exit code.
@@ -115,9 +116,8 @@ impl From<clap::Error> for Failure {
     }
 }
 
-impl From<io::Error> for Failure {
-    /// From writing to stdout.
-    fn from(error: io::Error) -> Self {
+impl From<Unsaid> for Failure {
+    fn from(Unsaid(error): Unsaid) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::PipeClosed,
             _ => Self::Failed(anyhow::Error::new(error).context("writing to stdout")),

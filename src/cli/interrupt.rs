@@ -124,6 +124,11 @@ impl Stop {
         }
     }
 
+    /// The end of a command once it has been told.
+    pub(crate) fn go_on(&self) -> Result<(), Failure> {
+        self.check().map_err(|_| Failure::Interrupted)
+    }
+
     /// Why something failed: an error, or that it was told to stop.
     pub(crate) fn reason(&self, error: impl Into<Failure>) -> Failure {
         match self.is_told() {

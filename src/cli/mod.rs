@@ -77,6 +77,7 @@ use clap::Parser;
 
 use args::{Cli, Command, PresetCommand};
 use failure::Failure;
+use terminal::Unsaid;
 
 /// Exit code of a run that Ctrl-C ended, as shells have it: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -121,7 +122,7 @@ fn answer(message: clap::Error) -> ExitCode {
         return Failure::from(message).report();
     }
     match message.print() {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Failure::from(e).report(),
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Failure::from(Unsaid(e)).report(),
         _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),
     }
 }

@@ -38,21 +38,25 @@ impl Voice {
     }
 }
 
+/// Why stdout takes nothing.
+#[derive(Debug)]
+pub(crate) struct Unsaid(pub(crate) io::Error);
+
 /// A line of the result, to stdout.
-pub(crate) fn say(line: &str) -> io::Result<()> {
-    writeln!(io::stdout(), "{}", for_stdout(line))
+pub(crate) fn say(line: &str) -> Result<(), Unsaid> {
+    writeln!(io::stdout(), "{}", for_stdout(line)).map_err(Unsaid)
 }
 
 /// An answer for programs, to stdout.
-pub(crate) fn say_json(answer: &impl Serialize) -> io::Result<()> {
-    say(&serde_json::to_string_pretty(answer)?)
+pub(crate) fn say_json(answer: &impl Serialize) -> Result<(), Unsaid> {
+    say(&serde_json::to_string_pretty(answer).map_err(|e| Unsaid(e.into()))?)
 }
 
 /// A text that has its own line ends, to stdout.
-pub(crate) fn say_text(text: &str) -> io::Result<()> {
+pub(crate) fn say_text(text: &str) -> Result<(), Unsaid> {
     let mut out = io::stdout().lock();
-    out.write_all(for_stdout(text).as_bytes())?;
-    out.flush()
+    let written = out.write_all(for_stdout(text).as_bytes());
+    written.and_then(|()| out.flush()).map_err(Unsaid)
 }
 
 /// A remark, to stderr.
