@@ -100,6 +100,13 @@ pub(super) fn smooth_on(
         *elements = turned;
     }
     let normals = smooth_normals(substrate, &places);
+    if !are_where_told(elements, substrate, &places) {
+        let numbers = places
+            .iter()
+            .map(|p| substrate.canonical_triangle(p.triangle));
+        elements.triangle = numbers.collect();
+        elements.uv = places.iter().map(|p| [p.u as f32, p.v as f32]).collect();
+    }
     let source = places.iter().map(|place| substrate.source_of_place(place));
     let (triangles, weights): (Vec<u32>, Vec<[f64; 3]>) = source.unzip();
     elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
@@ -111,4 +118,17 @@ pub(super) fn smooth_on(
     let columns = [column("source_u", 1), column("source_v", 2)];
     elements.attributes.extend(columns);
     Ok((places, is_turned))
+}
+
+/// Whether these are the triangles and weights that the table has, and not places that positions alone lead to, as on a
+/// mesh that was triangulated anew.
+fn are_where_told(elements: &Elements, substrate: &Substrate, places: &[SurfacePoint]) -> bool {
+    const ROUNDED: f64 = 1e-3;
+    let all = places.iter().zip(&elements.triangle).zip(&elements.uv);
+    let is_there = |((place, &triangle), uv): ((&SurfacePoint, &u32), &[f32; 2])| {
+        let [u, v] = uv.map(f64::from);
+        triangle == substrate.canonical_triangle(place.triangle)
+            && (place.u - u).abs().max((place.v - v).abs()) <= ROUNDED
+    };
+    all.into_iter().all(is_there)
 }

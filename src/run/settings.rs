@@ -41,7 +41,8 @@ pub struct Settings {
     pub min_stick: Option<f64>,
     /// Seed of every random stream, 1 by default.
     pub seed: Option<u64>,
-    /// Where seed elements go, one a colony: [`SeedPlace::Top`] by default, and all at random where the list is empty.
+    /// Where seed elements go, one a colony: [`SeedPlace::Top`] by default, and all at random where the list is empty and
+    /// `colonies` says how many.
     pub at: Option<Vec<SeedPlace>>,
     /// How many colonies there are, 1 to 10,000, as many as `at` by default: those that it has no place for start at random.
     pub colonies: Option<u64>,

@@ -166,11 +166,13 @@ pub fn mesh_format_of(path: &Path) -> Result<&'static MeshFormat, UnknownFormat>
 
 impl MeshFormat {
     /// Writes the mesh as it is placed, buffered: the same mesh gives the same bytes. USD says how
-    /// many metres its unit is.
+    /// many metres its unit is; glTF has metres by specification, so [place](TriMesh::place) other units by a scale, and
+    /// the other formats have no unit.
     ///
     /// # Errors
     /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound;
-    /// `InvalidInput` when the format cannot hold that much, or the unit is no positive number of metres.
+    /// `InvalidInput` when the format cannot hold that much or has [another axis up](Self::axes), or the unit is no positive
+    /// number of metres.
     pub fn write(
         &self,
         mesh: &TriMesh,
@@ -180,6 +182,10 @@ impl MeshFormat {
         check_unit(meters_per_unit)?;
         mesh.check()
             .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        if matches!(self.axes, Axes::Fixed(up) if up != mesh.up) {
+            let problem = "the format has another axis up than the mesh: place the mesh first";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
         let mut out = BufWriter::with_capacity(1 << 16, out);
         (self.write)(mesh, meters_per_unit, &mut out)?;
         out.flush()
@@ -393,6 +399,24 @@ mod tests {
                 Some(said) => !fits && said.contains("32-bit") && said.contains("--scale"),
             };
             assert!(found.iter().all(is_right), "{size}: {found:?}");
+        }
+    }
+
+    /// A format that is y-up by specification cannot say that this is not.
+    #[test]
+    fn meshes_with_another_axis_up_are_refused_where_a_file_cannot_say_so() {
+        let mut mesh = triangle(1.0);
+        mesh.up = UpAxis::Z;
+        for format in MESH_FORMATS {
+            let mut out = Vec::new();
+            let written = format.write(&mesh, 1.0, &mut out).map_err(|e| e.kind());
+            let refused = Err(io::ErrorKind::InvalidInput);
+            let expected = if format.extension == "glb" {
+                refused
+            } else {
+                Ok(())
+            };
+            assert_eq!((written, out.is_empty()), (expected, expected.is_err()));
         }
     }
 
