@@ -47,7 +47,7 @@ pub struct OwnMesh {
     pub material: Option<usize>,
     /// What that is called, if it has a name.
     pub material_name: Option<String>,
-    /// It.
+    /// Its shape, with coordinates and tangents.
     pub mesh: TexturedMesh,
 }
 

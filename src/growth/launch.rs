@@ -42,20 +42,20 @@ struct Arc {
 }
 
 impl LaunchRing {
-    /// Cuts the triangles of some ranges with a sphere.
+    /// Cuts the triangles of some ranges, which do not overlap, with a sphere.
     pub fn new(
         substrate: &Substrate,
         components: &[Range<u32>],
         centre: DVec3,
         radius: f64,
     ) -> Self {
-        let mut ring = Self::default();
-        for range in components {
-            for triangle in substrate.triangles_near_sphere(centre, radius, range) {
-                ring.cut(substrate, triangle, centre, radius);
-            }
+        let mut all = Self::default();
+        for ring in Self::of_each(substrate, components, centre, radius) {
+            let before = all.length();
+            all.arcs.extend(ring.arcs);
+            all.lengths.extend(ring.lengths.iter().map(|l| before + l));
         }
-        ring
+        all
     }
 
     /// One for each of some ranges, which do not overlap.

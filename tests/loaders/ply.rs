@@ -132,6 +132,20 @@ fn names_may_have_spaces_in_them() {
 }
 
 #[test]
+fn axes_may_be_capitals() {
+    let list = "uchar int vertex_indices";
+    let small = small("float", list, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    let axes = ["x", "y", "z"].iter().fold(small, |text, axis| {
+        text.replace(
+            &format!("float {axis}"),
+            &format!("float {}", axis.to_uppercase()),
+        )
+    });
+    let soup = parsed(axes, Format::Ply);
+    assert_eq!(soup.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+}
+
+#[test]
 fn floats_are_read_as_their_writer_had_them_doubles_in_full() {
     let rows = "0.1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let list = "uchar int vertex_indices";

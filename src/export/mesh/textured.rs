@@ -66,7 +66,7 @@ pub struct TexturedMaterial {
 /// What a material shows.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SurfaceLook {
-    /// Maps.
+    /// What was baked.
     Maps(MapImages),
     /// What a mesh file says; its textures name [images of the scene](TexturedScene::images).
     Own(Box<Material>),

@@ -105,7 +105,7 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// How many elements accessor `index` has.
+    /// Accessor `index`.
     pub(super) fn get(&self, index: usize, place: &str) -> Parsed<&'a Accessor<'a>> {
         let known = self.root.accessors.len();
         self.root.accessors.get(index).ok_or_else(|| {
@@ -145,19 +145,18 @@ impl<'a> Accessors<'a> {
             return Err(self.fault(place, index, problem));
         }
         let component = self.component(accessor.component_type, place, index)?;
-        let scale = if accessor.normalized {
-            1.0 / component.largest()
+        let largest = if accessor.normalized {
+            component.largest()
         } else {
             1.0
         };
         let vector = |bytes: &[u8]| -> [f64; N] {
             std::array::from_fn(|lane| {
                 let raw = component.read(&bytes[lane * component.size()..]);
-                // Division and not `* scale`, so that the largest integer is exactly 1.
-                if scale == 1.0 {
+                if largest == 1.0 {
                     raw
                 } else {
-                    (raw / component.largest()).max(-1.0)
+                    (raw / largest).max(-1.0)
                 }
             })
         };

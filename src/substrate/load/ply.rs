@@ -255,7 +255,11 @@ impl<'a, B: Body> Reader<'a, B> {
         exclusive_index(element.count, Ply)?;
         let mut axes = [0; 3];
         for (axis, name) in axes.iter_mut().zip([b"x", b"y", b"z"]) {
-            *axis = element.position(name).ok_or_else(|| {
+            let capital = name.to_ascii_uppercase();
+            let position = element
+                .position(name)
+                .or_else(|| element.position(&capital));
+            *axis = position.ok_or_else(|| {
                 self.fault(format!("the vertices have no property {}", quoted(name)))
             })?;
             if let Kind::List { .. } = element.properties[*axis].kind {
