@@ -197,40 +197,32 @@ impl Elements {
                 problem,
             })
         };
-        let parent = self.parent[element];
-        let source = self
-            .source_triangle
-            .as_ref()
-            .map_or(0, |column| column[element]);
-        let fits = |index: u32| i32::try_from(index).is_ok();
-        if !self.positions[element].iter().all(|x| x.is_finite()) {
-            return fail("position", INFINITE);
-        }
-        if !self.positions[element]
-            .iter()
-            .all(|x| x.abs() <= *LENGTHS.end())
+        let position = &self.positions[element];
+        let finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
+        let numbers = [
+            ("position", position.iter().all(|x| x.is_finite())),
+            ("normal", finite(&self.normals[element])),
+            ("uv", finite(&self.uv[element])),
+            ("probability", finite(&[self.probability[element]])),
+        ];
+        let others = self.attributes.iter();
+        let others = others.map(|a| (a.name, a.values.is_finite(element)));
+        if let Some((column, _)) = numbers
+            .into_iter()
+            .chain(others)
+            .find(|(_, is_one)| !is_one)
         {
+            return fail(column, INFINITE);
+        }
+        if position.iter().any(|x| x.abs() > *LENGTHS.end()) {
             return fail("position", FAR);
         }
-        if !self.normals[element].iter().all(|x| x.is_finite()) {
-            return fail("normal", INFINITE);
-        }
-        if !self.uv[element].iter().all(|x| x.is_finite()) {
-            return fail("uv", INFINITE);
-        }
-        if !self.probability[element].is_finite() {
-            return fail("probability", INFINITE);
-        }
-        if let Some(a) = self
-            .attributes
-            .iter()
-            .find(|a| !a.values.is_finite(element))
-        {
-            return fail(a.name, INFINITE);
-        }
+        let parent = self.parent[element];
         if parent < -1 || i64::from(parent) >= element as i64 {
             return fail("parent", UNBORN);
         }
+        let fits = |index: u32| i32::try_from(index).is_ok();
+        let source = { self.source_triangle.as_ref() }.map_or(0, |column| column[element]);
         match [self.colony[element], self.triangle[element], source].map(fits) {
             [false, ..] => fail("colony", WIDE),
             [_, false, _] => fail("triangle", WIDE),

@@ -45,7 +45,7 @@ pub(super) struct Orbit<'a, I> {
 }
 
 /// A second contact, and how far along the curve it was.
-struct Met {
+struct SecondContact {
     at: SurfacePoint,
     length: f64,
 }
@@ -119,7 +119,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
             ..begin
         };
         let ways = [begin, back].map(|begin| self.rotate(scratch, begin, (&chords, &mut further)));
-        let nearer = |a: Met, b: Met| if b.length < a.length { b } else { a };
+        let nearer = |a: SecondContact, b: SecondContact| if b.length < a.length { b } else { a };
         let [a, b] = ways;
         a.into_iter().chain(b).reduce(nearer).map(|met| met.at)
     }
@@ -131,7 +131,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         scratch: &mut Connectivity,
         begin: Here,
         (chords, further): (&[Chord], &mut Vec<Chord>),
-    ) -> Option<Met> {
+    ) -> Option<SecondContact> {
         let mut here = begin;
         let mut length = 0.0;
         for arcs in 0..MOST_ARCS {
@@ -145,7 +145,7 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
                 }
             };
             if let Some((angle, at)) = self.first_met(scratch, &here, end, chords) {
-                let met = Met {
+                let met = SecondContact {
                     at,
                     length: length + angle * here.radius,
                 };

@@ -237,7 +237,7 @@ impl<'a> World<'a> {
         if let Some(i) = self.granules.first(&mut ray) {
             first = Some(Thing::Dome(i));
         }
-        let met = Met {
+        let met = RayEnd {
             end: ray.end,
             place: origin + direction * ray.end,
             direction,
@@ -276,7 +276,7 @@ impl<'a> World<'a> {
         self.stone_blocks(&ray)
     }
 
-    fn stone_hit(&self, met: &Met, spot: &Spot) -> Hit {
+    fn stone_hit(&self, met: &RayEnd, spot: &Spot) -> Hit {
         let normals = self.stone.normals[spot.number as usize].map(Vec3A::from);
         let facing = Facing::new(spot, met, normals);
         let off = facing.flat * (CLEAR * self.stage.size);
@@ -300,7 +300,7 @@ impl<'a> World<'a> {
         }
     }
 
-    fn skin_hit(&self, met: &Met, k: usize, spot: &Spot) -> Hit {
+    fn skin_hit(&self, met: &RayEnd, k: usize, spot: &Spot) -> Hit {
         let (_, skin) = &self.skins[k];
         let corners = skin.triangles[spot.number as usize].map(|c| c as usize);
         let normals = corners.map(|c| Vec3A::from_array(skin.normals[c]));
@@ -327,7 +327,7 @@ impl<'a> World<'a> {
         }
     }
 
-    fn dome_hit(&self, met: &Met, i: u32) -> Hit {
+    fn dome_hit(&self, met: &RayEnd, i: u32) -> Hit {
         let dome = &self.domes()[i as usize];
         let place = met.place;
         let (p, normal) = (place - dome.center(), dome.normal());
@@ -377,7 +377,7 @@ pub(super) struct Spot {
 }
 
 /// A ray where it met something.
-struct Met {
+struct RayEnd {
     end: f32,
     place: Vec3A,
     direction: Vec3A,
@@ -496,7 +496,7 @@ struct Facing {
 }
 
 impl Facing {
-    fn new(spot: &Spot, met: &Met, normals: [Vec3A; 3]) -> Self {
+    fn new(spot: &Spot, met: &RayEnd, normals: [Vec3A; 3]) -> Self {
         let weights = spot.weights;
         let [a, b, c] = spot.corners;
         let flat = towards((b - a).cross(c - a).normalize_or_zero(), met);
@@ -531,7 +531,7 @@ fn weighted(weights: [f32; 3], values: [Vec3A; 3]) -> Vec3A {
 }
 
 /// The direction, or its opposite, against the ray.
-fn towards(direction: Vec3A, met: &Met) -> Vec3A {
+fn towards(direction: Vec3A, met: &RayEnd) -> Vec3A {
     match direction.dot(met.direction) > 0.0 {
         true => -direction,
         false => direction,
