@@ -351,6 +351,25 @@ fn gpu_instances_are_all_there() {
     );
 }
 
+/// Nothing below a hidden node is seen, whatever it says itself.
+#[test]
+fn hidden_nodes_are_passed_over() {
+    let mut doc = tetrahedron(json!({}));
+    let hidden = |visible: bool| json!({"KHR_node_visibility": {"visible": visible}});
+    let mesh = doc.json["nodes"][0]["mesh"].clone();
+    let child = doc.push("nodes", json!({"mesh": mesh, "extensions": hidden(true)}));
+    let folder = json!({"children": [child], "extensions": hidden(false)});
+    let folder = doc.push("nodes", folder);
+    let soup = doc.load();
+    assert_eq!(soup.triangles.len(), 4);
+    assert_says(&soup.notes.join("; "), &["1 mesh of a hidden node"]);
+    doc.json["nodes"][folder]["extensions"] = json!({"KHR_node_visibility": {}});
+    assert_eq!(doc.load().triangles.len(), 8);
+    doc.json["nodes"][folder]["extensions"] = hidden(false);
+    doc.json["nodes"][0]["extensions"] = hidden(false);
+    assert_says(&doc.refused(), &["2 meshes of hidden nodes"]);
+}
+
 #[test]
 fn buffers_come_from_the_chunk_from_data_uris_and_from_files() {
     let doc = tetrahedron(json!({}));

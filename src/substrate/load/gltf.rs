@@ -28,12 +28,13 @@ use super::gltf_skin::Pose;
 use super::{Format, counted, no_triangles};
 
 /// Extensions that change the geometry and are understood (or refused where they are used).
-const UNDERSTOOD: [&str; 5] = [
+const UNDERSTOOD: [&str; 6] = [
     "KHR_mesh_quantization",
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
     "EXT_mesh_gpu_instancing",
     "KHR_draco_mesh_compression",
+    "KHR_node_visibility",
 ];
 
 /// How far from the origin, in sizes of the scene, before rounding is relative to its middle.
@@ -301,6 +302,11 @@ fn finish(mut scene: SceneWalk) -> Parsed<Soup> {
 impl Tally {
     fn ignored(&self) -> Vec<String> {
         met([
+            (
+                self.hidden,
+                "mesh of a hidden node (KHR_node_visibility)",
+                "meshes of hidden nodes (KHR_node_visibility)",
+            ),
             (self.points, "point primitive", "point primitives"),
             (self.lines, "line primitive", "line primitives"),
             (
@@ -395,27 +401,35 @@ impl<'a> SceneWalk<'a> {
     fn walk(&mut self) -> Parsed<()> {
         let placed = self.placed()?;
         self.parents = vec![None; self.root.nodes.len()];
-        for &(index, _) in &placed {
+        for &(index, ..) in &placed {
             let children = self.root.nodes[index].children.iter();
             children.for_each(|&child| self.parents[child] = Some(index));
         }
         let mut worlds = vec![None; self.root.nodes.len()];
-        for &(index, world) in &placed {
+        for &(index, world, _) in &placed {
             worlds[index] = Some(world);
         }
         let nodes = &self.root.nodes;
-        let mut placed = placed.into_iter();
-        placed.try_for_each(|(index, world)| self.node(index, &nodes[index], world, &worlds))
+        for (index, world, is_hidden) in placed {
+            match is_hidden {
+                true => {
+                    self.collector.passed_over.hidden += usize::from(nodes[index].mesh.is_some());
+                }
+                false => self.node(index, &nodes[index], world, &worlds)?,
+            }
+        }
+        Ok(())
     }
 
-    /// The nodes of the scene, parents first, and the transform of each.
-    fn placed(&self) -> Parsed<Vec<(usize, DAffine3)>> {
+    /// The nodes of the scene, parents first, the transform of each, and whether it or one above it is hidden.
+    fn placed(&self) -> Parsed<Vec<(usize, DAffine3, bool)>> {
         let mut placed = Vec::new();
         let mut met = vec![false; self.root.nodes.len()];
         let roots = self.root_nodes()?;
         let roots = || roots.iter().rev().copied();
-        let mut pending: Vec<_> = roots().map(|node| (node, DAffine3::IDENTITY)).collect();
-        while let Some((index, parent)) = pending.pop() {
+        let root = |node| (node, DAffine3::IDENTITY, false);
+        let mut pending: Vec<_> = roots().map(root).collect();
+        while let Some((index, parent, is_below_hidden)) = pending.pop() {
             let Some(node) = self.root.nodes.get(index) else {
                 let problem = format!("there is no such node, the file has {}", met.len());
                 return Err(self.fault(format!("node {index}"), problem));
@@ -429,8 +443,11 @@ impl<'a> SceneWalk<'a> {
                 return Err(self.fault(format!("node {index}"), problem.into()));
             }
             let world = parent * self.local_transform(index, node)?;
-            placed.push((index, world));
-            pending.extend(node.children.iter().rev().map(|&child| (child, world)));
+            let visibility = node.extensions.visibility.as_ref();
+            let is_hidden = is_below_hidden || visibility.is_some_and(|said| !said.visible);
+            placed.push((index, world, is_hidden));
+            let children = node.children.iter().rev();
+            pending.extend(children.map(|&child| (child, world, is_hidden)));
         }
         Ok(placed)
     }

@@ -45,6 +45,8 @@ struct Origin {
 /// What was met and not used, by count.
 #[derive(Default)]
 pub(super) struct Tally {
+    /// Nodes with a mesh that are not to be seen.
+    pub(super) hidden: usize,
     pub(super) points: usize,
     pub(super) lines: usize,
     pub(super) without_positions: usize,

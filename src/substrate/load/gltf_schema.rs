@@ -200,6 +200,22 @@ pub(super) struct Node<'a> {
 pub(super) struct NodeExtensions<'a> {
     #[serde(rename = "EXT_mesh_gpu_instancing", borrow)]
     pub(super) instancing: Option<Instancing<'a>>,
+    #[serde(
+        default,
+        rename = "KHR_node_visibility",
+        deserialize_with = "or_absent"
+    )]
+    pub(super) visibility: Option<Visibility>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Visibility {
+    #[serde(default = "yes")]
+    pub(super) visible: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[derive(Deserialize)]
