@@ -335,7 +335,6 @@ fn files_are_replaced_together_or_not_at_all() {
     assert_eq!(read(&path.join("b.txt")), "new");
 }
 
-/// Runs race for a folder: at any time one of them has it, and what it wrote is what appears.
 #[test]
 fn what_is_read_is_neither_replaced_nor_removed() {
     let folder = scratch();
@@ -359,6 +358,7 @@ fn what_is_read_is_neither_replaced_nor_removed() {
     assert_eq!(names(&out), ["new.txt", "read.txt"]);
 }
 
+/// Runs race for a folder: at any time one of them has it, and what it wrote is what appears.
 #[test]
 fn racing_runs_never_mix() {
     let folder = scratch();

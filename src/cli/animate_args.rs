@@ -9,8 +9,8 @@ use thallus::animate::Timing;
 use thallus::cluster::Ease;
 use thallus::export::{FILM_FORMATS, FilmFormat};
 
-use super::args::choice;
 use super::axes::AxesArgs;
+use super::choice::choice;
 use super::given::Given;
 use super::mesh_args::MeshArgs;
 use super::render_args::{ShotArgs, What, what};

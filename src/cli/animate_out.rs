@@ -11,8 +11,8 @@ use thallus::export::{
 };
 use thallus::picture::{Background, FASTEST_GIF};
 
-use super::animate::Growth;
 use super::animate_args::{AnimateArgs, Subject};
+use super::animate_growth::Growth;
 use super::failure::Failure;
 use super::output::{check_free, ends_in_slash};
 use super::render_args::What;

@@ -18,8 +18,8 @@ use thallus::picture::{
 };
 use thallus::skin::{Cover, Paint, Shape, SkinError, SkinFrames};
 
-use super::animate::{Growth, bar, timing};
 use super::animate_args::AnimateArgs;
+use super::animate_growth::{Growth, bar, timing};
 use super::animate_out::{Folder, Movie, Pictures, nearest_folder};
 use super::dress::{self, made_up};
 use super::failure::Failure;

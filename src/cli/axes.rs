@@ -3,7 +3,7 @@
 use clap::Args;
 use thallus::export::{Axes, FilmFormat, MeshFormat, Placement, SceneFormat, UpAxis};
 
-use super::args::up;
+use super::choice::up;
 use super::failure::Failure;
 
 #[derive(Debug, Args)]

@@ -4,8 +4,6 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::memory::number;
-
 /// The least that is left in any of them.
 pub(super) fn left() -> Option<f64> {
     let text = |name: &str| fs::read_to_string(Path::new("/proc/self").join(name)).ok();
@@ -105,6 +103,13 @@ impl Names {
     }
 }
 
+/// The number after a word at the start of a line.
+pub(super) fn number(file: impl AsRef<Path>, word: &str) -> Option<f64> {
+    let text = fs::read_to_string(file).ok()?;
+    let rest = text.lines().find_map(|line| line.strip_prefix(word))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
 #[cfg(test)]
 mod tests {
     use tempfile::TempDir;
@@ -197,5 +202,20 @@ mod tests {
         let mounts = mounted(&folder, "/", "cgroup cgroup rw,pids");
         assert_eq!(left_in(groups, &mounts), None);
         assert_eq!(left_in("", ""), None);
+    }
+
+    #[test]
+    fn a_number_is_read_behind_its_word_and_nothing_else() {
+        let folder = std::env::temp_dir().join(format!("thallus-number-{}", std::process::id()));
+        fs::write(
+            &folder,
+            "anon 7\ninactive_file 4096\nMax address space unlimited\n",
+        )
+        .unwrap();
+        let file = folder.to_str().unwrap();
+        let found = ["", "inactive_file ", "Max address space", "gone"].map(|w| number(file, w));
+        fs::remove_file(&folder).unwrap();
+        assert_eq!(found, [None, Some(4096.0), None, None]);
+        assert_eq!(number(file, ""), None);
     }
 }

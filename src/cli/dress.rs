@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use thallus::appearance::Appearance;
 use thallus::input;
 use thallus::picture::{Finish, Ground};
+use thallus::skin::parse_color;
 use thallus::substrate::{Substrate, Texturing};
 
 use super::failure::Failure;
 use super::mesh_file::{load, load_cut_out, load_textured};
-use super::render_args::ground;
 use super::terminal::Voice;
 
 /// As it is asked for.
@@ -106,5 +106,36 @@ pub(super) fn appearance<'a>(
                  name an image in the layout of its UVs"
         ))),
         Some(_) => Ok(Some(own)),
+    }
+}
+
+pub(super) fn ground(text: &str) -> Result<Ground, String> {
+    match text {
+        "stone" => Ok(Ground::Stone),
+        "bark" => Ok(Ground::Bark),
+        color => parse_color(color)
+            .map(Ground::Color)
+            .map_err(|e| format!("{e}; or write stone or bark")),
+    }
+}
+
+/// As it is read.
+pub(super) fn ground_text(ground: Ground) -> String {
+    match ground {
+        Ground::Stone => "stone".to_owned(),
+        Ground::Bark => "bark".to_owned(),
+        Ground::Color([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grounds_are_written_as_they_are_read() {
+        for text in ["stone", "bark", "#0a80ff"] {
+            assert_eq!(ground(text).map(ground_text).as_deref(), Ok(text));
+        }
     }
 }

@@ -12,7 +12,7 @@ use thallus::skin::PALETTE;
 use thallus::sweep::{GridError, GridFileError};
 
 use super::number::elements as elements_of;
-use super::output::folder_of;
+use super::paths::folder_of;
 use super::refusal::{in_words, of_given};
 use super::terminal::Unsaid;
 use super::{INTERRUPTED, terminal};

@@ -11,14 +11,14 @@ use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
-use super::mask;
+use super::mask_layer::{is_lichen, split};
 use super::mesh_args::MeshArgs;
 use super::mesh_file::load;
 use super::named_mesh::{self, named_mesh};
 use super::number::count;
-use super::output::{self, folder_of};
-use super::sweep_page::CSV;
-use super::sweep_record::{CELLS, GRID};
+use super::output;
+use super::paths::folder_of;
+use super::sweep_files::{CELLS, CSV, GRID};
 use super::terminal::Voice;
 
 /// Elements, and the recipe that lies beside them.
@@ -177,7 +177,7 @@ impl Grown {
         let layers = self.recipe.iter().flat_map(Settings::mask_layers);
         let found = layers.filter_map(|layer| {
             let places = named_mesh::places(&self.recipe_file, layer);
-            let lichen = places.first().filter(|place| mask::is_lichen(place))?;
+            let lichen = places.first().filter(|place| is_lichen(place))?;
             place_of(lichen)
         });
         Origin {
@@ -192,7 +192,7 @@ impl Grown {
         let beside = [output::RECIPE, LOG].map(|name| self.table.with_file_name(name));
         let layers = self.recipe.iter().flat_map(Settings::mask_layers);
         let masks = layers.filter_map(|layer| {
-            let places = named_mesh::places(&self.recipe_file, mask::split(layer).1);
+            let places = named_mesh::places(&self.recipe_file, split(layer).1);
             places.into_iter().next()
         });
         let read = [self.table.clone()].into_iter().chain(beside);

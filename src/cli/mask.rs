@@ -10,6 +10,7 @@ use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
+use super::mask_layer::{is_lichen, is_of_mesh, split};
 use super::named_mesh;
 use super::number::{percent, plural};
 use super::output::FILES;
@@ -33,30 +34,6 @@ pub(super) fn limits(settings: &Settings) -> String {
 pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
     let mut places = { settings.mask_layers().iter() }.flat_map(|layer| places(layer, recipes));
     places.any(|place| place != EXPOSED && (is_of_mesh(&place) || !is_lichen(Path::new(&place))))
-}
-
-/// Whether a layer is another lichen: the folder of a run, or its elements.
-pub(super) fn is_lichen(layer: &Path) -> bool {
-    let is_table = || {
-        layer
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply"))
-    };
-    layer.is_dir() || is_table()
-}
-
-/// Whether a layer is something in the mesh's own file.
-fn is_of_mesh(layer: &str) -> bool {
-    [VERTEX_COLORS, EXPOSED, OPAQUE].contains(&layer) || Selection::is_meant(layer)
-}
-
-/// What says how an image is laid out, if anything does, and the rest, which is a file unless it is of the mesh.
-pub(super) fn split(layer: &str) -> (&str, &str) {
-    layer.split_at(
-        layer
-            .strip_prefix(SECOND_UVS)
-            .map_or(0, |_| SECOND_UVS.len()),
-    )
 }
 
 /// Where a layer may be: seen from here, or else as the mesh is found that one of these recipes names. As it is named,

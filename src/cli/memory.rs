@@ -1,6 +1,5 @@
 //! What a run will take in memory, told before it starts, with the [time](super::foreseen).
 
-use std::fs;
 use std::path::Path;
 
 use thallus::cluster::Cluster;
@@ -8,7 +7,7 @@ use thallus::run::Recipe;
 use thallus::skin::{Shape, expected_near, expected_triangles};
 use thallus::substrate::{Loaded, Substrate};
 
-use super::control_group;
+use super::control_group::{self, number};
 use super::failure::Failure;
 use super::foreseen::{copies, expected_elements, seconds_from};
 use super::number::{count, duration, short};
@@ -315,13 +314,6 @@ pub(super) fn available() -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// The number after a word at the start of a line.
-pub(super) fn number(file: impl AsRef<Path>, word: &str) -> Option<f64> {
-    let text = fs::read_to_string(file).ok()?;
-    let rest = text.lines().find_map(|line| line.strip_prefix(word))?;
-    rest.split_whitespace().next()?.parse().ok()
-}
-
 /// What is left of the limit on this process's addresses.
 fn address_space() -> Option<f64> {
     let most = number("/proc/self/limits", "Max address space")?;
@@ -420,20 +412,5 @@ mod tests {
             refused.reason(),
             "maps of 8192 x 8192 texels need 7.382 GB of memory, and 4 GB are free: make --size smaller"
         );
-    }
-
-    #[test]
-    fn a_number_is_read_behind_its_word_and_nothing_else() {
-        let folder = std::env::temp_dir().join(format!("thallus-memory-{}", std::process::id()));
-        fs::write(
-            &folder,
-            "anon 7\ninactive_file 4096\nMax address space unlimited\n",
-        )
-        .unwrap();
-        let file = folder.to_str().unwrap();
-        let found = ["", "inactive_file ", "Max address space", "gone"].map(|w| number(file, w));
-        fs::remove_file(&folder).unwrap();
-        assert_eq!(found, [None, Some(4096.0), None, None]);
-        assert_eq!(number(file, ""), None);
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use thallus::substrate::UpAxis;
 
-use super::args::up;
+use super::choice::up;
 
 #[derive(Debug, Args)]
 pub(crate) struct MeshArgs {

@@ -138,12 +138,6 @@ const OF_FILES: [&str; 24] = [
     "parquet", "json", "toml", "log", "html", "svg", "png", "jpg", "exr", "gif", "mp4",
 ];
 
-/// The folder that a file is in.
-pub(crate) fn folder_of(file: &Path) -> &Path {
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
-    folder.unwrap_or(Path::new("."))
-}
-
 /// Refuses the name of a file where a folder will be made.
 pub(crate) fn check_names_folder(folder: &Path) -> Result<(), Failure> {
     let extension = folder

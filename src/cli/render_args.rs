@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use thallus::picture::{Background, Camera, Ground, World, unwritable};
+use thallus::picture::{Background, Camera, World, unwritable};
 use thallus::skin::parse_color;
 
-use super::args::choice;
+use super::choice::choice;
 use super::dress::Dress;
 use super::given::Given;
 use super::mesh_args::MeshArgs;
@@ -204,25 +204,6 @@ fn background(text: &str) -> Result<Background, String> {
     }
 }
 
-pub(super) fn ground(text: &str) -> Result<Ground, String> {
-    match text {
-        "stone" => Ok(Ground::Stone),
-        "bark" => Ok(Ground::Bark),
-        color => parse_color(color)
-            .map(Ground::Color)
-            .map_err(|e| format!("{e}; or write stone or bark")),
-    }
-}
-
-/// As it is read.
-pub(super) fn ground_text(ground: Ground) -> String {
-    match ground {
-        Ground::Stone => "stone".to_owned(),
-        Ground::Bark => "bark".to_owned(),
-        Ground::Color([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
-    }
-}
-
 fn range(text: &str) -> Result<[f64; 2], &'static str> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let ends = text
@@ -247,13 +228,6 @@ mod tests {
             "", "x", "0x5", "5x0", "16385x5", "5", "5x5x5", "-5x5", "5X5", "1e3x5",
         ] {
             assert!(wrong.parse::<Size>().is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn grounds_are_written_as_they_are_read() {
-        for text in ["stone", "bark", "#0a80ff"] {
-            assert_eq!(ground(text).map(ground_text).as_deref(), Ok(text));
         }
     }
 

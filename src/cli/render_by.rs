@@ -7,7 +7,7 @@ use thallus::morphometry::{LOOK, Neighbours, Tree, density, is_rim, rim_distance
 use thallus::picture::Key;
 use thallus::skin::{Colormap, ColormapError, Paint};
 
-use super::args::choice;
+use super::choice::choice;
 use super::failure::Failure;
 
 /// Something that is known about every element.

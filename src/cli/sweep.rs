@@ -4,19 +4,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use thallus::run::{Execution, Recipe, Settings};
-use thallus::substrate::Substrate;
 use thallus::sweep::{Grid, Outcome, Plan};
 
 use super::failure::Failure;
-use super::named_mesh::{self, named_mesh};
+use super::named_mesh::named_mesh;
 use super::number::{count, duration, plural};
 use super::output::check_names_folder;
 use super::run_args::start_threads;
 use super::sweep_args::{SweepArgs, SweepCommand};
+use super::sweep_ended::Ended;
+use super::sweep_ends::{End, Ends};
 use super::sweep_estimate::Estimate;
-use super::sweep_page::Page;
+use super::sweep_files::GRID;
+use super::sweep_plan::{failed, first_of, plan, settle};
 use super::sweep_record as record;
-use super::sweep_run::{End, Ends, Replace, Sweep};
+use super::sweep_run::{Replace, Sweep};
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 use super::{grow, interrupt, mask, memory, sweep_merge, sweep_part, warnings};
@@ -53,7 +55,7 @@ fn sweep_into(args: &SweepArgs, from: &Path, output: &Path) -> Result<(), Failur
         cutout,
         ..
     } = grow::load(&mesh, &grid.base, &named_by, voice)?;
-    grid.base.mask = mask::named(&grid.base, &mask_layers, &output.join(record::GRID));
+    grid.base.mask = mask::named(&grid.base, &mask_layers, &output.join(GRID));
     let is_named = args.mesh.is_some() || !is_grid(from);
     settle(&mut grid, &substrate, &mesh, is_named, voice)?;
     let plan = plan(&grid, &substrate)?;
@@ -128,7 +130,7 @@ fn is_grid(from: &Path) -> bool {
 
 /// Refuses a folder; names the grid in it if there is one.
 fn check_names_mesh_or_grid(from: &Path) -> Result<(), Failure> {
-    let grid = from.join(record::GRID);
+    let grid = from.join(GRID);
     match (from.is_dir(), grid.is_file()) {
         (false, _) => Ok(()),
         (true, true) => Err(Failure::usage(format!(
@@ -164,44 +166,6 @@ fn mesh_file(args: &SweepArgs, from: &Path, grid: &Grid) -> Result<PathBuf, Fail
             ))
         }),
     }
-}
-
-/// Says in the grid which mesh it is on.
-pub(super) fn settle(
-    grid: &mut Grid,
-    substrate: &Substrate,
-    mesh: &Path,
-    is_named: bool,
-    voice: Voice,
-) -> Result<(), Failure> {
-    named_mesh::warn_of_nameless(mesh, voice);
-    let shown = mesh.display().to_string();
-    match grid.base.check_mesh(&shown, substrate.mesh_hash()) {
-        Err(other) if !is_named => {
-            return Err(Failure::Failed(anyhow::anyhow!(
-                "{other}; name the right one with --mesh"
-            )));
-        }
-        Err(_) => voice.note(&format!(
-            "{shown} is another mesh than the grid was made for: lengths stay those of the grid"
-        )),
-        Ok(()) => {}
-    }
-    let is_same = grid.base.mesh_hash.as_deref() == Some(substrate.mesh_hash());
-    let file = grid.base.mesh.take().filter(|_| is_same);
-    grid.base.mesh = Some(file.unwrap_or(shown));
-    grid.base.mesh_hash = Some(substrate.mesh_hash().to_owned());
-    let hashes =
-        |mask: &thallus::substrate::Mask| mask.hashes().into_iter().map(str::to_owned).collect();
-    grid.base.mask_hash = substrate.mask().map(hashes);
-    grid.base.version = Some(env!("CARGO_PKG_VERSION").to_owned());
-    Ok(())
-}
-
-/// The runs of a grid that was [settled](settle).
-pub(super) fn plan(grid: &Grid, substrate: &Substrate) -> Result<Plan, Failure> {
-    let file = grid.base.mesh.as_deref().unwrap_or_default();
-    Ok(grid.plan(substrate, file)?)
 }
 
 /// The cell of this name, if it can be grown.
@@ -416,7 +380,7 @@ impl Sweep<'_> {
                 return failed(self.plan, &failures, AGAIN);
             }
         };
-        let page = Page {
+        let ended = Ended {
             substrate: self.substrate,
             cutout: self.cutout,
             grid: self.grid,
@@ -426,9 +390,9 @@ impl Sweep<'_> {
             cancel: self.execution.cancel.clone(),
             voice: self.voice,
         };
-        page.make(style)?;
+        ended.make(style)?;
         failed(self.plan, &failures, AGAIN)?;
-        page.tell()
+        ended.tell()
     }
 
     /// The runs that failed now, those that cannot be among them, and why.
@@ -515,36 +479,3 @@ fn outcomes(
 
 /// How a sweep tries again what failed.
 const AGAIN: &str = "the same command tries again";
-
-/// The command fails when a run did. `again` tries those that can be grown.
-pub(super) fn failed(
-    plan: &Plan,
-    failures: &BTreeMap<usize, String>,
-    again: &str,
-) -> Result<(), Failure> {
-    let Some((_, reason)) = failures.first_key_value() else {
-        return Ok(());
-    };
-    let names: Vec<_> = failures.keys().map(|&run| plan.name(run)).collect();
-    let is_possible = |&run: &usize| plan.runs[run].recipe.is_ok();
-    let cure = match failures.keys().any(is_possible) {
-        true => again,
-        false => "other values are another sweep, in another folder",
-    };
-    Err(Failure::Failed(anyhow::anyhow!(
-        "{} failed: {}; the first one: {}; {cure}",
-        plural(names.len(), "run", "runs"),
-        first_of(&names),
-        reason.trim_end_matches('.'),
-    )))
-}
-
-/// The first names of many.
-pub(super) fn first_of(names: &[String]) -> String {
-    const NAMED: usize = 8;
-    let named = names[..names.len().min(NAMED)].join(", ");
-    match names.len() {
-        n if n > NAMED => format!("{named} and {} more", n - NAMED),
-        _ => named,
-    }
-}

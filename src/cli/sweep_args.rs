@@ -10,11 +10,16 @@ use thallus::picture::Ground;
 use thallus::run::Settings;
 use thallus::sweep::Axis;
 
-use super::args::{LookArgs, MaskArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings};
-use super::render_args::{Size, ground};
+use super::dress::ground;
+use super::render_args::Size;
 use super::render_camera::View;
 use super::run_args::{RUN, RunArgs, threads};
-use super::sweep_view::MOST_SAMPLES;
+use super::settings_args::{
+    LookArgs, MaskArgs, PlaceArgs, StandArgs, StopArgs, WalkArgs, settings,
+};
+
+/// Rays through a pixel, at most.
+pub(super) const MOST_SAMPLES: u32 = 65_536;
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = AFTER)]

@@ -17,10 +17,11 @@ use super::named_mesh::named_mesh;
 use super::number::plural;
 use super::output::{ELEMENTS, FILES, check_names_folder};
 use super::run_args::start_threads;
-use super::sweep::{failed, first_of, plan, settle};
 use super::sweep_args::MergeArgs;
-use super::sweep_page::Page;
-use super::sweep_record::{self as record, GRID, MEASURES};
+use super::sweep_ended::Ended;
+use super::sweep_files::{GRID, MEASURES};
+use super::sweep_plan::{failed, first_of, plan, settle};
+use super::sweep_record as record;
 use super::sweep_view::PictureStyle;
 use super::terminal::{self, Voice};
 use super::{interrupt, mask, resume, sweep_part};
@@ -61,7 +62,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         take(source, &args.output, &plan.folder(run))?;
     }
     let outcomes = outcomes(&sources, &args.output, &plan);
-    let page = Page {
+    let ended = Ended {
         substrate: &substrate,
         cutout: cutout.as_ref(),
         grid: &grid,
@@ -71,14 +72,14 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         cancel: Arc::clone(&cancel),
         voice,
     };
-    page.make(&style)?;
+    ended.make(&style)?;
     sweep_part::unmark(&args.output)?;
     let reason = |(run, source): (usize, &Source)| Some((run, source.as_ref().err()?.clone()));
     let failures = sources.iter().enumerate().filter_map(reason).collect();
     let [grid, output] = [&args.output.join(GRID), &args.output].map(|p| shell_path(p));
     let again = format!("thallus sweep {grid} -o {output} tries again");
     failed(&plan, &failures, &again)?;
-    page.tell()
+    ended.tell()
 }
 
 /// Ends the command when somebody asked to stop before the page is begun.

@@ -1,24 +1,19 @@
 //! What a finished sweep is looked at by: tables, pictures, contact sheets, one page.
 
 use std::io::{self, Write};
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use thallus::export::write_file_atomically;
-use thallus::run::{StopRule, Stopped, shell_path};
-use thallus::substrate::Substrate;
-use thallus::sweep::{Grid, Outcome, Plan, Results, mean_of, page};
+use thallus::run::{StopRule, Stopped};
+use thallus::sweep::{mean_of, page};
 
-use super::cutout::Cutout;
 use super::failure::Failure;
 use super::number::{count, duration, elements, plural, short};
+use super::sweep_ended::Ended;
+use super::sweep_files::CSV;
 use super::sweep_picture::Pictures;
-use super::sweep_record::GRID;
 use super::sweep_view::PictureStyle;
-use super::terminal::{self, Voice};
+use super::terminal;
 
-pub(super) const CSV: &str = "results.csv";
 const PARQUET: &str = "results.parquet";
 const REPORT: &str = "report.html";
 
@@ -47,21 +42,7 @@ const EARLY: [Early; 3] = [
     },
 ];
 
-/// Everything that is known of a sweep whose runs have ended.
-pub(super) struct Page<'a> {
-    pub(super) substrate: &'a Substrate,
-    /// What of it is seen, if not all is.
-    pub(super) cutout: Option<&'a Cutout>,
-    pub(super) grid: &'a Grid,
-    pub(super) plan: &'a Plan,
-    pub(super) folder: &'a Path,
-    pub(super) outcomes: &'a [Result<Outcome, String>],
-    /// Set when somebody asks to stop.
-    pub(super) cancel: Arc<AtomicBool>,
-    pub(super) voice: Voice,
-}
-
-impl Page<'_> {
+impl Ended<'_> {
     /// Makes all of it; what stood there is replaced.
     pub(super) fn make(&self, style: &PictureStyle) -> Result<(), Failure> {
         let results = self.results();
@@ -75,36 +56,6 @@ impl Page<'_> {
         }
         let html = page(&results, &pictures.for_page(), &self.facts());
         self.write(REPORT, |out| out.write_all(html.as_bytes()))
-    }
-
-    pub(super) fn results(&self) -> Results<'_> {
-        Results {
-            grid: self.grid,
-            plan: self.plan,
-            outcomes: self.outcomes,
-        }
-    }
-
-    /// Ends the command when somebody asked to stop.
-    pub(super) fn check_cancelled(&self) -> Result<(), Failure> {
-        match self.cancel.load(Ordering::Relaxed) {
-            true => Err(self.interrupted()),
-            false => Ok(()),
-        }
-    }
-
-    /// Tells that somebody asked to stop.
-    pub(super) fn interrupted(&self) -> Failure {
-        let failed = match self.failed() {
-            0 => String::new(),
-            failed => format!(", {} of them failed", count(failed as u64)),
-        };
-        terminal::warn(&format!(
-            "interrupted: every run has ended{failed}; the page is not made: thallus sweep {} -o {} makes it",
-            shell_path(&self.folder.join(GRID)),
-            shell_path(self.folder)
-        ));
-        Failure::Interrupted
     }
 
     /// `contact-sheet.png`, or one a page.
@@ -162,10 +113,6 @@ impl Page<'_> {
     /// Whether every lichen is one colony.
     fn are_alone(&self) -> bool {
         self.plan.recipes().all(|recipe| recipe.at.len() == 1)
-    }
-
-    fn failed(&self) -> usize {
-        self.outcomes.iter().filter(|o| o.is_err()).count()
     }
 
     fn stopped(&self, why: Stopped) -> usize {

@@ -11,8 +11,8 @@ use thallus::sweep::Plan;
 
 use super::failure::Failure;
 use super::number::plural;
-use super::sweep::first_of;
 use super::sweep_args::Shard;
+use super::sweep_plan::first_of;
 
 const START: &str = "part-";
 const MIDDLE: &str = "-of-";

@@ -24,7 +24,7 @@ use super::preview::{bare, granules, packed, stone_unchecked};
 use super::render::Skin;
 use super::render_args::Size;
 use super::render_camera::View;
-use super::sweep_page::Page;
+use super::sweep_ended::Ended;
 use super::sweep_view::PictureStyle;
 
 /// The folder of the pictures.
@@ -45,24 +45,24 @@ const LOOKED_AT: usize = 30_000;
 
 impl Pictures {
     /// Takes them. Those that are there as they would be taken now stay.
-    pub(super) fn take(page: &Page, style: &PictureStyle) -> Result<Self, Failure> {
-        let results = page.results();
-        let stone = LazyCell::new(|| stone_unchecked(page.substrate));
-        let sight = Sight::of(page, style, &results, &stone)?;
+    pub(super) fn take(ended: &Ended, style: &PictureStyle) -> Result<Self, Failure> {
+        let results = ended.results();
+        let stone = LazyCell::new(|| stone_unchecked(ended.substrate));
+        let sight = Sight::of(ended, style, &results, &stone)?;
         let mut pictures = Self {
             cells: Vec::new(),
             side: side(&results, style.size),
             width: sight.width,
         };
-        let missing = pictures.find(page, &sight.camera, style)?;
+        let missing = pictures.find(ended, &sight.camera, style)?;
         let kept = pictures.cells.iter().flatten().count();
         if let Some(note) = to_make(missing.len(), kept) {
-            page.voice.note(&note);
+            ended.voice.note(&note);
         }
         if !missing.is_empty() {
             let stone = LazyCell::force(&stone);
-            let take = |run| picture(page, stone, &sight.camera, style, run);
-            pictures.add(page, &missing, take)?;
+            let take = |run| picture(ended, stone, &sight.camera, style, run);
+            pictures.add(ended, &missing, take)?;
         }
         Ok(pictures)
     }
@@ -70,24 +70,24 @@ impl Pictures {
     /// Takes those that are missing, and writes each while the next is taken.
     fn add(
         &mut self,
-        page: &Page,
+        ended: &Ended,
         missing: &[Lack],
         take: impl Fn(usize) -> Result<Option<Image>, Failure> + Sync,
     ) -> Result<(), Failure> {
         let taken = missing.iter().enumerate().map(|(number, lack)| {
-            page.check_cancelled()?;
-            let name = &page.plan.cells[lack.cell].name;
+            ended.check_cancelled()?;
+            let name = &ended.plan.cells[lack.cell].name;
             let doing = format!("picture {} of {}: {name}", number + 1, missing.len());
-            let spinner = page.voice.spinner(&doing);
+            let spinner = ended.voice.spinner(&doing);
             let image = take(lack.run)?;
             spinner.finish_and_clear();
-            let image = image.ok_or_else(|| page.interrupted())?;
+            let image = image.ok_or_else(|| ended.interrupted())?;
             Ok::<_, Failure>((lack, image))
         });
         let (tile, all) = (self.side[0], self.cells.len());
         let write = |(lack, image): &(&Lack, Image)| {
             let png = image.to_marked_png(&lack.mark);
-            let file = file_of(page, lack.cell);
+            let file = file_of(ended, lack.cell);
             write_file_atomically(&file, true, |out: &mut dyn Write| out.write_all(&png))?;
             Ok::<_, Failure>((lack.cell, Taken::of(image, tile, all)))
         };
@@ -101,20 +101,20 @@ impl Pictures {
     /// Takes over the pictures that are there, and gives those that are not.
     fn find(
         &mut self,
-        page: &Page,
+        ended: &Ended,
         camera: &Camera,
         style: &PictureStyle,
     ) -> Result<Vec<Lack>, Failure> {
-        let results = page.results();
-        self.cells.resize_with(page.plan.cells.len(), || None);
+        let results = ended.results();
+        self.cells.resize_with(ended.plan.cells.len(), || None);
         let mut missing = Vec::new();
         for cell in 0..self.cells.len() {
-            page.check_cancelled()?;
+            ended.check_cancelled()?;
             let Some(run) = results.pictured(cell) else {
                 continue;
             };
-            let mark = mark(page, camera, style, run)?;
-            let there = fs::read(file_of(page, cell)).ok();
+            let mark = mark(ended, camera, style, run)?;
+            let there = fs::read(file_of(ended, cell)).ok();
             match there.and_then(|png| Image::of_marked_png(&png, &mark)) {
                 Some(image) => self.cells[cell] = Some(self.taken(&image)),
                 None => missing.push(Lack { cell, run, mark }),
@@ -207,9 +207,9 @@ fn to_make(missing: usize, kept: usize) -> Option<String> {
     }
 }
 
-fn file_of(page: &Page, cell: usize) -> PathBuf {
-    let name = format!("{}.png", page.plan.cells[cell].name);
-    page.folder.join(PICTURES).join(name)
+fn file_of(ended: &Ended, cell: usize) -> PathBuf {
+    let name = format!("{}.png", ended.plan.cells[cell].name);
+    ended.folder.join(PICTURES).join(name)
 }
 
 /// A picture as sheet and page have it: the whole of a large grid would not fit into memory.
@@ -257,29 +257,29 @@ struct Sight {
 impl Sight {
     /// Sees all lichens together.
     fn of(
-        page: &Page,
+        ended: &Ended,
         style: &PictureStyle,
         results: &Results,
         stone: &LazyCell<Stone, impl FnOnce() -> Stone>,
     ) -> Result<Self, Failure> {
-        let spinner = page.voice.spinner("looking for the best side");
+        let spinner = ended.voice.spinner("looking for the best side");
         let pictured = |cell| results.pictured(cell);
-        let runs: Vec<usize> = (0..page.plan.cells.len()).filter_map(pictured).collect();
+        let runs: Vec<usize> = (0..ended.plan.cells.len()).filter_map(pictured).collect();
         let each = LOOKED_AT / runs.len().max(1) + 1;
         let mut discs: Vec<Disc> = Vec::new();
         for &run in &runs {
-            page.check_cancelled()?;
-            discs.extend(some_granules(page, run, each)?);
+            ended.check_cancelled()?;
+            discs.extend(some_granules(ended, run, each)?);
         }
         let all = LazyCell::new(|| {
             World::new(&Scene {
                 discs: &discs,
-                finish: finish(page.cutout),
-                ..bare(page.substrate, stone)
+                finish: finish(ended.cutout),
+                ..bare(ended.substrate, stone)
             })
         });
         let aspect = style.size.aspect();
-        let camera = style.camera.camera(page.substrate, &all, aspect)?;
+        let camera = style.camera.camera(ended.substrate, &all, aspect)?;
         spinner.finish_and_clear();
         let sum: glam::Vec3 = discs.iter().map(|d| glam::Vec3::from(d.center)).sum();
         let middle = (sum / discs.len().max(1) as f32).to_array();
@@ -288,7 +288,7 @@ impl Sight {
             _ => camera,
         };
         let width = camera.width_at(camera.depth(middle), aspect);
-        let width = page.substrate.units().length_to_file(f64::from(width));
+        let width = ended.substrate.units().length_to_file(f64::from(width));
         Ok(Self { camera, width })
     }
 }
@@ -309,28 +309,33 @@ fn nearer(camera: &Camera, discs: &[Disc], middle: [f32; 3], aspect: f32) -> Cam
 }
 
 /// Every so many elements of a run.
-fn some_granules(page: &Page, run: usize, most: usize) -> Result<Vec<Disc>, Failure> {
-    let cluster = cluster(page, run)?;
+fn some_granules(ended: &Ended, run: usize, most: usize) -> Result<Vec<Disc>, Failure> {
+    let cluster = cluster(ended, run)?;
     let step = cluster.len().div_ceil(most).max(1);
     let grey = vec![[0; 3]; cluster.len()];
-    let discs = granules(page.substrate, &cluster, grey).into_iter();
+    let discs = granules(ended.substrate, &cluster, grey).into_iter();
     Ok(discs.step_by(step).collect())
 }
 
-fn elements_file(page: &Page, run: usize) -> PathBuf {
-    page.folder.join(page.plan.folder(run)).join(ELEMENTS)
+fn elements_file(ended: &Ended, run: usize) -> PathBuf {
+    ended.folder.join(ended.plan.folder(run)).join(ELEMENTS)
 }
 
 /// A hash of all that decides a picture.
-fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Result<String, Failure> {
-    let file = elements_file(page, run);
+fn mark(
+    ended: &Ended,
+    camera: &Camera,
+    style: &PictureStyle,
+    run: usize,
+) -> Result<String, Failure> {
+    let file = elements_file(ended, run);
     let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
     let cutout =
-        { page.cutout }.map_or_else(String::new, |cutout| format!(", open {}", cutout.hash()));
+        { ended.cutout }.map_or_else(String::new, |cutout| format!(", open {}", cutout.hash()));
     let all = format!(
         "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples, {:?}{cutout}",
         env!("CARGO_PKG_VERSION"),
-        page.substrate.mesh_hash(),
+        ended.substrate.mesh_hash(),
         blake3::hash(&elements),
         style.size.width,
         style.size.height,
@@ -340,36 +345,36 @@ fn mark(page: &Page, camera: &Camera, style: &PictureStyle, run: usize) -> Resul
     Ok(blake3::hash(all.as_bytes()).to_string())
 }
 
-fn cluster(page: &Page, run: usize) -> Result<Cluster, Failure> {
-    let file = elements_file(page, run);
-    let cell = &page.plan.cells[page.plan.runs[run].cell].name;
+fn cluster(ended: &Ended, run: usize) -> Result<Cluster, Failure> {
+    let file = elements_file(ended, run);
+    let cell = &ended.plan.cells[ended.plan.runs[run].cell].name;
     let cure = || format!("a finished run is damaged; --only {cell} grows its cell anew");
     let elements = read_elements(&file).map_err(anyhow::Error::new);
     let elements = elements.with_context(cure)?;
-    let cluster = elements.to_cluster(page.substrate);
+    let cluster = elements.to_cluster(ended.substrate);
     let cluster = cluster.with_context(|| file.display().to_string());
     Ok(cluster.with_context(cure)?)
 }
 
 /// A run with its skin on, as `thallus render` draws it; none where somebody asked to stop meanwhile.
 fn picture(
-    page: &Page,
+    ended: &Ended,
     stone: &Stone,
     camera: &Camera,
     style: &PictureStyle,
     run: usize,
 ) -> Result<Option<Image>, Failure> {
-    let cluster = cluster(page, run)?;
+    let cluster = cluster(ended, run)?;
     let (shape, paint) = (Shape::default(), Paint::default());
-    let mesh = skin::skin(page.substrate, &cluster, &shape, &paint);
+    let mesh = skin::skin(ended.substrate, &cluster, &shape, &paint);
     let mesh = mesh.map_err(|e| Failure::Failed(e.into()))?;
-    let skin = Skin::new(page.substrate, mesh, cluster.radius() as f32);
+    let skin = Skin::new(ended.substrate, mesh, cluster.radius() as f32);
     let skins = [skin.painted()];
     let world = World::new(&Scene {
         skins: &skins,
         ground: style.ground,
-        finish: finish(page.cutout),
-        ..bare(page.substrate, stone)
+        finish: finish(ended.cutout),
+        ..bare(ended.substrate, stone)
     });
     let settings = Settings {
         width: style.size.width,
@@ -377,6 +382,6 @@ fn picture(
         samples: style.samples,
         ..Settings::default()
     };
-    let stopped = || page.cancel.load(Ordering::Relaxed);
+    let stopped = || ended.cancel.load(Ordering::Relaxed);
     Ok(render_unless(&world, camera, &settings, &stopped))
 }

@@ -9,7 +9,7 @@ use thallus::sweep::{Outcome, Plan};
 
 use super::number::{count, duration, elements};
 use super::progress::{FULL, bar};
-use super::sweep_run::{End, lock};
+use super::sweep_ends::{End, lock};
 use super::terminal::{self, Voice};
 
 /// Shows runs as they end.

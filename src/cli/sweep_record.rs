@@ -18,15 +18,7 @@ use thallus::sweep::{Grid, GridRun, Outcome};
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::output::{ELEMENTS, RECIPE, REPORT, as_written};
-
-/// The record of the grid.
-pub(super) const GRID: &str = "grid.toml";
-
-/// Where the runs are.
-pub(super) const CELLS: &str = "cells";
-
-/// What a run came to; the last of its files to appear.
-pub(super) const MEASURES: &str = "measures.json";
+use super::sweep_files::{CELLS, GRID, MEASURES};
 
 /// Opens the folder of a sweep, or makes it.
 pub(super) fn open(folder: &Path, grid: &Grid) -> Result<(), Failure> {

@@ -1,6 +1,5 @@
 //! Growing the runs of a grid: the costliest first, each durable as soon as it is done.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,8 +18,10 @@ use super::cutout::Cutout;
 use super::failure::Failure;
 use super::memory::After;
 use super::output::Finished;
+use super::sweep_ends::{End, Ends, lock};
+use super::sweep_files::MEASURES;
 use super::sweep_progress::Show;
-use super::sweep_record::{self as record, MEASURES, Record};
+use super::sweep_record::{self as record, Record};
 use super::terminal::Voice;
 use super::{memory, number, resume};
 
@@ -36,20 +37,6 @@ pub(super) struct Sweep<'a> {
     pub(super) execution: Execution,
     pub(super) voice: Voice,
 }
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum End {
-    Finished,
-    Failed(String),
-    /// Another process grows it now.
-    Elsewhere,
-    /// Somebody asked to stop; what there is of it is logged.
-    Interrupted,
-}
-
-/// How each of some runs ended.
-pub(super) type Ends = BTreeMap<usize, End>;
 
 /// What runs may put theirs in the place of, besides what is unfinished of them, which they go on with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -276,8 +263,4 @@ impl Sweep<'_> {
             )),
         }
     }
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|e| e.into_inner())
 }

@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 use thallus::export::write_file_atomically;
 use thallus::picture::Ground;
 
+use super::dress::{ground, ground_text};
 use super::failure::Failure;
-use super::render_args::{Size, ground, ground_text};
+use super::render_args::Size;
 use super::render_camera::View;
-use super::sweep_args::PictureArgs;
+use super::sweep_args::{MOST_SAMPLES, PictureArgs};
 
 /// The record in a sweep's folder.
 const FILE: &str = "pictures.toml";
@@ -112,6 +113,3 @@ fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
         ground: ground(&said.ground).map_err(wrong)?,
     }))
 }
-
-/// Rays through a pixel, at most.
-pub(super) const MOST_SAMPLES: u32 = 65_536;
