@@ -360,6 +360,43 @@ fn decimated_skins_do_not_swell() {
     assert!(told.contains("200 were asked for"), "{told}");
 }
 
+/// Lifting alone adds to what thin skins hold, on flat meshes too.
+#[test]
+fn thin_skins_are_decimated_too() {
+    let desk = Desk::new();
+    let plane = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
+    fs::copy(plane, desk.path("plane.obj")).unwrap();
+    for mesh in ["plane", "rock"] {
+        desk.done(&format!(
+            "{mesh}.obj --preset dla --radius 0.4% --elements 600 -o {mesh}"
+        ));
+        made(
+            &desk,
+            &format!("{mesh} -o {mesh}.ply --thickness 0.3r --lod 3"),
+        );
+        let levels = [0, 1, 2].map(|level| loaded(&desk.path(&format!("{mesh}_lod{level}.ply"))).0);
+        let halves = [levels[0], levels[0] / 2, levels[0] / 4];
+        let is_half = |(made, half): (&usize, usize)| made.abs_diff(half) * 10 <= half;
+        assert!(levels.iter().zip(halves).all(is_half), "{levels:?}");
+    }
+}
+
+/// A coarser skin that has no more triangles than are asked for is as it is.
+#[test]
+fn coarser_skins_are_taken_whole() {
+    let desk = Desk::new();
+    desk.done("rock.obj --preset fruticose --radius 0.4% --elements 1500 -o out");
+    let left = [2000, 2500, 3000, 3500].map(|goal| {
+        made(
+            &desk,
+            &format!("out -o {goal}.ply --thickness 0.3r --decimate {goal}"),
+        );
+        loaded(&desk.path(&format!("{goal}.ply"))).0
+    });
+    assert!(left.is_sorted(), "{left:?}");
+    assert!(left[3] <= 3850, "{left:?}");
+}
+
 #[test]
 fn threads_and_ways_to_name_the_elements_change_no_byte() {
     let desk = desk();

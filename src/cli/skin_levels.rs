@@ -20,8 +20,8 @@ const ENOUGH: f64 = 1.1;
 /// do that are lifted over bumps, or covers what lichen does not.
 const BULGING: f64 = 1.5;
 
-/// Triangles for one, where one of fewer bulges.
-const MORE: f64 = 1.25;
+/// Where one bulges, this share of all triangles is next, or as many times that as it takes for more.
+const STEP: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Resolution and falloff, in element radii, of coarser skins that may be decimated where a finer one cannot be: those
 /// that keep the outline come first, and then those that close more and more of the lichen's holes, each of which needs
@@ -43,6 +43,18 @@ pub(super) struct Grounds {
     pub(super) paint: Paint,
 }
 
+/// The least number above one in steps down from all: where one goal bulges, the next is that of all goals about it.
+fn step_above(triangles: usize, all: usize) -> usize {
+    let mut above = all;
+    loop {
+        let next = (STEP * above as f64) as usize;
+        if next <= triangles {
+            return above;
+        }
+        above = next;
+    }
+}
+
 /// Makes one level after the other.
 pub(super) struct Thinner {
     /// For coarser skins, if any could be needed.
@@ -50,10 +62,12 @@ pub(super) struct Thinner {
     level: Level,
     /// Triangles of the finest level.
     first: usize,
-    /// What the finest skin holds.
-    volume: f64,
+    /// What the finest skin holds when it is lifted; not known before a level is decimated.
+    volume: Option<f64>,
     /// How many of [`COARSER`] have been tried.
     tried: usize,
+    /// Whether it is known that the level cannot be decimated further.
+    is_least: bool,
     voice: Voice,
 }
 
@@ -73,9 +87,10 @@ impl Thinner {
         Self {
             grounds: is_asked.then_some(grounds),
             first: size.decimate.map_or(whole, |goal: Goal| goal.of(whole)),
-            volume: mesh.volume(),
+            volume: None,
             level: Level { mesh, lifted: None },
             tried: 0,
+            is_least: false,
             voice,
         }
     }
@@ -98,38 +113,63 @@ impl Thinner {
     /// The same, and the shape of the coarser skin that it took, if it did.
     fn decimate(&mut self, goal: usize) -> anyhow::Result<Option<Shape>> {
         let mut taken = None;
-        if let Some(level) = self.decimated(&self.level.mesh, goal)? {
+        if self.volume.is_none() {
+            self.volume = Some(self.lifted(&self.level.mesh).volume());
+        }
+        if !self.is_least
+            && let Some(level) = self.decimated(&self.level.mesh, goal)?
+        {
             self.level = level;
         }
         while !self.is_enough(goal) {
+            self.is_least = true;
             let Some(shape) = self.next_coarser() else {
                 break;
             };
             if let Some(level) = self.coarser(&shape, goal)? {
                 self.level = level;
+                self.is_least = false;
                 taken = Some(shape);
             }
         }
         Ok(taken)
     }
 
-    /// One of about so many triangles, or as many more as it takes to keep its shape; none where that is all of them.
+    /// One of about so many triangles, or of as many more as it takes to keep its shape, if that is fewer than the level has.
     fn decimated(&self, mesh: &TriMesh, goal: usize) -> anyhow::Result<Option<Level>> {
-        let Some(of) = &self.grounds else {
-            return Ok(None);
-        };
+        let all = mesh.triangles.len();
         let mut triangles = goal;
-        while triangles < mesh.triangles.len() {
-            let mesh = decimate(mesh, triangles)?;
-            let mut lifted = mesh.clone();
-            lift(&mut lifted, &of.substrate, of.cluster.radius());
-            if lifted.volume() <= BULGING * self.volume {
-                let lifted = Some(lifted);
-                return Ok(Some(Level { mesh, lifted }));
+        while triangles < all {
+            let fewer = decimate(mesh, triangles)?;
+            triangles = step_above(triangles.max(fewer.triangles.len()), all);
+            if let Some(level) = self.sound(fewer) {
+                return Ok(Some(level).filter(|level| self.is_less(level)));
             }
-            triangles = (MORE * mesh.triangles.len().max(triangles) as f64).ceil() as usize;
         }
-        Ok(None)
+        let whole = (all < self.triangles()).then(|| mesh.clone());
+        Ok(whole.and_then(|whole| self.sound(whole)))
+    }
+
+    fn is_less(&self, level: &Level) -> bool {
+        level.mesh.triangles.len() < self.triangles()
+    }
+
+    /// A mesh as a level, unless it bulges.
+    fn sound(&self, mesh: TriMesh) -> Option<Level> {
+        let lifted = self.lifted(&mesh);
+        let most = self.volume.map_or(f64::INFINITY, |whole| BULGING * whole);
+        (lifted.volume() <= most).then_some(Level {
+            mesh,
+            lifted: Some(lifted),
+        })
+    }
+
+    fn lifted(&self, mesh: &TriMesh) -> TriMesh {
+        let mut lifted = mesh.clone();
+        if let Some(of) = &self.grounds {
+            lift(&mut lifted, &of.substrate, of.cluster.radius());
+        }
+        lifted
     }
 
     fn triangles(&self) -> usize {
@@ -164,8 +204,7 @@ impl Thinner {
         let Ok(mesh) = skin::skin(&of.substrate, &of.cluster, shape, &of.paint) else {
             return Ok(None);
         };
-        let has_fewer = |level: &Level| level.mesh.triangles.len() < self.triangles();
-        Ok(self.decimated(&mesh, goal)?.filter(has_fewer))
+        self.decimated(&mesh, goal)
     }
 
     fn tell(&self, goal: usize, coarser: Option<Shape>, file: &Path) {
