@@ -18,7 +18,7 @@ use super::animate_growth::{Growth, bar, timing};
 use super::animate_out::{Folder, Shapes, Target, nearest_folder};
 use super::animate_picture;
 use super::axes::Convention;
-use super::export::smooth_on;
+use super::export::{number_on, smooth_on};
 use super::failure::Failure;
 use super::interrupt::Stop;
 use super::memory::{self, Frames};
@@ -183,7 +183,8 @@ fn scene(
         ..
     } = lichen;
     let found = smooth_on(&mut grown.elements, &substrate);
-    found.with_context(|| mesh.display().to_string())?;
+    let (places, _) = found.with_context(|| mesh.display().to_string())?;
+    number_on(&mut grown.elements, &substrate, &places);
     let measured = measure(&grown.elements.sample(), grown.curvature_radius());
     let meters = args.axes.meters_per_unit(convention);
     Ok(Scene::new(grown.elements, measured, &placement, meters))

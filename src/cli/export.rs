@@ -83,13 +83,14 @@ fn place(
     let substrate = load(file)?;
     grown.tell_of_change(mesh.file.as_deref(), file, &substrate);
     let found = smooth_on(&mut grown.elements, &substrate);
-    let (_, is_turned) = found.with_context(|| file.display().to_string())?;
+    let (places, is_turned) = found.with_context(|| file.display().to_string())?;
+    number_on(&mut grown.elements, &substrate, &places);
     let up = if is_turned { mesh.up } else { up };
     Ok(substrate.with_up(up).up_axis())
 }
 
-/// Gives elements the smooth normals of their mesh, where they are in its file's own triangles, and its axes where a
-/// program has [turned](Elements::on_turned) it; where they are, and whether one has.
+/// Gives elements the smooth normals of their mesh, and its axes where a program has [turned](Elements::on_turned) it;
+/// where they are, and whether one has.
 pub(super) fn smooth_on(
     elements: &mut Elements,
     substrate: &Substrate,
@@ -100,16 +101,17 @@ pub(super) fn smooth_on(
         *elements = turned;
     }
     let normals = smooth_normals(substrate, &places);
-    if !are_where_told(elements, substrate, &places) {
-        let numbers = places
-            .iter()
-            .map(|p| substrate.canonical_triangle(p.triangle));
-        elements.triangle = numbers.collect();
-        elements.uv = places.iter().map(|p| [p.u as f32, p.v as f32]).collect();
-    }
+    elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
+    Ok((places, is_turned))
+}
+
+/// Says of elements where they are in the triangles of this mesh, and in those of its file.
+pub(super) fn number_on(elements: &mut Elements, substrate: &Substrate, places: &[SurfacePoint]) {
+    let number = |place: &SurfacePoint| substrate.canonical_triangle(place.triangle);
+    elements.triangle = places.iter().map(number).collect();
+    elements.uv = places.iter().map(|p| [p.u as f32, p.v as f32]).collect();
     let source = places.iter().map(|place| substrate.source_of_place(place));
     let (triangles, weights): (Vec<u32>, Vec<[f64; 3]>) = source.unzip();
-    elements.normals = normals.iter().map(|n| n.as_vec3().to_array()).collect();
     elements.source_triangle = Some(triangles);
     let column = |name, corner: usize| Attribute {
         name,
@@ -117,18 +119,4 @@ pub(super) fn smooth_on(
     };
     let columns = [column("source_u", 1), column("source_v", 2)];
     elements.attributes.extend(columns);
-    Ok((places, is_turned))
-}
-
-/// Whether these are the triangles and weights that the table has, and not places that positions alone lead to, as on a
-/// mesh that was triangulated anew.
-fn are_where_told(elements: &Elements, substrate: &Substrate, places: &[SurfacePoint]) -> bool {
-    const ROUNDED: f64 = 1e-3;
-    let all = places.iter().zip(&elements.triangle).zip(&elements.uv);
-    let is_there = |((place, &triangle), uv): ((&SurfacePoint, &u32), &[f32; 2])| {
-        let [u, v] = uv.map(f64::from);
-        triangle == substrate.canonical_triangle(place.triangle)
-            && (place.u - u).abs().max((place.v - v).abs()) <= ROUNDED
-    };
-    all.into_iter().all(is_there)
 }

@@ -236,14 +236,15 @@ impl Sweep<'_> {
         if path.symlink_metadata().is_err_and(is_gone) {
             return Ok(None);
         }
-        let log = match Log::read(&path) {
-            Err(LogError::Damaged { at, elements, .. }) => {
+        let log = match Log::read_sound(&path) {
+            Ok(log) if log.is_damaged => {
                 self.voice.warn(&format!(
-                    "{shown} is damaged at byte {at}: the run goes on from the {} before that, and what came \
+                    "{shown} is damaged at byte {}: the run goes on from the {} before that, and what came \
                      after them grows again as it was",
-                    number::elements(elements)
+                    log.sound_bytes,
+                    number::elements(log.begun.elements.len())
                 ));
-                Log::read_sound(&path)?
+                log
             }
             Err(LogError::NoLog(_) | LogError::Head(_)) => {
                 self.voice.warn(&format!(

@@ -121,8 +121,7 @@ pub enum PlaceError {
     NoHabitat,
     /// Chance finds no room.
     #[error(
-        "colonies: none of {TRIES} random places where lichen may grow had room for the seed of colony {colony}, counted \
-         from 0; ask for fewer colonies, or for smaller elements (radius)"
+        "colonies: no random place where lichen may grow had room for the seed of colony {colony}, counted from 0; ask for fewer colonies, or for smaller elements (radius)"
     )]
     Crowded {
         /// The colony.

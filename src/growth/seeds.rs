@@ -75,6 +75,9 @@ const ROOMS: [f64; 3] = [40.0, LEAST_ROOM, 0.0];
 /// With so many it stays where it is.
 const LEAST_ROOM: f64 = 10.0;
 
+/// More random places are not drawn for a seed: so many take some seconds.
+const MOST_TRIES: f64 = 1e8;
+
 /// The seeds that have their places, oldest first.
 struct Seeds<'a> {
     habitat: &'a Habitat<'a>,
@@ -99,7 +102,7 @@ impl Seeds<'_> {
         if chance == 0.0 {
             return Err(PlaceError::NoHabitat);
         }
-        self.tries = (TRIES as f64 / chance) as usize;
+        self.tries = (TRIES as f64 / chance).min(MOST_TRIES) as usize;
         Ok(())
     }
 

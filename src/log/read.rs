@@ -27,7 +27,7 @@ pub struct Log {
     pub sound_bytes: u64,
     /// Bytes after them: a block that was not whole when the run was killed.
     pub torn_bytes: u64,
-    /// Whether some of these bytes had been durable, and are damaged: only of a log [read](Self::read_sound) so far.
+    /// Whether some of these bytes had been durable, and are damaged; only [`read_sound`](Self::read_sound) takes such logs.
     pub is_damaged: bool,
     /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
     pub(super) marks: Vec<Counts>,
