@@ -66,6 +66,29 @@ fn threads_change_no_byte() {
     }
 }
 
+/// Apothecia lie above the places that they are built about: drawn as if they lay in them, those of a thick skin were torn,
+/// and a quarter larger.
+#[test]
+fn apothecia_of_thick_skins_are_as_wide_as_those_of_thin_ones() {
+    let desk = Desk::new();
+    let plane = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
+    fs::copy(plane, desk.path("plane.obj")).unwrap();
+    desk.done("plane.obj --elements 3000 --radius 0.4% --preset crustose -o out");
+    let brown = |thickness: &str| {
+        let look = format!("--colormap lecanora --thickness {thickness} --camera top --zoom 2");
+        made(
+            &desk,
+            &format!("out -o {thickness}.png --size 240x240 --samples 4 {look}"),
+        );
+        let (_, _, samples, bytes) = decoded(&desk, &format!("{thickness}.png"));
+        let is_brown =
+            |pixel: &&[u8]| pixel[0] > 20 && 5 * u32::from(pixel[0]) > 8 * u32::from(pixel[2]);
+        bytes.chunks(samples).filter(is_brown).count() as f64
+    };
+    let share = brown("8r") / brown("1.5r");
+    assert!((share - 1.0).abs() < 0.15, "{share}");
+}
+
 #[test]
 fn the_camera_that_is_told_takes_the_same_picture() {
     let desk = desk();

@@ -153,21 +153,26 @@ impl Colored {
 }
 
 /// A skin as pictures take it.
-pub(super) struct Skin {
+pub(super) struct Skin<'a> {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     colors: Vec<[u8; 3]>,
     triangles: Vec<[u32; 3]>,
     grain: f32,
-    structure: Option<Cut<Cortex>>,
+    structure: Option<Cut<'a, Cortex>>,
 }
 
-/// The structure of a skin, as fine as it is.
-pub(super) struct Cut<C>(pub(super) C);
+/// The structure of a skin, as fine as it is. It is known for places of the substrate, from which a thick skin is far.
+pub(super) struct Cut<'a, C> {
+    pub(super) cortex: C,
+    pub(super) substrate: &'a Substrate,
+}
 
-impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
+impl<C: Borrow<Cortex> + Sync> Structure for Cut<'_, C> {
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail {
-        let detail = self.0.borrow().at(place.map(f64::from), normal, 0.0);
+        let (foot, _) = self.substrate.nearest(place.map(f64::from).into());
+        let foot = self.substrate.position(&foot).to_array();
+        let detail = self.cortex.borrow().at(foot, normal, 0.0);
         Detail {
             shade: detail.shade * (1.0 - detail.share),
             cover: detail.cover,
@@ -323,13 +328,13 @@ impl Lichens {
     }
 
     /// Refuses skins that do not fit.
-    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin>, Failure> {
+    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin<'_>>, Failure> {
         let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
         memory::check_skins(&self.substrate, zip(clusters, shapes))?;
         let all = zip(&self.grown, shapes).enumerate();
         let skin =
             |(k, (lichen, shape))| self.skin(lichen, shape, colored.colors(), &self.covers[k..]);
-        let skins: Result<Vec<Skin>, Failure> = all.map(skin).collect();
+        let skins: Result<Vec<Skin<'_>>, Failure> = all.map(skin).collect();
         let is_seen = |skin: &Skin| !skin.triangles.is_empty();
         Ok(skins?.into_iter().filter(is_seen).collect())
     }
@@ -340,7 +345,7 @@ impl Lichens {
         shape: &Shape,
         colors: Option<Vec<[u8; 3]>>,
         above: &[Cover],
-    ) -> Result<Skin, Failure> {
+    ) -> Result<Skin<'_>, Failure> {
         let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint, above);
         let Parts {
             mesh,
@@ -349,7 +354,10 @@ impl Lichens {
         } = made.map_err(|e| Failure::Usage(e.into()))?;
         Ok(match colors {
             None => Skin {
-                structure: cortex.map(Cut),
+                structure: cortex.map(|cortex| Cut {
+                    cortex,
+                    substrate: &self.substrate,
+                }),
                 ..Skin::new(&self.substrate, mesh, cluster.radius() as f32)
             },
             Some(colors) => {
@@ -399,7 +407,7 @@ pub(super) fn middle(discs: &[Disc]) -> [f32; 3] {
     (sum / discs.len() as f64).as_vec3().to_array()
 }
 
-impl Skin {
+impl Skin<'_> {
     pub(super) fn new(substrate: &Substrate, mesh: TriMesh, grain: f32) -> Self {
         let local = |p: &[f64; 3]| substrate.units().to_local(*p).as_vec3().to_array();
         Self {

@@ -218,8 +218,8 @@ impl Cortex {
         }
     }
 
-    /// The structure at a place of the lichen's upper side, or of the substrate under it, with this
-    /// unit normal; what is narrower than `blur` cannot be shown there. Lengths are local units.
+    /// The structure over a place of the substrate, where the lichen's upper side has this unit normal; what is narrower
+    /// than `blur` cannot be shown there. Lengths are local units.
     pub fn at(&self, place: [f64; 3], normal: [f32; 3], blur: f32) -> Detail {
         self.on(place.into(), normal.into(), blur, f32::INFINITY)
     }
@@ -280,9 +280,10 @@ impl Cortex {
         };
         let cup = |site: &Site| {
             let radius = grown(site);
+            // Through space, so that a disc over an edge is folded.
             let away = (p - site.position).as_vec3();
-            let away = away - normal * away.dot(normal);
             let out = away.length() / (radius * self.radius);
+            let away = away - normal * away.dot(normal);
             (radius > SMALLEST && out < 1.0 + SHADE).then(|| Cup {
                 radius: radius * self.radius,
                 out,
