@@ -382,7 +382,8 @@ impl Lichens {
         );
         let width = self.substrate.units().length_to_file(f64::from(width));
         let is_shown = width > 0.0 && width.is_finite();
-        let length = round_below(if is_shown { width / 4.0 } else { 1.0 });
+        let smaller = width * f64::from(args.view.size.aspect().recip().min(1.0));
+        let length = round_below(if is_shown { smaller / 4.0 } else { 1.0 });
         let label = format!("{} {unit}", number(length, length));
         let rule = is_shown.then_some(Key::Length {
             label: &label,

@@ -50,30 +50,27 @@ const PAPER: [u8; 3] = [0xfa, 0xf9, 0xf6];
 const OPAQUE: f32 = 0.86;
 
 /// Draws keys, from the top down, on a panel in the lower left corner. They are in proportion to the
-/// smaller side of the picture; below 240 pixels letters are too small to read.
+/// smaller side of the picture, or so large that letters can be read, if there is room for that.
 pub fn draw_legend(image: &mut Image, keys: &[Key<'_>]) {
     if keys.is_empty() {
         return;
     }
-    let unit = image.width.min(image.height) as f32 / 1000.0;
-    let sheet = Sheet { unit };
-    let inner = keys.iter().map(|k| sheet.width(image, k));
-    let inner = inner.fold(0.0, f32::max);
-    let heights: Vec<f32> = keys.iter().map(|k| sheet.height(k)).collect();
-    let gaps = (keys.len() - 1) as f32 * GAP * unit;
-    let (pad, edge) = (PAD * unit, EDGE * unit);
-    let height = heights.iter().sum::<f32>() + gaps + 2.0 * pad;
+    let sheet = Sheet::readable_on(image, keys);
+    let [width, height] = sheet.panel(image, keys);
+    let [pad, edge, gap] = [PAD, EDGE, GAP].map(|size| size * sheet.unit);
     let top = image.height as f32 - edge - height;
-    let panel = [edge, top, edge + inner + 2.0 * pad, top + height];
-    image.fill(panel, OPAQUE, |_| PAPER);
+    image.fill([edge, top, edge + width, top + height], OPAQUE, |_| PAPER);
     let mut y = top + pad;
-    for (key, height) in keys.iter().zip(heights) {
+    for key in keys {
         sheet.draw(image, key, [edge + pad, y]);
-        y += height + GAP * unit;
+        y += sheet.height(key) + gap;
     }
 }
 
-/// Sizes in thousandths of the picture's smaller side.
+/// The least size of letters that can be read, in pixels.
+const READABLE: f32 = 10.0;
+
+/// Sizes in thousandths of the picture's smaller side, where that makes letters readable.
 const EDGE: f32 = 24.0;
 const PAD: f32 = 18.0;
 const GAP: f32 = 20.0;
@@ -88,6 +85,28 @@ struct Sheet {
 }
 
 impl Sheet {
+    /// As large as keys are to be on a picture.
+    fn readable_on(image: &Image, keys: &[Key]) -> Self {
+        let least = image.width.min(image.height) as f32 / 1000.0;
+        let readable = least.max(READABLE / LETTERS);
+        let panel = Self { unit: readable }.panel(image, keys);
+        let room = [image.width, image.height].map(|side| side as f32 - 2.0 * EDGE * readable);
+        let fits = (room[0] / panel[0]).min(room[1] / panel[1]).min(1.0);
+        Self {
+            unit: (fits * readable).max(least),
+        }
+    }
+
+    /// Width and height of the panel.
+    fn panel(&self, image: &Image, keys: &[Key]) -> [f32; 2] {
+        let widths = keys.iter().map(|key| self.width(image, key));
+        let heights = keys.iter().map(|key| self.height(key));
+        let gaps = keys.len().saturating_sub(1) as f32 * GAP;
+        let around = 2.0 * PAD * self.unit;
+        let height = heights.sum::<f32>() + gaps * self.unit;
+        [widths.fold(0.0, f32::max) + around, height + around]
+    }
+
     fn letters(&self) -> f32 {
         LETTERS * self.unit
     }
@@ -295,6 +314,21 @@ mod tests {
         for least in [5e-324, 1e-323, 1e-308] {
             assert!((1..=5).contains(&ticks([0.0, least]).len()), "{least}");
         }
+    }
+
+    #[test]
+    fn letters_can_be_read_where_there_is_room() {
+        let keys = [Key::Length {
+            label: "1 mm",
+            share: 0.1,
+        }];
+        let letters = |width: u32, height: u32| {
+            let image = Image::sheet(width, height, PAPER);
+            Sheet::readable_on(&image, &keys).letters()
+        };
+        assert_eq!([letters(1600, 200), letters(200, 1600)], [READABLE; 2]);
+        assert_eq!(letters(1500, 1000), LETTERS);
+        assert!(letters(24, 24) < READABLE);
     }
 
     #[test]
