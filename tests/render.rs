@@ -182,7 +182,7 @@ fn colours_by_a_quantity_are_those_of_the_elements() {
 #[test]
 fn legends_change_their_corner_only() {
     let desk = desk();
-    let view = "--size 200x150 --samples 1";
+    let view = "--size 500x400 --samples 1";
     for by in [
         "birth",
         "density",
@@ -202,14 +202,14 @@ fn legends_change_their_corner_only() {
         );
         let [a, b] = ["a.png", "b.png"].map(|name| decoded(&desk, name).3);
         let differs = |x: usize, y: usize| {
-            (0..3).any(|k| a[3 * (200 * y + x) + k] != b[3 * (200 * y + x) + k])
+            (0..3).any(|k| a[3 * (500 * y + x) + k] != b[3 * (500 * y + x) + k])
         };
-        let changed: Vec<_> = (0..200 * 150)
-            .filter(|i| differs(i % 200, i / 200))
+        let changed: Vec<_> = (0..500 * 400)
+            .filter(|i| differs(i % 500, i / 500))
             .collect();
-        assert!(changed.len() > 500, "{by}");
+        assert!(changed.len() > 3000, "{by}");
         assert!(
-            changed.iter().all(|i| i % 200 < 120 && i / 200 > 60),
+            changed.iter().all(|i| i % 500 < 250 && i / 500 > 200),
             "{by}"
         );
     }
