@@ -293,11 +293,14 @@ impl<'a> Shots<'a> {
     fn of_skins(&self, lapse: &mut TimeLapse, skins: &mut Skins) -> Image {
         let substrate = &self.lichen.substrate;
         let meshes = std::mem::take(&mut skins.meshes);
-        let drawn: Vec<Skin<'_>> = { self.lichen.clusters().zip(meshes) }
+        let drawn: Vec<Skin> = { self.lichen.clusters().zip(meshes) }
             .map(|(cluster, mesh)| Skin::new(substrate, mesh, cluster.radius() as f32))
             .collect();
-        let cuts: Vec<_> = { skins.frames.iter() }
-            .map(|frames| frames.cortex().map(|cortex| Cut { cortex, substrate }))
+        let cuts: Vec<_> = { skins.frames.iter().zip(&drawn) }
+            .map(|(frames, skin)| {
+                let cortex = frames.cortex()?;
+                Some(Cut::new(cortex, substrate, skin))
+            })
             .collect();
         let painted = drawn.iter().zip(&cuts).map(|(skin, cut)| Painted {
             structure: cut.as_ref().map(|cut| cut as &dyn Structure),

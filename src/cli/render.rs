@@ -153,26 +153,42 @@ impl Colored {
 }
 
 /// A skin as pictures take it.
-pub(super) struct Skin<'a> {
+pub(super) struct Skin {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     colors: Vec<[u8; 3]>,
     triangles: Vec<[u32; 3]>,
     grain: f32,
-    structure: Option<Cut<'a, Cortex>>,
+    structure: Option<Cut<Cortex>>,
 }
 
 /// The structure of a skin, as fine as it is. It is known for places of the substrate, from which a thick skin is far.
-pub(super) struct Cut<'a, C> {
-    pub(super) cortex: C,
-    pub(super) substrate: &'a Substrate,
+pub(super) struct Cut<C> {
+    cortex: C,
+    /// The places nearest to vertices.
+    feet: Vec<[f32; 3]>,
 }
 
-impl<C: Borrow<Cortex> + Sync> Structure for Cut<'_, C> {
+impl<C> Cut<C> {
+    pub(super) fn new(cortex: C, substrate: &Substrate, skin: &Skin) -> Self {
+        let foot = |place: &[f32; 3]| {
+            let (foot, _) = substrate.nearest(place.map(f64::from).into());
+            substrate.position(&foot).as_vec3().to_array()
+        };
+        Self {
+            cortex,
+            feet: skin.positions.par_iter().map(foot).collect(),
+        }
+    }
+}
+
+impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
+    fn foot(&self, vertex: u32) -> Option<[f32; 3]> {
+        self.feet.get(vertex as usize).copied()
+    }
+
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail {
-        let (foot, _) = self.substrate.nearest(place.map(f64::from).into());
-        let foot = self.substrate.position(&foot).to_array();
-        let detail = self.cortex.borrow().at(foot, normal, 0.0);
+        let detail = self.cortex.borrow().at(place.map(f64::from), normal, 0.0);
         Detail {
             shade: detail.shade * (1.0 - detail.share),
             cover: detail.cover,
@@ -328,13 +344,13 @@ impl Lichens {
     }
 
     /// Refuses skins that do not fit.
-    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin<'_>>, Failure> {
+    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin>, Failure> {
         let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
         memory::check_skins(&self.substrate, zip(clusters, shapes))?;
         let all = zip(&self.grown, shapes).enumerate();
         let skin =
             |(k, (lichen, shape))| self.skin(lichen, shape, colored.colors(), &self.covers[k..]);
-        let skins: Result<Vec<Skin<'_>>, Failure> = all.map(skin).collect();
+        let skins: Result<Vec<Skin>, Failure> = all.map(skin).collect();
         let is_seen = |skin: &Skin| !skin.triangles.is_empty();
         Ok(skins?.into_iter().filter(is_seen).collect())
     }
@@ -345,7 +361,7 @@ impl Lichens {
         shape: &Shape,
         colors: Option<Vec<[u8; 3]>>,
         above: &[Cover],
-    ) -> Result<Skin<'_>, Failure> {
+    ) -> Result<Skin, Failure> {
         let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint, above);
         let Parts {
             mesh,
@@ -353,13 +369,14 @@ impl Lichens {
             cortex,
         } = made.map_err(|e| Failure::Usage(e.into()))?;
         Ok(match colors {
-            None => Skin {
-                structure: cortex.map(|cortex| Cut {
-                    cortex,
-                    substrate: &self.substrate,
-                }),
-                ..Skin::new(&self.substrate, mesh, cluster.radius() as f32)
-            },
+            None => {
+                let skin = Skin::new(&self.substrate, mesh, cluster.radius() as f32);
+                let cut = |cortex| Cut::new(cortex, &self.substrate, &skin);
+                Skin {
+                    structure: cortex.map(cut),
+                    ..skin
+                }
+            }
             Some(colors) => {
                 let of = |&element: &u32| colors[element as usize];
                 let colors = strongest.par_iter().map(of).collect();
@@ -408,7 +425,7 @@ pub(super) fn middle(discs: &[Disc]) -> [f32; 3] {
     (sum / discs.len() as f64).as_vec3().to_array()
 }
 
-impl Skin<'_> {
+impl Skin {
     pub(super) fn new(substrate: &Substrate, mesh: TriMesh, grain: f32) -> Self {
         let local = |p: &[f64; 3]| substrate.units().to_local(*p).as_vec3().to_array();
         Self {

@@ -79,8 +79,15 @@ pub struct Painted<'a> {
 
 /// The structure of a painted mesh, read at every sample.
 pub trait Structure: Sync {
-    /// At a place of the mesh and its unit normal there, in the units of the mesh's positions.
+    /// At a place between the [feet](Self::foot) of vertices, where the mesh has this unit normal; in the units of the
+    /// mesh's positions.
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail;
+
+    /// The place that it is known at, for a vertex of the mesh: by default that of the vertex.
+    fn foot(&self, vertex: u32) -> Option<[f32; 3]> {
+        let _ = vertex;
+        None
+    }
 }
 
 impl fmt::Debug for dyn Structure + '_ {

@@ -309,7 +309,12 @@ impl<'a> World<'a> {
         let grain = skin.grain;
         let (mut normal, mut color) = (facing.smooth, facing.mean(colors));
         if let Some(structure) = skin.structure {
-            let detail = structure.at(facing.place.to_array(), normal.to_array());
+            let feet = skin.triangles[spot.number as usize].map(|vertex| structure.foot(vertex));
+            let place = match feet {
+                [Some(a), Some(b), Some(c)] => facing.mean([a, b, c].map(Vec3A::from_array)),
+                _ => facing.place,
+            };
+            let detail = structure.at(place.to_array(), normal.to_array());
             color = color * detail.shade + Vec3A::from(detail.cover);
             normal = (normal - Vec3A::from(detail.slope)).normalize_or(normal);
         }
