@@ -444,6 +444,11 @@ fn what_is_wrong_is_said_in_one_line() {
         ),
         ("out -o a.png --by size", 2, &["--by", "density"]),
         ("out -o a.png --by birth --range 2,1", 2, &["--range"]),
+        (
+            "out -o a.png --by colony --range 0,1",
+            2,
+            &["--by colony", "--range"],
+        ),
         ("out -o a.png --range 1,2", 2, &["--by"]),
         (
             "out -o a.png --by birth --colormap lichn",

@@ -147,6 +147,11 @@ impl Coloring {
         range: Option<[f64; 2]>,
         values: &[f64],
     ) -> Result<Self, Failure> {
+        if quantity == Quantity::Colony && (range.is_some() || colormap.is_some()) {
+            return Err(Failure::usage(
+                "--by colony: colonies have colours of their own: leave --range and --colormap away",
+            ));
+        }
         let colormap = match colormap {
             None => Colormap::new(&VIRIDIS),
             Some(text) => text.parse(),
