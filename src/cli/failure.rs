@@ -240,6 +240,10 @@ impl From<GridError> for Failure {
                 "no cell of the grid can be grown; cell {cell}: {}",
                 with_flags(problem)
             ),
+            GridError::Nothing => "there is nothing to compare: give an axis (--L 5r,10r,20r --B 0.2..1.0/5, or --axis \
+                                   NAME=VALUES), or --seeds N"
+                .to_owned(),
+            GridError::Seeds => format!("--seeds: {error}"),
             _ => return Self::Usage(error.into()),
         })
     }

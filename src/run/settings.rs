@@ -211,7 +211,7 @@ impl Settings {
     }
 }
 
-/// Settings with nothing left unsaid, still without a mesh to measure their lengths by.
+/// Settings with nothing left unsaid, still without a mesh to measure their lengths by: to be compared with others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complete {
     mesh_up: Option<UpAxis>,

@@ -10,7 +10,7 @@ pub const SYMBOLS: [(&str, &str); 3] = [("L", "curvature-radius"), ("B", "bias")
 const FIXED: [(&str, &str); 7] = [
     (
         "seed",
-        "several seeds a cell are --seeds N (seeds = N in a grid file)",
+        "several seeds a cell are seeds = N of the grid (--seeds N)",
     ),
     ("mesh", "a sweep is on one mesh"),
     ("mesh-hash", "a sweep is on one mesh"),
@@ -431,7 +431,7 @@ mod tests {
             ("biass", "1", &["did you mean 'bias'"] as &[_]),
             ("seed", "1,2", &["--seeds"]),
             ("mesh", "a,b", &["one mesh"]),
-            ("B", "", &["axis bias has no values", "--axis bias="]),
+            ("B", "", &["axis bias has no values", "bias=A,B,C"]),
             ("B", "0.2,high", &["axis bias", "high"]),
             ("B", "0.2,0.20", &["axis bias", "0.2", "twice"]),
             ("L", "5r..20/3", &["curvature-radius", "same unit"]),

@@ -21,7 +21,7 @@ pub enum AxisError {
         instead: &'static str,
     },
     /// No values.
-    #[error("axis {axis} has no values: list them, as --axis {axis}=A,B,C")]
+    #[error("axis {axis} has no values: list them, as {axis}=A,B,C")]
     Empty {
         /// The setting.
         axis: &'static str,
@@ -85,12 +85,11 @@ pub enum GridError {
     Exclusive(RecipeTextError),
     /// Nothing varies.
     #[error(
-        "there is nothing to compare: give an axis (--L 5r,10r,20r --B 0.2..1.0/5, or --axis \
-         NAME=VALUES), or --seeds N"
+        "there is nothing to compare: give an axis, as curvature-radius=5r,10r,20r, or several seeds"
     )]
     Nothing,
     /// No seeds.
-    #[error("a cell needs a seed: --seeds may be 1 or more, and the last of them at most 2^64 - 1")]
+    #[error("a cell needs a seed: seeds may be 1 or more, and the last of them at most 2^64 - 1")]
     Seeds,
     /// Too large to list.
     #[error("{runs:.3e} runs are more than a million: leave out values, or make several sweeps")]
