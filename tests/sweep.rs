@@ -129,7 +129,7 @@ fn what_cannot_be_compared_is_refused() {
             "exclude one another",
         ),
         (grid(&[], 1), "nothing to compare"),
-        (grid(&[], 0), "--seeds"),
+        (grid(&[], 0), "needs a seed"),
         (
             grid(&[("B", "0..1/9999"), ("A", "0..1/9999")], 1),
             "more than a million",
