@@ -50,14 +50,19 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The modules that a file names by `crate::`, tests and comments aside.
-fn used(path: &Path) -> BTreeSet<String> {
+/// A source file, tests and comments aside.
+fn code(path: &Path) -> String {
     let text = std::fs::read_to_string(path).expect("a source file");
     let lines = without_tests(&text).into_iter();
     let code: Vec<&str> = lines
         .filter(|l| !l.trim_start().starts_with("//"))
         .collect();
-    named(&code.join("\n"))
+    code.join("\n")
+}
+
+/// The modules that a file names by `crate::`.
+fn used(path: &Path) -> BTreeSet<String> {
+    named(&code(path))
 }
 
 /// The modules that code names by `crate::`, alone or grouped.
@@ -178,15 +183,9 @@ fn the_binary_sees_the_library_from_outside() {
     }
 }
 
-/// The modules beside it that a file of the front end names by `super::`, tests and comments aside.
+/// The modules beside it that a file of the front end names by `super::`.
 fn beside(path: &Path) -> BTreeSet<String> {
-    let text = std::fs::read_to_string(path).expect("a source file");
-    let lines = without_tests(&text).into_iter();
-    let code: Vec<&str> = lines
-        .filter(|l| !l.trim_start().starts_with("//"))
-        .collect();
-    let code = code.join("\n").replace("super::", "crate::");
-    named(&code)
+    named(&code(path).replace("super::", "crate::"))
 }
 
 /// Files of the command line use each other in one direction, as modules of the library do.
@@ -263,10 +262,8 @@ fn the_library_computes_portably() {
         if file.starts_with(&front) || file == only_for_tests {
             continue;
         }
-        let text = std::fs::read_to_string(&file).expect("a source file");
-        for line in without_tests(&text) {
-            let is_code = !line.trim_start().starts_with("//");
-            assert!(!is_code || is_portable(line), "{}: {line}", file.display());
+        for line in code(&file).lines() {
+            assert!(is_portable(line), "{}: {line}", file.display());
         }
     }
 }

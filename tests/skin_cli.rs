@@ -32,6 +32,14 @@ fn desk() -> Desk {
     desk
 }
 
+/// Puts one of the program's own meshes on a desk.
+fn put_mesh(desk: &Desk, name: &str) {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("meshes")
+        .join(name);
+    fs::copy(mesh, desk.path(name)).unwrap();
+}
+
 /// Triangles and corners that the mesh has for our own loader.
 fn loaded(path: &Path) -> (usize, usize, usize) {
     let substrate = Substrate::load(path).unwrap();
@@ -119,8 +127,7 @@ fn obj_box(desk: &Desk, file: &str) -> [[f32; 3]; 2] {
 #[test]
 fn axes_and_units_are_those_of_the_format_or_as_asked() {
     let desk = desk();
-    let slab = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/slab.stl");
-    fs::copy(slab, desk.path("slab.stl")).unwrap();
+    put_mesh(&desk, "slab.stl");
     desk.done("slab.stl --radius 0.5% --elements 100 -o slab");
     for run in ["slab", "out"] {
         let boxed = |flags: &str| {
@@ -341,8 +348,7 @@ fn held(path: &Path) -> f64 {
 #[test]
 fn decimated_skins_do_not_swell() {
     let desk = Desk::new();
-    let boulder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/boulder.glb");
-    fs::copy(boulder, desk.path("boulder.glb")).unwrap();
+    put_mesh(&desk, "boulder.glb");
     desk.done("boulder.glb --elements 5000 -o out");
     made(&desk, "out -o whole.ply");
     let whole = held(&desk.path("whole.ply"));
@@ -364,8 +370,7 @@ fn decimated_skins_do_not_swell() {
 #[test]
 fn thin_skins_are_decimated_too() {
     let desk = Desk::new();
-    let plane = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/plane.obj");
-    fs::copy(plane, desk.path("plane.obj")).unwrap();
+    put_mesh(&desk, "plane.obj");
     for mesh in ["plane", "rock"] {
         desk.done(&format!(
             "{mesh}.obj --preset dla --radius 0.4% --elements 600 -o {mesh}"
@@ -438,8 +443,7 @@ fn pictures_have_triangles_as_fine_as_they_show() {
 #[test]
 fn the_ends_of_ranges_are_allowed() {
     let desk = Desk::new();
-    let slab = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/slab.stl");
-    fs::copy(slab, desk.path("slab.stl")).unwrap();
+    put_mesh(&desk, "slab.stl");
     desk.done("slab.stl --elements 60 -o slab");
     for flag in ["--thickness 0.05r", "--thickness 20r", "--falloff 0.8r"] {
         made(

@@ -121,7 +121,8 @@ pub enum PlaceError {
     NoHabitat,
     /// Chance finds no room.
     #[error(
-        "colonies: no random place where lichen may grow had room for the seed of colony {colony}, counted from 0; ask for fewer colonies, or for smaller elements (radius)"
+        "colonies: no random place where lichen may grow had room for the seed of colony {colony}, counted from 0; ask for \
+         fewer colonies, or for smaller elements (radius)"
     )]
     Crowded {
         /// The colony.

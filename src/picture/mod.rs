@@ -84,8 +84,7 @@ pub trait Structure: Sync {
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail;
 
     /// The place that it is known at, for a vertex of the mesh: by default that of the vertex.
-    fn foot(&self, vertex: u32) -> Option<[f32; 3]> {
-        let _ = vertex;
+    fn foot(&self, _vertex: u32) -> Option<[f32; 3]> {
         None
     }
 }

@@ -153,6 +153,7 @@ impl<'a> Accessors<'a> {
         let vector = |bytes: &[u8]| -> [f64; N] {
             std::array::from_fn(|lane| {
                 let raw = component.read(&bytes[lane * component.size()..]);
+                // Divided, not multiplied by the inverse, so that the largest integer is exactly 1.
                 if largest == 1.0 {
                     raw
                 } else {
