@@ -4,6 +4,7 @@ use std::borrow::Borrow;
 use std::cell::LazyCell;
 use std::iter::zip;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use anyhow::Context;
@@ -153,38 +154,50 @@ impl Colored {
 }
 
 /// A skin as pictures take it.
-pub(super) struct Skin {
+pub(super) struct Skin<'a> {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     colors: Vec<[u8; 3]>,
     triangles: Vec<[u32; 3]>,
     grain: f32,
-    structure: Option<Cut<Cortex>>,
+    structure: Option<Cut<'a, Cortex>>,
 }
 
 /// The structure of a skin, as fine as it is. It is known for places of the substrate, from which a thick skin is far.
-pub(super) struct Cut<C> {
+pub(super) struct Cut<'a, C> {
     cortex: C,
-    /// The places nearest to vertices.
-    feet: Vec<[f32; 3]>,
+    substrate: &'a Substrate,
+    vertices: Vec<Vertex>,
 }
 
-impl<C> Cut<C> {
-    pub(super) fn new(cortex: C, substrate: &Substrate, skin: &Skin) -> Self {
-        let foot = |place: &[f32; 3]| {
-            let (foot, _) = substrate.nearest(place.map(f64::from).into());
-            substrate.position(&foot).as_vec3().to_array()
+struct Vertex {
+    place: [f32; 3],
+    /// The place of the substrate nearest to it, once a picture has asked: most of a skin's are seen by none.
+    foot: OnceLock<[f32; 3]>,
+}
+
+impl<'a, C> Cut<'a, C> {
+    pub(super) fn new(cortex: C, substrate: &'a Substrate, skin: &Skin) -> Self {
+        let vertex = |&place: &[f32; 3]| Vertex {
+            place,
+            foot: OnceLock::new(),
         };
         Self {
             cortex,
-            feet: skin.positions.par_iter().map(foot).collect(),
+            substrate,
+            vertices: skin.positions.iter().map(vertex).collect(),
         }
     }
 }
 
-impl<C: Borrow<Cortex> + Sync> Structure for Cut<C> {
+impl<C: Borrow<Cortex> + Sync> Structure for Cut<'_, C> {
     fn foot(&self, vertex: u32) -> Option<[f32; 3]> {
-        self.feet.get(vertex as usize).copied()
+        let Vertex { place, foot } = self.vertices.get(vertex as usize)?;
+        let find = || {
+            let (foot, _) = self.substrate.nearest(place.map(f64::from).into());
+            self.substrate.position(&foot).as_vec3().to_array()
+        };
+        Some(*foot.get_or_init(find))
     }
 
     fn at(&self, place: [f32; 3], normal: [f32; 3]) -> Detail {
@@ -344,7 +357,7 @@ impl Lichens {
     }
 
     /// Refuses skins that do not fit.
-    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin>, Failure> {
+    fn skins(&self, shapes: &[Shape], colored: &Colored) -> Result<Vec<Skin<'_>>, Failure> {
         let clusters = self.grown.iter().map(|lichen| &lichen.cluster);
         memory::check_skins(&self.substrate, zip(clusters, shapes))?;
         let all = zip(&self.grown, shapes).enumerate();
@@ -361,7 +374,7 @@ impl Lichens {
         shape: &Shape,
         colors: Option<Vec<[u8; 3]>>,
         above: &[Cover],
-    ) -> Result<Skin, Failure> {
+    ) -> Result<Skin<'_>, Failure> {
         let made = skin::skin_in_parts(&self.substrate, cluster, shape, paint, above);
         let Parts {
             mesh,
@@ -425,7 +438,7 @@ pub(super) fn middle(discs: &[Disc]) -> [f32; 3] {
     (sum / discs.len() as f64).as_vec3().to_array()
 }
 
-impl Skin {
+impl Skin<'_> {
     pub(super) fn new(substrate: &Substrate, mesh: TriMesh, grain: f32) -> Self {
         let local = |p: &[f64; 3]| substrate.units().to_local(*p).as_vec3().to_array();
         Self {

@@ -28,6 +28,9 @@ const OVERLAP: f64 = 1e-9;
 
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// The resting place of a walker whose step from `from` ended in contact.
+    ///
+    /// # Panics
+    /// When there is no element within 3r of where the step ended.
     pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
         self.join_where((scratch, &Nearby::default()), (from, step), |_| true)
     }
@@ -96,7 +99,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             let crowded = nearby.iter().any(is_near);
             !crowded || !self.overlaps(scratch, at)
         });
-        let (at, id) = touch.unwrap_or_else(|| self.last_place_clear(scratch, path));
+        let (at, id) = touch.unwrap_or_else(|| self.last_place_clear(scratch, path, &nearby));
         (at, id, touch.is_some())
     }
 
@@ -121,14 +124,20 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     ///
     /// This is for walkers that come round a rim: an element of another sheet, already nearer
     /// than contact, becomes one of theirs without its distance passing 2r.
-    fn last_place_clear(&self, scratch: &mut Connectivity, path: &Path) -> (SurfacePoint, u32) {
+    fn last_place_clear(
+        &self,
+        scratch: &mut Connectivity,
+        path: &Path,
+        nearby: &[Found],
+    ) -> (SurfacePoint, u32) {
         let (mut clear, mut met) = (0.0, path.legs.len() as f64);
         let touched = |scratch: &mut Connectivity, t: f64| {
             let at = path.surface_point(self.substrate, t);
             let p = self.substrate.position(&at);
             self.touching(scratch, (at.triangle, p), self.contact_distance())
         };
-        let mut touching = touched(scratch, met).unwrap_or(0);
+        // The step traced again may end short of contact, by round-off.
+        let mut touching = touched(scratch, met).unwrap_or_else(|| nearest(nearby, path.end()));
         for _ in 0..60 {
             let middle = 0.5 * (clear + met);
             match touched(scratch, middle) {
@@ -138,6 +147,15 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         }
         (path.surface_point(self.substrate, clear), touching)
     }
+}
+
+fn nearest(nearby: &[Found], place: DVec3) -> u32 {
+    let distance_sq = |f: &&Found| f.place.distance_squared(place);
+    nearby
+        .iter()
+        .min_by(|a, b| distance_sq(a).total_cmp(&distance_sq(b)))
+        .expect("a step that ends in contact ends near an element")
+        .id()
 }
 
 /// A traced step as straight legs through space, one a triangle. Never empty.
