@@ -77,7 +77,7 @@ impl Image {
 
     /// The mean of all texels as numbers from 0 to 1.
     pub(crate) fn mean(&self) -> Vec3 {
-        let sum = { self.rgb.iter() }.fold([0u64; 3], |sum, texel| {
+        let sum = self.rgb.iter().fold([0u64; 3], |sum, texel| {
             [0, 1, 2].map(|k| sum[k] + u64::from(texel[k]))
         });
         Vec3::from(sum.map(|x| x as f32)) / (255.0 * self.rgb.len() as f32)
@@ -119,7 +119,7 @@ impl Image {
 
     /// How little is seen through it at a place, as [`color`](Self::color) takes it: 1 for nothing.
     pub(crate) fn opacity(&self, uv: [f64; 2]) -> f32 {
-        { self.alpha.as_ref() }.map_or(1.0, |alpha| {
+        self.alpha.as_ref().map_or(1.0, |alpha| {
             let opacity = |texel: usize| Vec3::splat(f32::from(alpha[texel]) / 255.0);
             self.between(uv, opacity).x
         })

@@ -212,10 +212,11 @@ fn a_sierpinski_gasket_has_dimension_1_585() {
 fn colonies_apart_have_the_dimensions_of_each() {
     let triangle = [0.0, 1.0, 2.0].map(|k| DVec2::from_angle(TAU * k / 3.0));
     let one = copies(&triangle, 2.0, 8);
-    let all: Vec<DVec2> = { [0.0, 1.0, 2.0].iter() }
+    let all: Vec<DVec2> = [0.0, 1.0, 2.0]
+        .iter()
         .flat_map(|k| one.iter().map(move |&p| p + DVec2::new(3e4 * k, 0.0)))
         .collect();
-    let parents: Vec<i32> = { 0..all.len() }
+    let parents: Vec<i32> = (0..all.len())
         .map(|i| (i / one.len() * one.len()) as i32)
         .enumerate()
         .map(|(i, seed)| if i as i32 == seed { -1 } else { seed })

@@ -266,8 +266,8 @@ fn pictures_of_the_skin_end_with_that_of_render() {
         &desk,
         &format!("out -o q --what picture --frames 2 --width 64 --draw points {view}"),
     );
-    let rendered = desk.call("render", &words("out -o r.png --size 64x48"));
-    assert!({ rendered }.output().unwrap().status.success());
+    let mut rendered = desk.call("render", &words("out -o r.png --size 64x48"));
+    assert!(rendered.output().unwrap().status.success());
     let whole = pixels(&desk, "r.png");
     let differs = |name: &str| {
         let other = pixels(&desk, name);

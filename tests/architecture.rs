@@ -209,7 +209,8 @@ fn the_front_end_goes_round_in_no_circle() {
     );
     while !left.is_empty() {
         let is_free = |uses: &BTreeSet<String>| !uses.iter().any(|used| left.contains_key(used));
-        let free: Vec<String> = { left.iter() }
+        let free: Vec<String> = left
+            .iter()
             .filter(|(_, uses)| is_free(uses))
             .map(|(name, _)| name.clone())
             .collect();

@@ -100,7 +100,12 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
         assert!(output.status.success(), "{command}: {}", said(&output));
     }
     let table = String::from_utf8(desk.read("t.csv")).unwrap();
-    let first: Vec<f64> = { table.lines().nth(1).unwrap().split(',').take(6) }
+    let first: Vec<f64> = table
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .take(6)
         .map(|number| number.parse().unwrap())
         .collect();
     let grown = read_elements(&desk.path("out/elements.ply")).unwrap();
@@ -278,11 +283,11 @@ fn what_it_is_read_from_is_not_overwritten() {
         assert_refused_in_a_line(&output, 2, &["is what the lichen is read from"]);
         assert_eq!(desk.read(file), image, "{file}");
     }
-    let output = desk.call(
+    let mut output = desk.call(
         "render on -o dressed/base_color.png --size 64x48",
         "--force",
     );
-    let output = { output }.output().unwrap();
+    let output = output.output().unwrap();
     assert_refused_in_a_line(&output, 2, &["is what the lichen is read from"]);
 }
 

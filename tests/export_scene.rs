@@ -450,7 +450,9 @@ fn points_of_a_moment_have_their_influence_as_size() {
     assert_eq!(list("float[] primvars:pscale"), [0.5, 0.5, 0.25]);
     let pov = written(&moment, What::Points, "inc");
     let spheres = pov.lines().filter(|line| line.contains("sphere {"));
-    let radii: Vec<f64> = { spheres.map(|line| numbers(line, ">, ", " pigment")[0]) }.collect();
+    let radii: Vec<f64> = spheres
+        .map(|line| numbers(line, ">, ", " pigment")[0])
+        .collect();
     assert_eq!(radii, influence);
 }
 

@@ -410,7 +410,8 @@ fn the_same_bytes_on_any_number_of_threads_and_from_any_cut() {
                 ..Execution::default()
             };
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            let together = { pool.expect("threads") }
+            let together = pool
+                .expect("threads")
                 .install(|| grow(substrate, &recipe, &execution, &mut ()))
                 .expect("grows");
             assert!(

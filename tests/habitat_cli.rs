@@ -138,7 +138,9 @@ fn lichens_grow_beside_those_of_other_runs() {
     let [first, second] = ["first", "second"].map(|folder| elements(&desk, folder));
     assert_eq!(second.len(), 600);
     let apart = |p: &[f64; 3], q: &[f64; 3]| (p[0] - q[0]).hypot(p[2] - q[2]);
-    let nearest = { second.positions.iter() }
+    let nearest = second
+        .positions
+        .iter()
         .flat_map(|p| first.positions.iter().map(move |q| apart(p, q)))
         .fold(f64::MAX, f64::min);
     assert!(nearest > 0.01 - 1e-8 && nearest < 0.02, "{nearest}");

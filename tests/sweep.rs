@@ -80,7 +80,7 @@ fn long_names_are_cut_and_stay_apart() {
         places(0.5),
         places(0.75)
     );
-    let plan = { Grid::from_toml(&text).unwrap() }.plan(&plane(), "plane.obj");
+    let plan = Grid::from_toml(&text).unwrap().plan(&plane(), "plane.obj");
     let names: Vec<_> = plan.unwrap().cells.into_iter().map(|c| c.name).collect();
     assert_eq!(names[2], "at=top");
     assert_ne!(names[0], names[1]);

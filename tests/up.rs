@@ -145,8 +145,8 @@ fn a_sweep_grows_where_the_up_axis_says() {
     );
     let cell = "grid/cells/B=0.5/seed-1/elements.ply";
     assert!(desk.read(cell) == desk.read("said/elements.ply"));
-    let again = desk.call("sweep --quiet --threads 1", "grid/grid.toml -o again");
-    assert!({ again }.status().unwrap().success());
+    let mut again = desk.call("sweep --quiet --threads 1", "grid/grid.toml -o again");
+    assert!(again.status().unwrap().success());
     assert!(desk.read(cell) == desk.read("again/cells/B=0.5/seed-1/elements.ply"));
 }
 

@@ -262,7 +262,8 @@ fn mass_radius(
 ) -> Dimension {
     let radii = distances(scales.radius, 2.0 * scales.gyration);
     let seeds = seeds(sample);
-    let seeds: Vec<usize> = { centres(seeds.len(), most).into_iter() }
+    let seeds: Vec<usize> = centres(seeds.len(), most)
+        .into_iter()
         .map(|i| seeds[i])
         .collect();
     let mass = mean_mass(metric, &seeds, &radii);

@@ -136,7 +136,8 @@ struct Curve {
 /// along the border.
 fn clipped(points: &[(f64, f64)], between: [f64; 2]) -> Vec<Points> {
     let mut parts: Vec<Points> = Vec::new();
-    for [from, to] in { points.windows(2) }.filter_map(|ends| clip([ends[0], ends[1]], between)) {
+    let shown = |ends: &[(f64, f64)]| clip([ends[0], ends[1]], between);
+    for [from, to] in points.windows(2).filter_map(shown) {
         match parts.last_mut().filter(|part| part.last() == Some(&from)) {
             Some(part) => part.push(to),
             None => parts.push(vec![from, to]),
@@ -258,9 +259,7 @@ where
     let is_growth = |d: &&Dimension| d.method == Method::Gyration;
     let curve = |d: &Dimension| {
         let is_there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
-        let points: Vec<_> = { d.local().map(|[x, y]| (x, y)) }
-            .filter(is_there)
-            .collect();
+        let points: Vec<_> = d.local().map(|[x, y]| (x, y)).filter(is_there).collect();
         let range = d.scaling.fit.and(d.scaling.range);
         let fitted = |p: &&(f64, f64)| range.is_some_and(|[from, to]| p.0 >= from && p.0 <= to);
         Curve {
@@ -573,8 +572,8 @@ mod tests {
             panic!("two parts");
         };
         let near = |part: &Points, expected: [(f64, f64); 2]| {
-            let both = part.iter().zip(expected);
-            part.len() == 2 && { both }.all(|(a, b)| (a.0 / b.0 - 1.0).abs() < 1e-12 && a.1 == b.1)
+            let mut both = part.iter().zip(expected);
+            part.len() == 2 && both.all(|(a, b)| (a.0 / b.0 - 1.0).abs() < 1e-12 && a.1 == b.1)
         };
         assert!(near(left, [(1.0, 1.0), (10.0, 2.0)]), "{left:?}");
         assert_eq!(right.len(), 3);

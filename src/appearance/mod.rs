@@ -34,7 +34,7 @@ impl InImages {
         weights: [f64; 3],
     ) -> Self {
         let at = |uvs: Option<[[f64; 2]; 3]>| uvs.map(|uvs| place(&uvs, weights));
-        let second = { !texturing.second_uvs.is_empty() }
+        let second = (!texturing.second_uvs.is_empty())
             .then(|| texturing.second_uvs_of(substrate, triangle));
         Self([
             at(texturing.uvs_of(substrate, triangle)),

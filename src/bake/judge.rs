@@ -77,14 +77,20 @@ pub fn judge(
         return Err(fault.unwrap_or(none));
     }
     let unfit = sheets.iter().filter(|sheet| sheet.fault.is_some()).count();
-    let fit = || { sheets.iter() }.filter(|sheet| sheet.fault.is_none() && sheet.filled > 0.0);
+    let fit = || {
+        sheets
+            .iter()
+            .filter(|sheet| sheet.fault.is_none() && sheet.filled > 0.0)
+    };
     let [filled, surface] =
         [|s: &Sheet| s.filled, |s: &Sheet| s.surface].map(|of| fit().map(of).sum::<f64>());
     let images = fit().count();
     let not_shown = all - laid.len();
     laid.sort_by_key(|&(part, _)| part);
     let parts: Vec<&[Laid]> = laid.chunk_by(|a, b| a.0 == b.0).collect();
-    let [used, overlapping] = { parts.into_par_iter().map(|part| texels(part, size)) }
+    let [used, overlapping] = parts
+        .into_par_iter()
+        .map(|part| texels(part, size))
         .reduce(Default::default, |a, b| [a[0] + b[0], a[1] + b[1]]);
     Ok(LayoutJudgement {
         images,

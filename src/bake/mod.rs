@@ -326,7 +326,8 @@ impl<'a> Baker<'a> {
         let mut lichened = vec![false; self.texturing.material_of.len()];
         for t in (0..self.carried.len() as u32).filter(|&t| self.carried[t as usize]) {
             let source = self.substrate.source_triangle(t) as usize;
-            { lichened.get_mut(source) }
+            lichened
+                .get_mut(source)
                 .into_iter()
                 .for_each(|is| *is = true);
         }
@@ -403,7 +404,10 @@ fn layer<'a>(substrate: &'a Substrate, lichen: &Look) -> Result<Layer<'a>, SkinE
         relief: Relief::new(substrate, lichen.cluster, lichen.shape, lichen.paint)?,
         paint: lichen.paint.clone(),
         last: lichen.cluster.len().saturating_sub(1) as f32,
-        pieces: { lichen.cluster.elements().iter() }
+        pieces: lichen
+            .cluster
+            .elements()
+            .iter()
             .map(|element| substrate.component_of(element.at.triangle).triangles.start)
             .collect(),
     })

@@ -14,7 +14,8 @@ pub(super) struct Shown<'a> {
 impl<'a> Shown<'a> {
     pub(super) fn has(&self, triangle: u32) -> bool {
         let source = self.substrate.source_triangle(triangle) as usize;
-        { self.chosen }.is_none_or(|chosen| chosen.get(source) == Some(&true))
+        self.chosen
+            .is_none_or(|chosen| chosen.get(source) == Some(&true))
     }
 
     /// In the substrate's order.

@@ -77,7 +77,9 @@ pub(crate) fn tell_of_overlaps<'a>(
             let positions: Vec<_> = first.elements().iter().map(|e| e.position).collect();
             let room = Mask::beside(substrate, &positions, first.radius());
             let radius = cluster.radius() * (1.0 - ROUNDED);
-            let lies_on = { cluster.elements().par_iter() }
+            let lies_on = cluster
+                .elements()
+                .par_iter()
                 .filter(|e| !room.leaves_room(e.position, radius))
                 .count();
             if lies_on > 0 {

@@ -102,7 +102,7 @@ impl Growth {
         let mut files = self.grown.files(&args.mesh);
         files.extend(self.texturing.image_files.iter().cloned());
         files.extend(self.others.iter().flat_map(|another| another.read.clone()));
-        files.extend({ args.picture.shot.ground.as_ref() }.and_then(Dress::file));
+        files.extend(args.picture.shot.ground.as_ref().and_then(Dress::file));
         files
     }
 

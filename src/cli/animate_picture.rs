@@ -293,10 +293,16 @@ impl<'a> Shots<'a> {
     fn of_skins(&self, lapse: &mut TimeLapse, skins: &mut Skins) -> Image {
         let substrate = &self.lichen.substrate;
         let meshes = std::mem::take(&mut skins.meshes);
-        let drawn: Vec<Skin> = { self.lichen.clusters().zip(meshes) }
+        let drawn: Vec<Skin> = self
+            .lichen
+            .clusters()
+            .zip(meshes)
             .map(|(cluster, mesh)| Skin::new(substrate, mesh, cluster.radius() as f32))
             .collect();
-        let cuts: Vec<_> = { skins.frames.iter().zip(&drawn) }
+        let cuts: Vec<_> = skins
+            .frames
+            .iter()
+            .zip(&drawn)
             .map(|(frames, skin)| {
                 let cortex = frames.cortex()?;
                 Some(Cut::new(cortex, substrate, skin))

@@ -126,7 +126,7 @@ impl<'a> Baking<'a> {
         }
         self.keep(&kept, &baker, folder)?;
         self.tell_of_detail(largest);
-        { baker.notes() }.for_each(|note| self.say_of_mesh(note));
+        baker.notes().for_each(|note| self.say_of_mesh(note));
         Ok(())
     }
 
@@ -223,16 +223,17 @@ impl<'a> Baking<'a> {
         }
         let mut chosen = vec![false; texturing.material_of.len()];
         for part in kept.iter().filter_map(|part| parts.chosen(part)) {
-            { chosen.iter_mut().zip(part) }.for_each(|(all, one)| *all |= one);
+            chosen
+                .iter_mut()
+                .zip(part)
+                .for_each(|(all, one)| *all |= one);
         }
         let meshes = baker.own_meshes(Some(&chosen));
         self.writer.keep(meshes, (baker, texturing));
         let fits =
             folder.lend(|folder, stop| self.writer.check_size(folder).map_err(|e| stop.reason(e)));
         fits.ok_or(Failure::Interrupted)??;
-        self.kept = { kept.iter() }
-            .filter_map(|part| part.name.clone())
-            .collect();
+        self.kept = kept.iter().filter_map(|part| part.name.clone()).collect();
         if let [first, others @ ..] = &self.kept[..] {
             let others = match others.len() {
                 0 => String::new(),
@@ -315,7 +316,10 @@ impl<'a> Baking<'a> {
 
     fn warn(&self, part: &MapPart, (elements, baked): (usize, &Baked)) {
         let report = baked.report();
-        let of = { part.name.as_ref() }.map_or(String::new(), |name| format!("'{name}': "));
+        let of = part
+            .name
+            .as_ref()
+            .map_or(String::new(), |name| format!("'{name}': "));
         let shared = report.overlaps;
         let share = shared.texels as f64 / report.covered.max(1) as f64;
         if !are_few(share) {
@@ -447,7 +451,7 @@ impl Lichens {
         let mut read = grown.files(&args.mesh);
         let (substrate, mut texturing) = load_textured(&mesh)?;
         read.extend(texturing.image_files.iter().cloned());
-        read.extend({ args.maps.base.as_ref() }.and_then(Dress::file));
+        read.extend(args.maps.base.as_ref().and_then(Dress::file));
         grown.hide_mask(&mut texturing);
         if args.uv_set == 1 {
             texturing.swap_uv_sets();
@@ -498,7 +502,10 @@ impl Lichens {
 
     /// Of all, those on the triangles that are shown.
     fn elements_on(&self, baked: &Baked) -> usize {
-        let all = { self.grown.iter() }.flat_map(|lichen| lichen.cluster.elements());
+        let all = self
+            .grown
+            .iter()
+            .flat_map(|lichen| lichen.cluster.elements());
         all.filter(|element| baked.shows(element.at.triangle))
             .count()
     }

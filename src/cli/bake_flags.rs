@@ -149,7 +149,8 @@ fn chosen(division: &Division, settled: Settled) -> Option<Vec<bool>> {
     let lichened = settled.lichened?;
     let mut carries = vec![false; division.names().len()];
     for (triangle, _) in lichened.iter().enumerate().filter(|(_, is)| **is) {
-        { division.place_of(triangle) }
+        division
+            .place_of(triangle)
             .into_iter()
             .for_each(|part| carries[part] = true);
     }

@@ -37,7 +37,10 @@ impl Parts {
     pub(crate) fn of(args: &BakeArgs, texturing: &Texturing) -> anyhow::Result<Self> {
         let only = chosen(&args.only, texturing)?;
         let named = named(&args.each, texturing)?;
-        let tiles = { args.each.contains(&Each::Tile) }.then(|| Division::by_tile(texturing));
+        let tiles = args
+            .each
+            .contains(&Each::Tile)
+            .then(|| Division::by_tile(texturing));
         let division = match (&named, &tiles) {
             (Some(named), Some(tiles)) => Some(named.and(tiles)),
             (named, tiles) => named.clone().or(tiles.clone()),
@@ -64,7 +67,10 @@ impl Parts {
         };
         let mut chosen = division.chosen(part.number);
         if let Some(only) = &self.only {
-            { chosen.iter_mut().zip(only) }.for_each(|(chosen, only)| *chosen &= *only);
+            chosen
+                .iter_mut()
+                .zip(only)
+                .for_each(|(chosen, only)| *chosen &= *only);
         }
         Some(chosen)
     }
@@ -109,8 +115,12 @@ fn listed(
 
 /// By objects, by materials, or by both.
 fn named(each: &[Each], texturing: &Texturing) -> anyhow::Result<Option<Division>> {
-    let objects = { each.contains(&Each::Object) }.then(|| Division::by_object(texturing));
-    let materials = { each.contains(&Each::Material) }.then(|| Division::by_material(texturing));
+    let objects = each
+        .contains(&Each::Object)
+        .then(|| Division::by_object(texturing));
+    let materials = each
+        .contains(&Each::Material)
+        .then(|| Division::by_material(texturing));
     Ok(match (objects.transpose()?, materials.transpose()?) {
         (Some(objects), Some(materials)) => Some(objects.and(&materials)),
         (objects, materials) => objects.or(materials),

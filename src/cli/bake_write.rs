@@ -229,10 +229,13 @@ impl<'a> Writer<'a> {
 /// The maps that a description names, as far as there is one.
 fn maps_of(sidecar: &Path) -> Vec<String> {
     let told = fs::read(sidecar).ok();
-    let told: Value =
-        { told.and_then(|told| serde_json::from_slice(&told).ok()) }.unwrap_or_default();
+    let told: Value = told
+        .and_then(|told| serde_json::from_slice(&told).ok())
+        .unwrap_or_default();
     let parts = told["parts"].as_array().into_iter().flatten();
-    let maps = { parts.chain([&told]) }.flat_map(|part| part["maps"].as_array());
+    let maps = parts
+        .chain([&told])
+        .flat_map(|part| part["maps"].as_array());
     let names = maps.flatten().filter_map(|map| map["file"].as_str());
     let is_plain = |name: &&str| Path::new(name).file_name() == Some(OsStr::new(name));
     names.filter(is_plain).map(str::to_owned).collect()

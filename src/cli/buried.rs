@@ -14,7 +14,7 @@ pub(super) fn warnings(substrate: &Substrate, seeds: &[SurfacePoint]) -> Vec<Str
     let solids = Solids::of(substrate);
     let (inside, outside): (Vec<SurfacePoint>, Vec<SurfacePoint>) =
         seeds.par_iter().partition(|at| solids.hide(at));
-    let under = { outside.par_iter() }.filter(|at| solids.is_under(at));
+    let under = outside.par_iter().filter(|at| solids.is_under(at));
     let (all, cure) = (seeds.len(), cure(substrate));
     let found = [
         starts(inside.len(), all).map(|who| {

@@ -111,9 +111,7 @@ fn of_largest(substrate: &Substrate) -> Option<String> {
             ),
         });
     }
-    let all: f64 = { substrate.components().iter() }
-        .map(|piece| piece.area)
-        .sum();
+    let all: f64 = substrate.components().iter().map(|piece| piece.area).sum();
     let is_much = piece.area > MUCH * all;
     (is_much && facing.open > 0.0 && down > DOWN * piece.area).then(|| {
         "its faces look down, so lichen would hang below it; turn them (in Blender: Edit Mode, Mesh, Normals, Flip) and \

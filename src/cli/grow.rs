@@ -128,7 +128,7 @@ impl Job<'_> {
             seconds,
             preview: (self.args.preview > 0).then_some(self.args.preview),
         };
-        let spinner = { self.args.preview > 0 }.then(|| self.voice.spinner("taking the picture"));
+        let spinner = (self.args.preview > 0).then(|| self.voice.spinner("taking the picture"));
         let written = finished.write(output);
         spinner.iter().for_each(ProgressBar::finish_and_clear);
         let report = written.map_err(|error| resume::cut_short(error, &folder, &log))?;
@@ -390,8 +390,9 @@ pub(super) fn load(
         } else {
             "the surface"
         };
-        let warning =
-            { cutout.as_ref() }.and_then(|cutout| cutout.warning(&substrate, (what, grows)));
+        let warning = cutout
+            .as_ref()
+            .and_then(|cutout| cutout.warning(&substrate, (what, grows)));
         warning.iter().for_each(|warning| voice.warn(warning));
     }
     let (mask, mask_layers) = match found {
@@ -469,10 +470,14 @@ fn recipe(
         Ok(()) => {}
     }
     let limits = mask::limits(&settings);
-    { settings.resolve(substrate, &file) }.map_err(|error| match error {
-        SettingsError::Place(PlaceError::NoHabitat) => Failure::usage(format!("{limits}: {error}")),
-        other => other.into(),
-    })
+    settings
+        .resolve(substrate, &file)
+        .map_err(|error| match error {
+            SettingsError::Place(PlaceError::NoHabitat) => {
+                Failure::usage(format!("{limits}: {error}"))
+            }
+            other => other.into(),
+        })
 }
 
 fn other_mesh(args: &GrowArgs, settings: &Settings, substrate: &Substrate) -> Failure {

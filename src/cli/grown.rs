@@ -57,7 +57,7 @@ pub(crate) struct Origin {
 
 impl Origin {
     pub(crate) fn grew_beside(&self, other: &Self) -> bool {
-        { other.place.iter() }.any(|place| self.beside.contains(place))
+        other.place.iter().any(|place| self.beside.contains(place))
     }
 }
 

@@ -32,7 +32,10 @@ pub(super) fn limits(settings: &Settings) -> String {
 
 /// Whether the mesh's UVs or colours are read, by which these settings have a mask.
 pub(super) fn needs_looks(settings: &Settings, recipes: &[PathBuf]) -> bool {
-    let mut places = { settings.mask_layers().iter() }.flat_map(|layer| places(layer, recipes));
+    let mut places = settings
+        .mask_layers()
+        .iter()
+        .flat_map(|layer| places(layer, recipes));
     places.any(|place| place != EXPOSED && (is_of_mesh(&place) || !is_lichen(Path::new(&place))))
 }
 

@@ -74,7 +74,9 @@ fn around(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
     let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
     let place = recipe.canonicalize().ok().or_else(to_be);
     let place = place.unwrap_or_default();
-    let above: Vec<_> = { place.ancestors().skip(2) }
+    let above: Vec<_> = place
+        .ancestors()
+        .skip(2)
         .map(|folder| folder.join(named))
         .collect();
     [beside].into_iter().chain(above)

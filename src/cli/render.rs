@@ -269,7 +269,7 @@ impl Lichens {
     /// Files that all this was read from.
     fn files(&self, args: &RenderArgs) -> Vec<PathBuf> {
         let lichens = self.grown.iter().flat_map(|lichen| lichen.read.clone());
-        let ground = { args.view.shot.ground.as_ref() }.and_then(Dress::file);
+        let ground = args.view.shot.ground.as_ref().and_then(Dress::file);
         let images = self.texturing.image_files.iter().cloned();
         lichens.chain(images).chain(ground).collect()
     }

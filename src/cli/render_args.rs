@@ -113,7 +113,7 @@ impl ShotArgs {
     ) -> Camera {
         let is_free = matches!(self.camera, View::Auto | View::Side { .. }) && self.zoom > 1.0;
         match is_free {
-            true => { camera.nearer(world, aspect, self.zoom) }.unwrap_or(*camera),
+            true => camera.nearer(world, aspect, self.zoom).unwrap_or(*camera),
             false => camera.zoomed(camera.depth(middle), self.zoom),
         }
     }

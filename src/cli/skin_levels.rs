@@ -189,8 +189,8 @@ impl Thinner {
             ..shape
         };
         let all = COARSER.iter().map(coarser);
-        let rest = all.enumerate().skip(self.tried);
-        let (place, next) = { rest }.find(|(_, next)| *next != shape)?;
+        let mut rest = all.enumerate().skip(self.tried);
+        let (place, next) = rest.find(|(_, next)| *next != shape)?;
         self.tried = place + 1;
         Some(next)
     }

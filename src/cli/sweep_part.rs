@@ -31,7 +31,9 @@ pub(super) fn mark(folder: &Path, shard: Shard) -> Result<(), Failure> {
 
 /// Takes away what says so, where a folder has come to hold all of them.
 pub(super) fn unmark(folder: &Path) -> Result<(), Failure> {
-    let files = { marks(folder).into_iter() }.map(|shard| folder.join(file_name(shard)));
+    let files = marks(folder)
+        .into_iter()
+        .map(|shard| folder.join(file_name(shard)));
     for file in files {
         fs::remove_file(&file)
             .with_context(|| format!("{}: removing it failed", file.display()))?;

@@ -330,8 +330,9 @@ fn mark(
 ) -> Result<String, Failure> {
     let file = elements_file(ended, run);
     let elements = fs::read(&file).with_context(|| format!("{}: reading", file.display()))?;
-    let cutout =
-        { ended.cutout }.map_or_else(String::new, |cutout| format!(", open {}", cutout.hash()));
+    let cutout = ended
+        .cutout
+        .map_or_else(String::new, |cutout| format!(", open {}", cutout.hash()));
     let all = format!(
         "thallus {} mesh {} elements {} {camera:?} {} x {} pixels, {} samples, {:?}{cutout}",
         env!("CARGO_PKG_VERSION"),

@@ -61,15 +61,17 @@ impl<'a> Population<'a> {
             Some(bits) => triangles.iter().any(|&t| is_set(bits, t)),
             None => self.old.iter().any(is_there),
         };
-        old || { self.young.iter() }.map_while(OnceLock::get).any(is_there)
+        old || self.young.iter().map_while(OnceLock::get).any(is_there)
     }
 
     /// The known elements from an age on.
     pub fn since(&self, age: usize) -> impl Iterator<Item = &'a Element> + Clone + use<'a> {
         let (old, young) = (self.old.len().min(self.len), self.young);
         let born = self.len - old;
-        { self.old[age.min(old)..old].iter() }.chain(
-            { young[age.saturating_sub(old).min(born)..born].iter() }.map_while(OnceLock::get),
+        self.old[age.min(old)..old].iter().chain(
+            young[age.saturating_sub(old).min(born)..born]
+                .iter()
+                .map_while(OnceLock::get),
         )
     }
 

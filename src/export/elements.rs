@@ -222,7 +222,10 @@ impl Elements {
             return fail("parent", UNBORN);
         }
         let fits = |index: u32| i32::try_from(index).is_ok();
-        let source = { self.source_triangle.as_ref() }.map_or(0, |column| column[element]);
+        let source = self
+            .source_triangle
+            .as_ref()
+            .map_or(0, |column| column[element]);
         match [self.colony[element], self.triangle[element], source].map(fits) {
             [false, ..] => fail("colony", WIDE),
             [_, false, _] => fail("triangle", WIDE),

@@ -305,8 +305,13 @@ impl OutputDir {
     /// then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
         self.check_ours()?;
-        { self.outdated.iter() }.try_for_each(|name| self.check_spared(name))?;
-        let names: Vec<&str> = { self.written.iter().chain(&self.outdated) }
+        self.outdated
+            .iter()
+            .try_for_each(|name| self.check_spared(name))?;
+        let names: Vec<&str> = self
+            .written
+            .iter()
+            .chain(&self.outdated)
             .map(String::as_str)
             .collect();
         self.check_files(&names)?;

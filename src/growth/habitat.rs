@@ -30,7 +30,9 @@ const ROUNDED: f64 = 1e-6;
 /// So many of the first, and then every second, every third and so on of as many as follow.
 fn sparser<T>(items: impl Iterator<Item = T>, all: usize) -> impl Iterator<Item = T> {
     let is_taken = move |at: usize| at.is_multiple_of(1 + at / all);
-    { items.enumerate() }.filter_map(move |(at, item)| is_taken(at).then_some(item))
+    items
+        .enumerate()
+        .filter_map(move |(at, item)| is_taken(at).then_some(item))
 }
 
 /// What a place is to be near to.
@@ -128,7 +130,7 @@ impl<'a> Habitat<'a> {
     /// The factor on the chance to stick at a place: 0 where nothing may grow, at most 1.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
         if let Some([least, most]) = self.cosines {
-            let rise = { self.substrate.slope_normal(at) }.dot(self.substrate.up());
+            let rise = self.substrate.slope_normal(at).dot(self.substrate.up());
             if !(least..=most).contains(&rise) {
                 return 0.0;
             }
@@ -262,7 +264,7 @@ impl<'a> Habitat<'a> {
         let mut stream = Stream::new(0, Purpose::Habitat, 0);
         let mut place = || area.sample(&mut stream);
         let is_suited = |at: &SurfacePoint| self.at(at) > 0.0;
-        let suited: Vec<_> = { (0..PLACES).map(|_| place()) }.filter(is_suited).collect();
+        let suited: Vec<_> = (0..PLACES).map(|_| place()).filter(is_suited).collect();
         if !suited.is_empty() {
             return (suited, PLACES);
         }

@@ -120,7 +120,9 @@ fn meets_another(
     let near = substrate.triangles_near_line(from, ray, &all);
     let mut others = near.into_iter().filter(|t| !own.triangles.contains(t));
     others.any(|t| {
-        let height = { substrate.plumb(t, from, ray) }.map(|(height, _)| height - from.dot(ray));
+        let height = substrate
+            .plumb(t, from, ray)
+            .map(|(height, _)| height - from.dot(ray));
         let looks_back = substrate.normal(t).dot(ray) < 0.0;
         let nearest = if looks_back { -TOUCHING } else { TOUCHING };
         height.is_some_and(|height| height > nearest && height <= within)

@@ -118,7 +118,7 @@ impl Launcher {
     /// Where a component is, or belongs.
     fn place_of(&self, component: &Component) -> Result<usize, usize> {
         let first = component.triangles.start;
-        { &self.components }.binary_search_by_key(&first, |c| c.start)
+        self.components.binary_search_by_key(&first, |c| c.start)
     }
 
     /// Whether walkers start inside the sphere until the next birth.
@@ -149,7 +149,9 @@ impl Launcher {
         self.is_cut = true;
         let (level, surface) = outset(far, substrate);
         let components = match far.filter(|_| level > 0) {
-            Some(far) => { self.components.iter() }
+            Some(far) => self
+                .components
+                .iter()
                 .map(|triangles| far.component_of_copy(triangles))
                 .collect(),
             None => self.components.clone(),
@@ -168,7 +170,7 @@ impl Launcher {
     pub(super) fn make_ready(&mut self, habitat: &Habitat<'_>, far: Option<&Far>) {
         self.cut(habitat, far);
         if self.launches_inside() && self.enclosed.is_none() {
-            let within = { habitat.substrate }.triangles_within(self.centre, self.radius);
+            let within = habitat.substrate.triangles_within(self.centre, self.radius);
             let is_on = |t: &u32| self.components.iter().any(|c| c.contains(t));
             let within = within.into_iter().filter(is_on);
             let sphere = (self.centre, self.radius);
@@ -211,7 +213,7 @@ impl Launcher {
 
     /// The arcs on the component that a triangle is in; none where the sphere encloses it.
     pub(super) fn ring_of(&self, triangle: u32) -> Option<&LaunchRing> {
-        let component = { &self.components }.partition_point(|c| c.end <= triangle);
+        let component = self.components.partition_point(|c| c.end <= triangle);
         let ring = self.rings.get(component);
         ring.filter(|ring| ring.length() > 0.0)
     }

@@ -61,7 +61,7 @@ impl Nearby {
     /// Whether all within a radius of a place are among them.
     fn holds(&self, p: DVec3, radius: f64) -> bool {
         let reach = |ball: &Ball| (1.0 - ROUNDED) * ball.radius - radius;
-        { &self.ball }
+        self.ball
             .as_ref()
             .is_some_and(|ball| p.distance(ball.centre) <= reach(ball))
     }

@@ -233,7 +233,9 @@ pub(super) fn top(substrate: &Substrate, piece: &Component) -> SurfacePoint {
     let up = substrate.up();
     let above = |place: DVec3| {
         let below = substrate.triangles_near_line(place, up, &piece.triangles);
-        let hits = { below.into_iter() }.filter_map(|t| substrate.plumb(t, place, up));
+        let hits = below
+            .into_iter()
+            .filter_map(|t| substrate.plumb(t, place, up));
         let higher = |a: (f64, SurfacePoint), b: (f64, SurfacePoint)| if b.0 > a.0 { b } else { a };
         hits.reduce(higher).map(|(_, at)| at)
     };
@@ -247,7 +249,10 @@ fn nearest_that_looks_up(substrate: &Substrate, piece: &Component, line: DVec3) 
     /// Within 45° of straight up.
     const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
     let up = substrate.up();
-    let upper = { piece.triangles.clone() }.filter(|&t| substrate.normal(t).dot(up) > STEEPEST);
+    let upper = piece
+        .triangles
+        .clone()
+        .filter(|&t| substrate.normal(t).dot(up) > STEEPEST);
     let centroids = upper.map(|t| substrate.corners(t).iter().sum::<DVec3>() / 3.0);
     let aside = |place: &DVec3| (*place - line).cross(up).length_squared();
     centroids.min_by(|a, b| aside(a).total_cmp(&aside(b)))

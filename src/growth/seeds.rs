@@ -251,7 +251,8 @@ impl Seeds<'_> {
         let cells = cells.flat_map(|(x, y)| beside(z).map(move |z| [x, y, z]));
         let seeds = cells.filter_map(|cell| self.cells.get(&cell)).flatten();
         let distance = |&seed: &usize| p.distance(self.substrate.position(&self.places[seed]));
-        { seeds.map(|seed| (*seed, distance(seed))) }
+        seeds
+            .map(|seed| (*seed, distance(seed)))
             .filter(|(_, distance)| *distance < 2.0 * self.radius)
             .collect()
     }

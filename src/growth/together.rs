@@ -252,8 +252,9 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
             match self.next() {
                 Some((mut flight, others_walk)) => {
                     let job = (job, others_walk);
-                    let again =
-                        { self.scene }.advance(&mut flight, self.elements(), job, interrupts);
+                    let again = self
+                        .scene
+                        .advance(&mut flight, self.elements(), job, interrupts);
                     self.count_conflict(again);
                     self.put_back(flight);
                 }
@@ -338,7 +339,7 @@ impl<'b, 'a, I: ElementIndex> Together<'b, 'a, I> {
             self.end();
             return self.put_back(flight);
         }
-        { &self.scene.index }.adopt(&elements, &mut flight.track.notes);
+        self.scene.index.adopt(&elements, &mut flight.track.notes);
         books.add(&flight);
         books.landed_together += 1;
         match fate {

@@ -338,7 +338,7 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
             None => (&self.around.mesh(), &mut *self.scratch),
         };
         let notes = &mut self.track.notes;
-        if !{ &self.around }.touches_on((ground, scratch), place, notes) {
+        if !self.around.touches_on((ground, scratch), place, notes) {
             return Meeting::Elsewhere;
         }
         self.track.counts.contacts += 1;
@@ -439,7 +439,7 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
         };
         self.scratch.reach(around.substrate, here.triangle, &larger);
         let is_reached = |triangle| self.scratch.has_reached(triangle);
-        if !{ around.elements }.are_on(self.scratch.reached(), is_reached) {
+        if !around.elements.are_on(self.scratch.reached(), is_reached) {
             return ball;
         }
         let mut nearest = ball;
@@ -473,7 +473,8 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
         let habitat = self.habitat;
         let suits = |at: &SurfacePoint| habitat.is_everywhere() || habitat.at(at) > 0.0;
         let joined =
-            { &self.around }.join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
+            self.around
+                .join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
         if !suits(&joined.at) {
             self.track.counts.refusals += 1;
             return Met::Refused;

@@ -148,7 +148,9 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
     }
 
     fn sharing(mut self, sharing: Sharing) -> Self {
-        { &mut self.scene.scratch }.resize_with(sharing.most(), CachePadded::default);
+        self.scene
+            .scratch
+            .resize_with(sharing.most(), CachePadded::default);
         self.sharing = sharing;
         self
     }
@@ -227,11 +229,13 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             paused: &|| false,
         };
         let elements = Population::from(cluster);
-        let again = { &self.scene }.advance(&mut flight, elements, (0, false), interrupts);
+        let again = self
+            .scene
+            .advance(&mut flight, elements, (0, false), interrupts);
         self.parallel.conflicts += u64::from(again);
         let fate = flight.fate();
         if let Some(Fate::Joined(_) | Fate::Lost) = fate {
-            { &self.scene.index }.adopt(&elements, &mut flight.track.notes);
+            self.scene.index.adopt(&elements, &mut flight.track.notes);
             self.books.add(&flight);
             self.books.landed_together += u64::from(self.sharing.threads() > 1);
         }
@@ -287,7 +291,9 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
             scene.index.add(&elements);
         }
         let surface = (scene.substrate, &scene.parameters);
-        { &mut scene.launcher }.update(surface, self.books.extent(), youngest);
+        scene
+            .launcher
+            .update(surface, self.books.extent(), youngest);
     }
 
     /// Keeps the other threads from falling asleep until walkers walk together again: that takes less time
@@ -427,7 +433,7 @@ impl<I: ElementIndex> GrowthModel for WalkerModel<'_, I> {
         let scene = &mut self.scene;
         scene.index.add(&cluster.into());
         let surface = (scene.substrate, &scene.parameters);
-        { &mut scene.launcher }.update(surface, cluster.extent(), youngest);
+        scene.launcher.update(surface, cluster.extent(), youngest);
     }
 
     fn next(&mut self, cluster: &Cluster, cancelled: Cancelled<'_>) -> Result<Element, Halt> {

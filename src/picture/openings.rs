@@ -56,7 +56,9 @@ fn is_open(stone: &Stone, finish: &dyn Finish, spot: &Spot) -> bool {
     let Spot {
         number, weights, ..
     } = *spot;
-    let mixed = { weights.iter() }.fold(number, |mixed, w| hash(mixed ^ w.to_bits()));
+    let mixed = weights
+        .iter()
+        .fold(number, |mixed, w| hash(mixed ^ w.to_bits()));
     finish.is_open(stone.number(spot), weights, unit(mixed))
 }
 

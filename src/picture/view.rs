@@ -103,7 +103,7 @@ impl Camera {
     /// What pictures of this width over height show of a world's granules.
     pub fn sight(&self, world: &World, aspect: f32) -> Sight {
         let domes = world.domes().iter();
-        let mut inside = { domes }
+        let mut inside = domes
             .filter(|dome| self.frames(dome.center().into(), aspect).is_some())
             .peekable();
         if inside.peek().is_none() {
@@ -148,7 +148,7 @@ impl Camera {
     /// turned away they lie closer together in the picture, and count for less.
     fn crowded<'w>(&self, world: &'w World, aspect: f32, share: f32) -> Option<&'w Dome> {
         let seen_of = |step: usize| {
-            let some = { world.domes() }.par_iter().step_by(step);
+            let some = world.domes().par_iter().step_by(step);
             let seen = some.filter_map(|dome| {
                 let place = self.frames(dome.center().into(), aspect)?;
                 self.meets(dome, world).then_some((place.into(), dome))

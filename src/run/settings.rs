@@ -242,7 +242,9 @@ impl Complete {
         let at = settings.at.unwrap_or_else(|| vec![SeedPlace::Top]);
         Self {
             mesh_up: settings.mesh_up,
-            mask: { settings.mask.zip(settings.mask_hash) }
+            mask: settings
+                .mask
+                .zip(settings.mask_hash)
                 .map(|(layers, hashes)| MaskId { layers, hashes }),
             // Of any steepness is what holds without one.
             slope: settings.slope.filter(|s| s.angles() != [0.0, 180.0]),

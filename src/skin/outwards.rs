@@ -38,7 +38,7 @@ fn turned_away(mesh: &TriMesh, triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<DVec
     let mut is_turned = vec![false; mesh.positions.len()];
     away.iter().for_each(|&v| is_turned[v as usize] = true);
     let about = triangles.par_iter().flat_map_iter(|triangle| {
-        let turned = { triangle.iter().copied() }.filter(|&v| is_turned[v as usize]);
+        let turned = triangle.iter().copied().filter(|&v| is_turned[v as usize]);
         turned.map(|v| (v, across(mesh, triangle).normalize_or_zero()))
     });
     let mut turned = BTreeMap::<u32, Vec<DVec3>>::new();

@@ -96,7 +96,10 @@ impl Bvh {
                 continue;
             }
             match level.checked_sub(1) {
-                None => { self.triangles_of(i).filter(|t| among.contains(t)) }.for_each(&mut leaf),
+                None => self
+                    .triangles_of(i)
+                    .filter(|t| among.contains(t))
+                    .for_each(&mut leaf),
                 Some(below) => stack.extend(self.boxes_of(below, i).rev()),
             }
         }

@@ -402,9 +402,9 @@ mod tests {
                     .corners(t)
                     .map(|p| uv(substrate.units().to_file(p)));
                 let found = texturing.uvs_of(&substrate, t).unwrap();
-                let apart = found.as_flattened().iter().zip(expected.as_flattened());
+                let mut apart = found.as_flattened().iter().zip(expected.as_flattened());
                 assert!(
-                    { apart }.all(|(a, b)| (a - b).abs() < 1e-12),
+                    apart.all(|(a, b)| (a - b).abs() < 1e-12),
                     "{found:?} {expected:?}"
                 );
             }

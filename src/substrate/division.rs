@@ -56,7 +56,9 @@ impl Division {
     /// one to its right, and 1011 the one above it. Tiles without such a number are called by column and row, as
     /// `u-1_v0`. Triangles without UVs are in the first tile that there is; where there is none, no triangle is in a part.
     pub fn by_tile(texturing: &Texturing) -> Self {
-        let tiles: Vec<Option<Tile>> = { texturing.uvs.iter() }
+        let tiles: Vec<Option<Tile>> = texturing
+            .uvs
+            .iter()
             .map(|uvs| uvs.as_ref().map(Tile::of))
             .collect();
         let mut sorted: Vec<Tile> = tiles.iter().flatten().copied().collect();

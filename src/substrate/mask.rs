@@ -284,9 +284,7 @@ impl Mask {
     /// When the substrate that it was made for has no such triangle.
     pub fn at(&self, at: &SurfacePoint) -> f64 {
         assert!((at.triangle as usize) < self.triangles, "no triangle of it");
-        { self.layers.iter() }
-            .map(|layer| layer.paint.at(at))
-            .product()
+        self.layers.iter().map(|layer| layer.paint.at(at)).product()
     }
 
     /// Whether it asks for what is [exposed](Self::exposed), which [`at`](Self::at) does not say.

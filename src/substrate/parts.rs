@@ -200,7 +200,9 @@ impl FromStr for Selection {
 
     fn from_str(text: &str) -> Result<Self, SelectionError> {
         let unreadable = || SelectionError::Unreadable(text.to_owned());
-        let said = { By::ALL.into_iter() }.find_map(|by| Some((by, rest(text, by)?)));
+        let said = By::ALL
+            .into_iter()
+            .find_map(|by| Some((by, rest(text, by)?)));
         let (by, names) = said.ok_or_else(unreadable)?;
         match patterns(names).any(str::is_empty) {
             true => Err(unreadable()),

@@ -22,9 +22,7 @@ impl Pieces {
             |[low, high], piece| [low.min(piece.bounds[0]), high.max(piece.bounds[1])],
         );
         let numbers = along_curve(bounds, pieces.len(), middle);
-        let boxes: Vec<_> = { numbers.iter() }
-            .map(|&i| pieces[i as usize].bounds)
-            .collect();
+        let boxes: Vec<_> = numbers.iter().map(|&i| pieces[i as usize].bounds).collect();
         Self {
             tree: Bvh::of_boxes(&boxes),
             numbers,

@@ -145,7 +145,9 @@ fn of_ranks<const N: usize>(numbers: &[f64], shares: [f64; N]) -> [f64; N] {
             at -= counts[found];
             found += 1;
         }
-        let mut alike: Vec<f64> = { numbers.iter().copied() }
+        let mut alike: Vec<f64> = numbers
+            .iter()
+            .copied()
             .filter(|x| group(x) == found)
             .collect();
         *alike.select_nth_unstable_by(at, f64::total_cmp).1

@@ -62,8 +62,11 @@ fn close(welded: &mut Welded, open: &[[u32; 2]]) -> usize {
             return pairs.len();
         }
         // Where a triangle would have no area any more the seam stays.
-        pairs
-            .retain(|pair| !{ pair.iter() }.any(|(u, v)| spoilt.contains(u) || spoilt.contains(v)));
+        pairs.retain(|pair| {
+            !pair
+                .iter()
+                .any(|(u, v)| spoilt.contains(u) || spoilt.contains(v))
+        });
     }
     0
 }
@@ -210,7 +213,7 @@ mod tests {
             let [side, gap] = [long * apart, 0.5 * apart];
             let right = [[0.0, 0.0], [side, 0.0], [0.0, side]];
             let left = [[-gap, 0.0], [-gap, side], [-side, 0.0]];
-            let places = { right.into_iter().chain(left) }.map(|[x, y]| [x, y, 3.0]);
+            let places = right.into_iter().chain(left).map(|[x, y]| [x, y, 3.0]);
             soup.positions.extend(places);
             soup.triangles
                 .extend([0, 3].map(|k| [base + k, base + k + 1, base + k + 2]));

@@ -58,7 +58,9 @@ const MOST_PASSES: u8 = 32;
 pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let all = 0..substrate.triangles().len() as u32;
     let scale = SLOPE_SCALE * substrate.units().local_diagonal();
-    let passes: Vec<u8> = { all.clone().into_par_iter() }
+    let passes: Vec<u8> = all
+        .clone()
+        .into_par_iter()
         .map(|t| passes(scale, substrate.area(t)))
         .collect();
     let vector_area = |t| substrate.area_vector(t).as_vec3();
@@ -72,7 +74,9 @@ pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
         areas = all.clone().into_par_iter().map(mean).collect();
     }
     let unit = |(t, area): (usize, &mut Vec3)| {
-        *area = { area.try_normalize() }.unwrap_or_else(|| substrate.normal(t as u32).as_vec3());
+        *area = area
+            .try_normalize()
+            .unwrap_or_else(|| substrate.normal(t as u32).as_vec3());
     };
     areas.par_iter_mut().enumerate().for_each(unit);
     let of_face = |t: u32| areas[t as usize].as_dvec3();

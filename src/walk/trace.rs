@@ -251,7 +251,9 @@ fn is_near(a: (f64, f64), b: (f64, f64), c: (f64, f64), length: f64) -> bool {
     let areas = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
     // A mirrored triangle's are negative.
     let sign = 1f64.copysign(areas.iter().sum());
-    let least = { areas.iter() }.fold(f64::INFINITY, |least, area| least.min(sign * area));
+    let least = areas
+        .iter()
+        .fold(f64::INFINITY, |least, area| least.min(sign * area));
     let edges_sq = (b - a).length_squared() + (c - a).length_squared();
     let error_sq = (length * length + edges_sq) * edges_sq * (ROUND_OFF * ROUND_OFF);
     least >= 0.0 || least * least <= error_sq
@@ -563,7 +565,7 @@ impl Behind {
         let corners = along_path(&chart, (path.1, path.2));
         let end = path.2.length_squared();
         let others: Vec<Self> = match crossings.checked_sub(1) {
-            None => { 0..3 }
+            None => (0..3)
                 .map(|k| Self::of_start(substrate, (path.0, &corners), k, end))
                 .collect(),
             Some(before) => {

@@ -46,7 +46,8 @@ fn what_is_inside_other_pieces_is_not_exposed() {
     let buried = |mask: bool| {
         let substrate = cubes(&middles);
         let mask = mask.then(|| Mask::exposed(&substrate));
-        let hash = { mask.iter() }
+        let hash = mask
+            .iter()
             .flat_map(|mask| mask.hashes())
             .map(str::to_owned)
             .collect();

@@ -50,7 +50,9 @@ fn leaves(alpha: Alpha, opacity: f32) -> (Substrate, Texturing) {
 /// A place of the square's first triangle in the file, or of its second, at these x and z.
 fn place(substrate: &Substrate, source: u32, x: f64, z: f64) -> SurfacePoint {
     let triangles = 0..substrate.triangles().len() as u32;
-    let t = { triangles.clone() }.find(|&t| substrate.source_triangle(t) == source);
+    let t = triangles
+        .clone()
+        .find(|&t| substrate.source_triangle(t) == source);
     let t = t.expect("a triangle of it");
     let corners = substrate.corners(t).map(|p| substrate.units().to_file(p));
     let [a, b, c] = corners.map(|p| [p.x, p.z]);

@@ -162,7 +162,9 @@ fn textures_of_gltf_may_be_in_the_second_set_where_there_is_one() {
     let mut doc = Doc::new();
     let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.25, 1.0]];
-    let bytes: Vec<u8> = { places.as_flattened().iter() }
+    let bytes: Vec<u8> = places
+        .as_flattened()
+        .iter()
         .flat_map(|x| x.to_le_bytes())
         .collect();
     let uvs = doc.accessor(&bytes, FLOAT, "VEC2", 3);

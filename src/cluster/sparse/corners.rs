@@ -288,7 +288,7 @@ mod tests {
         let (mut sum, mut n) = (0.0, 0.0);
         for i in 0..4_000 {
             let (block, mut distances) = (BLOCKS[i % 2], Distances::default());
-            let centres: Vec<DVec3> = { 0..1 + (6.0 * stream.uniform()) as usize }
+            let centres: Vec<DVec3> = (0..1 + (6.0 * stream.uniform()) as usize)
                 .map(|_| in_block(block, 0, &mut stream) + 16.0 * (random(&mut stream) - 0.5))
                 .collect();
             for &q in &centres {
@@ -296,7 +296,9 @@ mod tests {
             }
             for _ in 0..20 {
                 let p = in_block(block, 0, &mut stream);
-                let nearest = { centres.iter() }.fold(f64::INFINITY, |d, q| d.min(q.distance(p)));
+                let nearest = centres
+                    .iter()
+                    .fold(f64::INFINITY, |d, q| d.min(q.distance(p)));
                 let bound = bound(&distances, 0, p);
                 assert!(bound <= nearest, "{bound} of {nearest}");
                 if (3.0..7.0).contains(&nearest) {
@@ -313,7 +315,7 @@ mod tests {
         let (mut sum, mut n) = (0.0, 0.0);
         for i in 0..4_000 {
             let (block, mut distances) = (BLOCKS[i % 2], Distances::default());
-            let cells: Vec<Block> = { 0..1 + (6.0 * stream.uniform()) as usize }
+            let cells: Vec<Block> = (0..1 + (6.0 * stream.uniform()) as usize)
                 .map(|_| {
                     let p = in_block(block, 2, &mut stream) + 200.0 * (random(&mut stream) - 0.5);
                     Spot::new(p).cell().map(|c| c >> 2)
@@ -329,7 +331,9 @@ mod tests {
             };
             for _ in 0..20 {
                 let p = in_block(block, 2, &mut stream);
-                let nearest = { cells.iter() }.fold(f64::INFINITY, |d, cell| d.min(away(p, cell)));
+                let nearest = cells
+                    .iter()
+                    .fold(f64::INFINITY, |d, cell| d.min(away(p, cell)));
                 let bound = bound(&distances, 2, p);
                 assert!(bound <= nearest, "{bound} of {nearest}");
                 if (48.0..112.0).contains(&nearest) {

@@ -198,7 +198,7 @@ impl ElementIndex for SparseIndex {
             self.make(0, address(cell).0, &self.scale.of(elements));
             path = self.tree.path_to(cell);
         }
-        let has_room = { &self.wide }.as_ref().is_none_or(|wide| wide.room() > 0)
+        let has_room = self.wide.as_ref().is_none_or(|wide| wide.room() > 0)
             && self.finest.room()[1] >= LINES_OF_A_BIRTH;
         if path.number(0).is_none() || !has_room {
             return false;
@@ -247,7 +247,8 @@ impl ElementIndex for SparseIndex {
         };
         let contact = CONTACT * self.radius;
         let [low, high] = box_about(&notes.near, contact);
-        let births: Vec<DVec3> = { young.clone() }
+        let births: Vec<DVec3> = young
+            .clone()
             .map(|e| e.position)
             .filter(|q| q.cmpge(low).all() && q.cmple(high).all())
             .collect();
@@ -448,7 +449,7 @@ impl SparseIndex {
             }
             return;
         }
-        let entries = { &self.finest }.entries(&self.tree, block, distances, centres);
+        let entries = self.finest.entries(&self.tree, block, distances, centres);
         let ([blocks, lines], wanted) = (self.finest.room(), lines_of(entries.len()));
         if blocks > 0 && lines >= wanted {
             let new = self.finest.keep(distances, entries);
@@ -509,7 +510,9 @@ impl Centres for Scaled<'_> {
 /// The corners of a box that holds some places, a distance wider.
 fn box_about(places: &[DVec3], distance: f64) -> [DVec3; 2] {
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let [low, high] = { places.iter() }.fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+    let [low, high] = places
+        .iter()
+        .fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
     [low - distance, high + distance]
 }
 

@@ -340,7 +340,9 @@ fn look_around(index: &SparseIndex, elements: &Population<'_>, stream: &mut Stre
     let (mut places, mut looks) = (Vec::new(), Vec::new());
     for _ in 0..8 {
         let look = index.look(elements, p, &mut notes);
-        let nearest = { known.iter() }.fold(f64::INFINITY, |least, q| least.min(q.distance(p)));
+        let nearest = known
+            .iter()
+            .fold(f64::INFINITY, |least, q| least.min(q.distance(p)));
         assert!(look.clear <= nearest * (1.0 + 1e-12));
         assert!(look.touching || nearest >= 2.0 * RADIUS);
         let wide = 10.0 * RADIUS;
@@ -375,7 +377,7 @@ fn who_looks_while_others_are_born_misses_none_that_he_knows_and_can_tell_what_c
     let (mut held, mut disturbed) = (0, 0);
     for round in 0..12 {
         let young: Vec<OnceLock<Element>> = (0..BIRTHS).map(|_| OnceLock::new()).collect();
-        let births: Vec<Element> = { 0..BIRTHS }
+        let births: Vec<Element> = (0..BIRTHS)
             .map(|_| element(random_point(&mut stream, 0.15)))
             .collect();
         let old = elements.len();

@@ -122,7 +122,10 @@ impl TexturedScene {
     /// Turns and scales it into the axes and units of a file.
     pub fn place(&mut self, placement: &Placement) {
         for object in &mut self.objects {
-            { object.stance.iter_mut() }.for_each(|stance| stance.place(placement));
+            object
+                .stance
+                .iter_mut()
+                .for_each(|stance| stance.place(placement));
             let meshes = object.meshes.iter_mut();
             meshes.for_each(|(_, mesh)| mesh.place(placement));
         }
@@ -137,7 +140,10 @@ impl TexturedScene {
     pub fn write_glb(&self, out: &mut dyn Write) -> io::Result<()> {
         self.check()?;
         let mut body = Body::default();
-        let (nodes, shapes): (Vec<Value>, Vec<Value>) = { self.objects.iter().enumerate() }
+        let (nodes, shapes): (Vec<Value>, Vec<Value>) = self
+            .objects
+            .iter()
+            .enumerate()
             .map(|(number, object)| self.object(number, object, &mut body))
             .unzip();
         let (worn, materials) = Worn::of(&self.materials, &self.images)?;
@@ -181,10 +187,13 @@ impl TexturedScene {
 
     /// Bytes of all images.
     pub fn image_bytes(&self) -> usize {
-        let maps = { self.materials.iter() }.flat_map(|material| match &material.look {
-            SurfaceLook::Maps(images) => images.named().map(|(_, png)| png.len()).to_vec(),
-            SurfaceLook::Own(_) => Vec::new(),
-        });
+        let maps = self
+            .materials
+            .iter()
+            .flat_map(|material| match &material.look {
+                SurfaceLook::Maps(images) => images.named().map(|(_, png)| png.len()).to_vec(),
+                SurfaceLook::Own(_) => Vec::new(),
+            });
         let own = self.images.iter().map(Vec::len);
         maps.chain(own).sum()
     }
@@ -201,10 +210,16 @@ impl TexturedScene {
     /// The node and the mesh of an object of this number.
     fn object(&self, number: usize, object: &TexturedObject, body: &mut Body) -> (Value, Value) {
         let is_alone = self.objects.len() == 1;
-        let name = { object.name.as_ref().filter(|_| !is_alone) }.unwrap_or(&self.name);
+        let name = object
+            .name
+            .as_ref()
+            .filter(|_| !is_alone)
+            .unwrap_or(&self.name);
         let name = name.replace(char::is_control, " ");
         let stance = object.stored_from();
-        let primitives = { object.meshes.iter() }
+        let primitives = object
+            .meshes
+            .iter()
             .map(|(material, mesh)| mesh.primitive(*material, &stance, body))
             .collect::<Vec<Value>>();
         let mut node = json!({"name": name, "mesh": number});
@@ -295,10 +310,15 @@ impl TexturedMesh {
         let count = self.shape.positions.len();
         let stored = |p: &[f64; 3]| stance.point(*p).map(|x| x as f32);
         let positions: Vec<[f32; 3]> = self.shape.positions.iter().map(stored).collect();
-        let normals: Vec<[f32; 3]> = { self.shape.normals.iter() }
+        let normals: Vec<[f32; 3]> = self
+            .shape
+            .normals
+            .iter()
             .map(|normal| stance.direction(*normal))
             .collect();
-        let tangents: Vec<[f32; 4]> = { self.tangents.iter() }
+        let tangents: Vec<[f32; 4]> = self
+            .tangents
+            .iter()
             .map(|&[x, y, z, sign]| {
                 let [x, y, z] = stance.direction([x, y, z]);
                 [x, y, z, sign]

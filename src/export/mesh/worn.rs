@@ -38,7 +38,9 @@ impl<'a> Worn<'a> {
             places: vec![None; own.len()],
             ..Self::default()
         };
-        let said = { materials.iter() }.map(|material| worn.material(material, own));
+        let said = materials
+            .iter()
+            .map(|material| worn.material(material, own));
         let said = said.collect::<io::Result<Vec<Value>>>()?;
         Ok((worn, said))
     }

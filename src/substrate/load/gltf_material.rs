@@ -263,7 +263,7 @@ impl Looks {
         let mesh = self.meshes.get(mesh).and_then(|mesh| text(&mesh.name));
         let material = material.and_then(|material| self.materials.get(material as usize));
         let part = Part {
-            objects: { node.into_iter().chain(mesh) }.chain(above).collect(),
+            objects: node.into_iter().chain(mesh).chain(above).collect(),
             material: material.and_then(|material| text(&material.name)),
             frame: Some(world.to_cols_array_2d()),
         };

@@ -254,7 +254,7 @@ impl<'a> Collector<'a> {
             let turned =
                 |normal: &[f64; 3]| Some((copy.turn? * DVec3::from_array(*normal)).to_array());
             let corner = |v: u32| Corner {
-                uvs: { uvs.each_ref() }.map(|set| Some(set.as_ref()?[v as usize])),
+                uvs: uvs.each_ref().map(|set| Some(set.as_ref()?[v as usize])),
                 normal: normals.get(v as usize).and_then(turned),
                 colors: colors.each_ref().map(|set| set.get(v as usize).copied()),
             };

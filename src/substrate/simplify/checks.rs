@@ -60,7 +60,7 @@ impl Star {
     /// Finds the normals of its triangles, which tell where it may go.
     pub(super) fn find_normals(&mut self, surface: &Surface) {
         let p = surface.place(self.vertex);
-        let normals = { self.fan.iter() }.map(|&ends| normal(surface, p, ends));
+        let normals = self.fan.iter().map(|&ends| normal(surface, p, ends));
         self.normals.clear();
         self.normals.extend(normals);
     }
@@ -208,7 +208,7 @@ pub(super) fn keeps_folds_open(
 ) -> bool {
     let p = surface.place(target.vertex);
     let others = target.staying(star.vertex);
-    let normals = { others.clone() }.map(|ends| normal(surface, p, ends));
+    let normals = others.clone().map(|ends| normal(surface, p, ends));
     if face_one_way(moved.iter().copied().chain(normals), FACES_NO_FOLD) {
         return true;
     }

@@ -239,7 +239,10 @@ impl<'a> Whole<'a> {
             triangles: self.triangles,
             source: self.source,
             onto: self.onto,
-            error: { self.known.vertices.iter() }
+            error: self
+                .known
+                .vertices
+                .iter()
                 .map(|v| v.strayed)
                 .fold(0.0, larger),
         }
