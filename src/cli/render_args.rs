@@ -124,7 +124,7 @@ impl ShotArgs {
 pub(crate) struct ByArgs {
     #[arg(long, value_parser = Quantity::parser(), hide_possible_values = true, value_name = "QUANTITY", conflicts_with_all = ["also", "age_darken", "prothallus", "areoles", "apothecia"], help = Quantity::help())]
     pub(crate) by: Option<Quantity>,
-    /// The numbers at the ends of the colours, as 0,0.5 [default: the least and the greatest]
+    /// The numbers at the ends of the colours, as 0,0.5; not with --by colony [default: the least and the greatest]
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, requires = "by", allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
 }

@@ -46,7 +46,11 @@ const QUANTITIES: [(Quantity, &str, &str); 7] = [
         "Strahler's branch order, 1 at tips",
     ),
     (Quantity::Depth, "depth", "steps from the seed"),
-    (Quantity::Colony, "colony", "the seed that it descends from"),
+    (
+        Quantity::Colony,
+        "colony",
+        "the seed that it descends from; without --range and --colormap",
+    ),
 ];
 
 impl Quantity {
