@@ -34,8 +34,8 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "0|1", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
     pub(crate) uv_set: u8,
     /// Maps for each material, each object or each UDIM tile of the mesh that lichen is on, and all of the mesh in one
-    /// lichened.glb. Given
-    /// twice, as --each object --each material, for each material of each object
+    /// lichened.glb. Several
+    /// may be given, as --each object --each material, for each material of each object
     #[arg(
         long,
         value_enum,
