@@ -182,7 +182,7 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
     /// Width of preview.png in pixels, 16 to 16384, or 0 for none; it is three quarters as high. A wide one takes longer; one of 640 takes as long
-    /// as 20,000 elements
+    /// as 50,000 elements
     #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = preview_width, help_heading = RUN, allow_negative_numbers = true)]
     pub(crate) preview: u32,
     /// Replace what an earlier run wrote to the folder; that is gone as soon as growth starts
