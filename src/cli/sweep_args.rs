@@ -246,7 +246,7 @@ const FLAGS: [(&str, Option<&str>, &str, &str); 3] = [
         "axis",
         None,
         "NAME=VALUES",
-        "Vary any setting of a recipe but mesh, mask and seed, as gain=1..4/3log or \
+        "Vary any setting of a recipe but mesh, mesh-up, mask and seed, as gain=1..4/3log or \
          preset=foliose,crustose. May be repeated",
     ),
 ];
