@@ -5,6 +5,8 @@ mod common;
 mod layouts;
 #[path = "bake/materials.rs"]
 mod materials;
+#[path = "bake/unwrapped.rs"]
+mod unwrapped;
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -110,6 +112,7 @@ fn settings(size: u32, samples: u32) -> Settings {
         size,
         gutter: 8,
         samples,
+        unwrap: false,
     }
 }
 
@@ -167,8 +170,12 @@ fn spread(differences: &[f32]) -> [f32; 2] {
 
 #[test]
 fn both_sides_of_a_seam_show_the_same() {
+    check_seams(&settings(1024, 4));
+}
+
+fn check_seams(settings: &Settings) {
     let made = made();
-    let baker = baker(&made, &settings(1024, 4));
+    let baker = baker(&made, settings);
     let baked = baker.whole().unwrap();
     let under = |place: &(u32, f64, [f64; 2])| bilinear(&baked, map("mask"), place.2).x > 0.0;
     let places: Vec<_> = seam_places(&made, &baked)
@@ -353,12 +360,16 @@ fn files(baked: &Baked) -> Vec<Vec<u8>> {
 
 #[test]
 fn the_same_bytes_on_any_number_of_threads() {
+    check_threads(&settings(256, 2));
+}
+
+fn check_threads(settings: &Settings) {
     let made = made();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build()
             .unwrap()
-            .install(|| files(&baker(&made, &settings(256, 2)).whole().unwrap()))
+            .install(|| files(&baker(&made, settings).whole().unwrap()))
     };
     let one = on(1);
     assert_eq!(one.len(), 2 * MAPS.len());

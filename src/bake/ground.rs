@@ -55,8 +55,9 @@ pub(super) struct Beyond<'a> {
 
 impl<'a> Beyond<'a> {
     pub(super) fn new(shown: Shown<'a>) -> Self {
+        let first = shown.triangles().next().unwrap_or(0);
         Self {
-            first: shown.triangles().next().unwrap_or(0),
+            first,
             mean: OnceLock::new(),
             shown,
         }

@@ -44,6 +44,7 @@ pub fn judge(
         substrate,
         texturing,
         chosen,
+        charts: None,
     };
     let part_of = |t: u32| {
         let source = substrate.source_triangle(t) as usize;

@@ -56,7 +56,7 @@ impl Baked<'_> {
     /// tangents differ, in the units and axes of its file. Triangles without UVs are at (0, 0).
     pub fn meshes(&self) -> Vec<(TexturedObject, TexturedMesh)> {
         let cutter = Cutter {
-            shown: self.shown,
+            shown: self.shown.clone(),
             frames: &self.frames,
             is_own: false,
         };

@@ -18,8 +18,11 @@ mod occlusion;
 mod place;
 mod shown;
 mod texel;
+mod unwrap;
 mod veil;
 mod write;
+
+use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
@@ -58,6 +61,8 @@ pub struct Settings {
     pub gutter: u32,
     /// Samples along each side of a texel, 1 to 8: the square of this in all.
     pub samples: u32,
+    /// Whether maps are laid out in charts of their own, cut and packed for their size, and not as the mesh's file says.
+    pub unwrap: bool,
 }
 
 impl Default for Settings {
@@ -66,6 +71,7 @@ impl Default for Settings {
             size: 2048,
             gutter: 16,
             samples: 2,
+            unwrap: false,
         }
     }
 }
@@ -116,6 +122,15 @@ pub enum BakeError {
         /// How many images they would fill.
         images: f64,
     },
+    /// Charts of their own do not fit into an image.
+    #[error(
+        "there are so many charts, or texels around them, that they do not fit into one image: make it larger, or bake the \
+         mesh part by part"
+    )]
+    Crowded,
+    /// There can be no charts of their own.
+    #[error("laying out charts failed: {0}")]
+    Unwrap(String),
     /// A setting that is out of its range.
     #[error("{name} is {value}: it may be {low} to {high}")]
     Range {
@@ -296,11 +311,14 @@ impl<'a> Baker<'a> {
     }
 
     /// Whether the [whole](Self::whole), or a [part](Self::part) where some are chosen, can be baked: found out much
-    /// sooner than by baking it.
+    /// sooner than by baking it. Charts of their own are laid out only then.
     ///
     /// # Errors
-    /// Those of baking it.
+    /// Those of baking it, but for [`BakeError::Crowded`].
     pub fn check(&self, chosen: Option<&[bool]>) -> Result<(), BakeError> {
+        if self.settings.unwrap {
+            return Ok(());
+        }
         layout::check(&self.shown(chosen), self.settings.size as usize)
     }
 
@@ -351,12 +369,22 @@ impl<'a> Baker<'a> {
             substrate: self.substrate,
             texturing: self.texturing,
             chosen,
+            charts: None,
         }
+    }
+
+    /// With the coordinates that maps are laid out in.
+    fn laid_out<'b>(&'b self, chosen: Option<&'b [bool]>) -> Result<Shown<'b>, BakeError> {
+        let mut shown = self.shown(chosen);
+        if self.settings.unwrap {
+            shown.charts = Some(Arc::new(unwrap::unwrap(&shown, &self.settings)?));
+        }
+        Ok(shown)
     }
 
     fn bake<'b>(&'b self, chosen: Option<&'b [bool]>) -> Result<Baked<'b>, BakeError> {
         let (size, gutter) = (self.settings.size as usize, self.settings.gutter as usize);
-        let shown = self.shown(chosen);
+        let shown = self.laid_out(chosen)?;
         let layout = Layout::new(&shown, size, gutter)?;
         let frames = frames(&shown);
         let placer = Placer::new(self.substrate, &layout);
@@ -375,15 +403,15 @@ impl<'a> Baker<'a> {
         };
         texels.occlude(|texels, number, texel| horizons.light(texels, number, texel));
         Ok(Baked {
-            shown,
             highest: texels.iter().fold(0.0, |most, t| most.max(t.height)),
             texel: placer.texel,
             layout,
             frames,
             texels,
             ground: &self.ground,
-            beyond: Beyond::new(shown),
+            beyond: Beyond::new(shown.clone()),
             veil: Veil::new(&shown),
+            shown,
         })
     }
 }
@@ -474,16 +502,22 @@ impl Baked<'_> {
         let owner = Some(self.layout.owners[texel]).filter(|&o| o != NONE);
         let placed = owner.and_then(|owner| Some((owner, self.weights(owner, texel)?)));
         let Some((owner, weights)) = placed else {
-            let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
-            return (owner, InImages([Some(uv.to_array()), None]));
+            return (owner, self.beside(texel));
         };
         let Shown {
             substrate,
             texturing,
             ..
-        } = self.shown;
+        } = &self.shown;
         let at = InImages::of((substrate, texturing), owner, weights);
         (Some(owner), at)
+    }
+
+    /// Where a texel that shows no triangle is in images: in those of the maps' own layout, if there are such.
+    fn beside(&self, texel: usize) -> InImages {
+        let uv = (self.layout.middle(texel) + 0.5) / self.layout.size as f64;
+        let is_files = self.shown.charts.is_none();
+        InImages([is_files.then_some(uv.to_array()), None])
     }
 
     /// The weights of a triangle's corners in the middle of a texel, if it is in the layout.
@@ -505,7 +539,7 @@ impl Baked<'_> {
 
     /// Its normal, where its texture has a tangent space of its own.
     fn tilted(&self, owner: u32, texel: usize, at: &InImages) -> Option<Vec3> {
-        if !self.ground.is_tilted_elsewhere(owner) {
+        if self.shown.charts.is_none() && !self.ground.is_tilted_elsewhere(owner) {
             return None;
         }
         let (frame, weights) = (self.frames[owner as usize], self.weights(owner, texel)?);

@@ -1,14 +1,19 @@
 //! The part of a mesh that maps are made of.
 
+use std::sync::Arc;
+
+use super::unwrap::Charts;
 use crate::substrate::{Material, Substrate, Texturing};
 
 /// Triangles that are shown, and what their file says of them.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Shown<'a> {
     pub(super) substrate: &'a Substrate,
     pub(super) texturing: &'a Texturing,
     /// By the numbers of triangles in the file: those past its end are not shown. None where all are.
     pub(super) chosen: Option<&'a [bool]>,
+    /// What they are laid out in instead of what their file says.
+    pub(super) charts: Option<Arc<Charts>>,
 }
 
 impl<'a> Shown<'a> {
@@ -48,6 +53,9 @@ impl<'a> Shown<'a> {
     /// UVs of a triangle that is shown, if it has any.
     pub(super) fn uvs_of(&self, triangle: u32) -> Option<[[f64; 2]; 3]> {
         let shown = self.has(triangle).then_some(triangle)?;
-        self.texturing.uvs_of(self.substrate, shown)
+        match &self.charts {
+            Some(charts) => charts[shown as usize],
+            None => self.texturing.uvs_of(self.substrate, shown),
+        }
     }
 }

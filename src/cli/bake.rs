@@ -37,6 +37,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         size: args.maps.size,
         gutter: args.maps.gutter,
         samples: args.maps.samples,
+        unwrap: args.unwrap,
     };
     settings.check().map_err(|e| Failure::Usage(e.into()))?;
     start_threads(args.run.threads)?;

@@ -8,7 +8,7 @@ use super::layouts::{plain, squares};
 use super::*;
 
 /// Two by two texels, each with its alpha.
-fn image(texels: [[u8; 4]; 4]) -> Vec<u8> {
+pub(super) fn image(texels: [[u8; 4]; 4]) -> Vec<u8> {
     let mut image = Vec::new();
     let mut encoder = png::Encoder::new(&mut image, 2, 2);
     encoder.set_color(png::ColorType::Rgba);
@@ -18,7 +18,7 @@ fn image(texels: [[u8; 4]; 4]) -> Vec<u8> {
     image
 }
 
-fn texture(image: usize, is_in_second: bool) -> Option<Texture> {
+pub(super) fn texture(image: usize, is_in_second: bool) -> Option<Texture> {
     Some(Texture {
         image,
         is_in_second,
