@@ -26,12 +26,18 @@ pub struct Joined {
 /// A place nearer to a centre than contact by this share overlaps it.
 const OVERLAP: f64 = 1e-9;
 
+/// A step traced again may end short of contact by round-off: by less than this much more than its distance.
+const ALMOST: f64 = 1.0 + 1e-6;
+
 impl<I: ElementIndex> Surroundings<'_, I> {
-    /// The resting place of a walker whose step from `from` ended in contact.
-    ///
-    /// # Panics
-    /// When there is no element within 3r of where the step ended.
-    pub fn join(&self, scratch: &mut Connectivity, from: &SurfacePoint, step: DVec2) -> Joined {
+    /// The resting place of a walker whose step from `from` ended in contact; none if it did not, or was so near to contact
+    /// that round-off decides.
+    pub fn join(
+        &self,
+        scratch: &mut Connectivity,
+        from: &SurfacePoint,
+        step: DVec2,
+    ) -> Option<Joined> {
         self.join_where((scratch, &Nearby::default()), (from, step), |_| true)
     }
 
@@ -41,27 +47,25 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         (scratch, nearby): (&mut Connectivity, &Nearby),
         (from, step): (&SurfacePoint, DVec2),
         suits: impl Fn(&SurfacePoint) -> bool,
-    ) -> Joined {
+    ) -> Option<Joined> {
         let path = Path::follow(self.substrate, from, step);
-        let (at, touched, at_distance) = self.first_touch((scratch, nearby), &path);
+        let (at, touched, at_distance) = self.first_touch((scratch, nearby), &path)?;
         let first = Joined {
             at,
             touched,
             packed: false,
         };
         if self.parameters.join == Join::Touch || !at_distance {
-            return first;
+            return Some(first);
         }
         let packed = Orbit::new(self, nearby, touched).second_touch(scratch, &at);
         let clear = |at: &SurfacePoint| !self.overlaps(scratch, at);
-        packed
-            .filter(&suits)
-            .filter(clear)
-            .map_or(first, |at| Joined {
-                at,
-                packed: true,
-                ..first
-            })
+        let packed = packed.filter(&suits).filter(clear);
+        Some(packed.map_or(first, |at| Joined {
+            at,
+            packed: true,
+            ..first
+        }))
     }
 
     /// After packing on a curved mesh, check again.
@@ -84,7 +88,7 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         &self,
         (scratch, found): (&mut Connectivity, &Nearby),
         path: &Path,
-    ) -> (SurfacePoint, u32, bool) {
+    ) -> Option<(SurfacePoint, u32, bool)> {
         let reach = 1.001 * (self.contact_distance() + self.parameters.radius);
         let mut nearby: Vec<Found> = Vec::with_capacity(USUALLY_NEAR);
         self.within_found(found, (path.end(), reach), |element| nearby.push(element));
@@ -99,8 +103,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             let crowded = nearby.iter().any(is_near);
             !crowded || !self.overlaps(scratch, at)
         });
-        let (at, id) = touch.unwrap_or_else(|| self.last_place_clear(scratch, path, &nearby));
-        (at, id, touch.is_some())
+        let (at, id) = touch.or_else(|| self.last_place_clear(scratch, path))?;
+        Some((at, id, touch.is_some()))
     }
 
     fn first_touch_on(
@@ -128,34 +132,24 @@ impl<I: ElementIndex> Surroundings<'_, I> {
         &self,
         scratch: &mut Connectivity,
         path: &Path,
-        nearby: &[Found],
-    ) -> (SurfacePoint, u32) {
+    ) -> Option<(SurfacePoint, u32)> {
         let (mut clear, mut met) = (0.0, path.legs.len() as f64);
-        let touched = |scratch: &mut Connectivity, t: f64| {
+        let touched = |scratch: &mut Connectivity, t: f64, distance: f64| {
             let at = path.surface_point(self.substrate, t);
             let p = self.substrate.position(&at);
-            self.touching(scratch, (at.triangle, p), self.contact_distance())
+            self.touching(scratch, (at.triangle, p), distance)
         };
-        // The step traced again may end short of contact, by round-off.
-        let mut touching = touched(scratch, met).unwrap_or_else(|| nearest(nearby, path.end()));
+        let contact = self.contact_distance();
+        let mut touching = touched(scratch, met, contact * ALMOST)?;
         for _ in 0..60 {
             let middle = 0.5 * (clear + met);
-            match touched(scratch, middle) {
+            match touched(scratch, middle, contact) {
                 Some(id) => (met, touching) = (middle, id),
                 None => clear = middle,
             }
         }
-        (path.surface_point(self.substrate, clear), touching)
+        Some((path.surface_point(self.substrate, clear), touching))
     }
-}
-
-fn nearest(nearby: &[Found], place: DVec3) -> u32 {
-    let distance_sq = |f: &&Found| f.place.distance_squared(place);
-    nearby
-        .iter()
-        .min_by(|a, b| distance_sq(a).total_cmp(&distance_sq(b)))
-        .expect("a step that ends in contact ends near an element")
-        .id()
 }
 
 /// A traced step as straight legs through space, one a triangle. Never empty.

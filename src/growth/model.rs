@@ -34,7 +34,8 @@ pub trait GrowthModel {
     /// What it took so far.
     fn counts(&self) -> &Counts;
 
-    /// Goes on after births that it was told of as if they had taken this.
+    /// Goes on after births that it was told of as if they had taken this. Before the first [`next`](Self::next): what
+    /// walks already does so by the counts that there were.
     fn resume(&mut self, counts: Counts);
 }
 

@@ -463,7 +463,8 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
         self.join_from(&from, step, probability)
     }
 
-    /// The same from a place on the surface. Where nothing may grow it is refused after all.
+    /// The same from a place on the surface. Where nothing may grow it is refused after all, and so where only round-off
+    /// had it touch.
     pub(super) fn join_from(
         &mut self,
         from: &SurfacePoint,
@@ -475,10 +476,10 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
         let joined =
             self.around
                 .join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
-        if !suits(&joined.at) {
+        let Some(joined) = joined.filter(|joined| suits(&joined.at)) else {
             self.track.counts.refusals += 1;
             return Met::Refused;
-        }
+        };
         self.track.counts.packed += u64::from(joined.packed);
         let colony = self.around.element(joined.touched).colony;
         Met::End(Fate::Joined(Element {

@@ -269,6 +269,11 @@ impl<'a, I: ElementIndex> WalkerModel<'a, I> {
         let together = Together::new(lichen, fleet, books, limits, cancelled);
         let (fleet, books, outcome) = together.walk();
         (self.fleet, self.landed) = fleet;
+        // What had them stop may hold no longer when they are to land.
+        let halted = |flight: &&mut Box<Flight<I>>| matches!(flight.fate(), Some(Fate::Halted(_)));
+        for flight in self.fleet.iter_mut().filter(halted) {
+            flight.begin(flight.number);
+        }
         self.books = books;
         self.take_in(cluster, outcome.index_is_full);
         self.parallel.seconds += started.elapsed().as_secs_f64();
