@@ -10,7 +10,7 @@ use thallus::export::{Axes, OutputDir, OutputError, Placement, UpAxis};
 use thallus::input;
 use thallus::run::shell_path;
 use thallus::skin::{Paint, Shape};
-use thallus::substrate::{NAMELESS, Substrate, Texturing};
+use thallus::substrate::{Substrate, Texturing};
 
 use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
@@ -296,11 +296,20 @@ impl<'a> Baking<'a> {
     /// A part by its name, and how to do without it.
     fn left_out(&self, part: &MapPart) -> Option<String> {
         let name = part.name.as_ref()?;
-        let without = |kind| match name == NAMELESS {
-            true => format!("triangles of no {kind}"),
-            false => {
-                let others = shell_path(Path::new(&format!("{kind}:!{name}")));
-                format!("{kind} '{name}' (to do without it: --only {others})")
+        let parts = &self.lichens.parts;
+        let without = |kind| match parts.own_name(part) {
+            None => format!("triangles of no {kind} that has a name"),
+            Some(own) => {
+                let others = shell_path(Path::new(&format!("{kind}:!{own}")));
+                let same = parts
+                    .list()
+                    .iter()
+                    .filter(|part| parts.own_name(part) == Some(own));
+                let it = match same.count() {
+                    1 => "it".to_owned(),
+                    _ => format!("all that the file calls '{own}'"),
+                };
+                format!("{kind} '{name}' (to do without {it}: --only {others})")
             }
         };
         Some(match self.args.each[..] {

@@ -60,6 +60,11 @@ impl Parts {
         &self.list
     }
 
+    /// What the file calls a part, if that is one name.
+    pub(crate) fn own_name(&self, part: &MapPart) -> Option<&str> {
+        self.division.as_ref()?.own_name(part.number)
+    }
+
     /// The triangles of the file that are in a part; nothing where all are.
     pub(crate) fn chosen(&self, part: &MapPart) -> Option<Vec<bool>> {
         let Some(division) = &self.division else {

@@ -1,14 +1,16 @@
 //! A mesh in parts that have texture layouts of their own.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::parts::By;
-use super::{SelectionError, Texturing};
+use super::{Part, SelectionError, Texturing};
 
 /// The triangles of a file, each in one part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Division {
     names: Vec<String>,
+    /// What the file calls these, where that is one name.
+    own_names: Vec<Option<String>>,
     /// For each triangle of the file its place in `names`.
     part_of: Vec<usize>,
 }
@@ -16,38 +18,64 @@ pub struct Division {
 /// What parts of nameless triangles are called.
 pub const NAMELESS: &str = "unnamed";
 
+/// The bits of an object's frame.
+type Frame = [[u64; 3]; 4];
+
+/// What tells objects or materials of a file from one another.
+type Key<'a> = (Option<&'a String>, Option<Frame>, Option<u32>);
+
 impl Division {
-    /// By the first name of their objects. Nameless ones are a part called `unnamed`.
+    /// By the first name of their objects; of those of one name by where they stand, too, as instances do. Nameless
+    /// ones are called `unnamed`, and the second that would be called as another `Rock_2`.
     ///
     /// # Errors
     /// [`SelectionError::NoNames`] when the file names no objects.
     pub fn by_object(texturing: &Texturing) -> Result<Self, SelectionError> {
-        Self::by_name(texturing, By::Object)
+        Self::by_key(texturing, By::Object, |part, _| {
+            let bits = |frame: [[f64; 3]; 4]| frame.map(|column| column.map(f64::to_bits));
+            let name = part.and_then(|part| part.objects.first());
+            (name, part.and_then(|part| part.frame.map(bits)), None)
+        })
     }
 
-    /// By the names of their materials. Nameless ones are a part called `unnamed`.
+    /// By their materials, which in glTF may be several of one name. Nameless ones are called `unnamed`, and the second
+    /// that would be called as another `Stone_2`.
     ///
     /// # Errors
     /// [`SelectionError::NoNames`] when the file names no materials.
     pub fn by_material(texturing: &Texturing) -> Result<Self, SelectionError> {
-        Self::by_name(texturing, By::Material)
+        Self::by_key(texturing, By::Material, |part, material| {
+            let name = part.and_then(|part| part.material.as_ref());
+            // An OBJ file, which has no frames, knows materials by their names: those of UDIM tiles are several by
+            // their images only.
+            let is_by_name = part.is_some_and(|part| part.frame.is_none());
+            (name, None, material.filter(|_| !is_by_name))
+        })
     }
 
-    fn by_name(texturing: &Texturing, by: By) -> Result<Self, SelectionError> {
+    fn by_key<'a>(
+        texturing: &'a Texturing,
+        by: By,
+        key: impl Fn(Option<&'a Part>, Option<u32>) -> Key<'a>,
+    ) -> Result<Self, SelectionError> {
         if texturing.names_by(by).is_empty() {
             return Err(SelectionError::no_names(texturing, by));
         }
-        let name = |part: &Option<u32>| {
-            let part = part.map(|part| &texturing.parts[part as usize]);
-            part.and_then(|part| by.names(part).first())
+        let (mut keys, mut places) = (Vec::new(), HashMap::new());
+        let mut place = |(triangle, part): (usize, &Option<u32>)| {
+            let material = texturing.material_of.get(triangle).copied().flatten();
+            let key = key(part.map(|part| &texturing.parts[part as usize]), material);
+            *places.entry(key).or_insert_with(|| {
+                keys.push(key.0);
+                keys.len() - 1
+            })
         };
-        let mut all = Places::default();
-        let names = texturing.part_of.iter().map(name);
-        let part_of = names
-            .map(|name| all.place(name.map_or(NAMELESS, |name| name)))
-            .collect();
+        let part_of = texturing.part_of.iter().enumerate();
+        let part_of = part_of.map(&mut place).collect();
+        let named = keys.iter().map(|name| name.map_or(NAMELESS, |name| name));
         Ok(Self {
-            names: all.names,
+            names: distinct(named.map(str::to_owned).collect()),
+            own_names: keys.into_iter().map(Option::<&String>::cloned).collect(),
             part_of,
         })
     }
@@ -72,6 +100,7 @@ impl Division {
         let of = |triangle: usize| tiles.get(triangle)?.as_ref().map(place);
         Self {
             names: sorted.iter().map(Tile::name).collect(),
+            own_names: vec![None; sorted.len()],
             part_of: (0..count).map(|t| of(t).unwrap_or(0)).collect(),
         }
     }
@@ -87,7 +116,8 @@ impl Division {
         let name =
             |&(one, two): &(usize, usize)| [&self.names[one][..], &other.names[two]].join(" ");
         Self {
-            names: pairs.iter().map(name).collect(),
+            names: distinct(pairs.iter().map(name).collect()),
+            own_names: vec![None; pairs.len()],
             part_of: part_of.into_iter().map(place).collect(),
         }
     }
@@ -125,7 +155,13 @@ impl Division {
         self.part_of.len()
     }
 
-    /// What the parts are called, each with a triangle at least.
+    /// What the file calls a part, by its place in [`names`](Self::names), if that is one name: of several parts, where
+    /// objects or materials share it.
+    pub fn own_name(&self, part: usize) -> Option<&str> {
+        self.own_names.get(part)?.as_deref()
+    }
+
+    /// What the parts are called, each with a triangle at least, and no two of them the same.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -136,23 +172,25 @@ impl Division {
     }
 }
 
-/// Names in the order in which they come.
-#[derive(Default)]
-struct Places {
-    names: Vec<String>,
-    places: HashMap<String, usize>,
-}
-
-impl Places {
-    fn place(&mut self, name: &str) -> usize {
-        if let Some(&place) = self.places.get(name) {
-            return place;
-        }
-        let place = self.names.len();
-        self.names.push(name.to_owned());
-        self.places.insert(name.to_owned(), place);
-        place
+/// Names of which no two are the same: the first of several stays, others get numbers that are free.
+fn distinct(mut names: Vec<String>) -> Vec<String> {
+    let mut taken: HashSet<String> = names.iter().cloned().collect();
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    for name in &mut names {
+        let Some(number) = seen.get_mut(name) else {
+            seen.insert(name.clone(), 1);
+            continue;
+        };
+        let free = loop {
+            *number += 1;
+            let numbered = format!("{name}_{number}");
+            if taken.insert(numbered.clone()) {
+                break numbered;
+            }
+        };
+        *name = free;
     }
+    names
 }
 
 /// A square of the plane of UVs: its row from below and its column.
@@ -193,7 +231,6 @@ impl Tile {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Part;
     use super::*;
 
     fn named(objects: &[&str], material: Option<&str>) -> Part {
@@ -256,6 +293,63 @@ mod tests {
         assert_eq!(by_material.count_in(Some(&some)), 1);
         let bare = Division::by_material(&Texturing::default()).unwrap_err();
         assert!(matches!(bare, SelectionError::NoNames { .. }), "{bare}");
+    }
+
+    /// As glTF may have them: names are not unique there.
+    #[test]
+    fn parts_of_one_name_are_told_apart() {
+        let at = |objects: &[&str], material: Option<&str>, x: f64| Part {
+            frame: Some([
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [x, 0.0, 0.0],
+            ]),
+            ..named(objects, material)
+        };
+        let mut texturing = Texturing {
+            parts: vec![
+                at(&["Rock"], Some("Stone"), 0.0),
+                at(&["Rock"], Some("Stone"), 5.0),
+                at(&["Rock_2"], Some("Stone"), 0.0),
+                at(&["Rock"], None, 0.0),
+            ],
+            part_of: vec![Some(0), Some(1), Some(2), Some(3), Some(0)],
+            material_of: vec![Some(3), Some(1), Some(3), Some(0), Some(7)],
+            ..Texturing::default()
+        };
+        let by_material = Division::by_material(&texturing).unwrap();
+        let expected = [
+            ("Stone", vec![0, 2]),
+            ("Stone_2", vec![1]),
+            ("unnamed", vec![3]),
+            ("Stone_3", vec![4]),
+        ];
+        assert_eq!(parts(&by_material), expected);
+        let own = [0, 1, 2, 3].map(|part| by_material.own_name(part));
+        assert_eq!(own, [Some("Stone"), Some("Stone"), None, Some("Stone")]);
+        let by_object = Division::by_object(&texturing).unwrap();
+        let expected = [
+            ("Rock", vec![0, 3, 4]),
+            ("Rock_3", vec![1]),
+            ("Rock_2", vec![2]),
+        ];
+        assert_eq!(parts(&by_object), expected);
+        // OBJ has no frames, and knows both by their names.
+        texturing
+            .parts
+            .iter_mut()
+            .for_each(|part| part.frame = None);
+        let by_material = Division::by_material(&texturing).unwrap();
+        assert_eq!(by_material.names(), ["Stone", "unnamed"]);
+        let by_object = Division::by_object(&texturing).unwrap();
+        assert_eq!(by_object.names(), ["Rock", "Rock_2"]);
+        let mut both = by_object.clone();
+        both.names = ["a", "a b"].map(str::to_owned).to_vec();
+        let mut other = by_material.clone();
+        other.names = ["b c", "c"].map(str::to_owned).to_vec();
+        other.part_of = vec![0, 0, 1, 0, 0];
+        assert_eq!(both.and(&other).names(), ["a b c", "a b c_2"]);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Which flags give each place of a mesh texels of its own, and the second set of UVs.
 
+use thallus::substrate::{Division, load_textured};
+
 use super::*;
 
 /// What `check` says that maps of a mesh would be.
@@ -194,5 +196,71 @@ fn bake_proposes_flags_that_serve() {
     assert!(
         told.contains("a second set of UVs") && !told.contains("--each tile"),
         "{told}"
+    );
+}
+
+/// Two squares with the same place in an image, a red one and a blue one, of one object, and both of `Stone`.
+fn put_two_stones(desk: &Desk, name: &str) {
+    put_two_sets(desk, name);
+    let mut document: Value = serde_json::from_slice(&desk.read(name)).unwrap();
+    document["nodes"][0]["name"] = "Both".into();
+    document["materials"] = [[1, 0, 0, 1], [0, 0, 1, 1]]
+        .map(|color| json!({"name": "Stone", "pbrMetallicRoughness": {"baseColorFactor": color}}))
+        .to_vec()
+        .into();
+    let mut indices = accessor(3, 5123, 6, "SCALAR");
+    document["accessors"][3] = indices.clone();
+    indices["byteOffset"] = 12.into();
+    document["accessors"][2] = indices;
+    let primitive = |indices: u8, material: u8| {
+        let attributes = json!({"POSITION": 0, "TEXCOORD_0": 1});
+        json!({"attributes": attributes, "indices": indices, "material": material})
+    };
+    document["meshes"][0]["primitives"] = json!([primitive(3, 0), primitive(2, 1)]);
+    fs::write(desk.path(name), document.to_string()).unwrap();
+}
+
+/// As glTF may have them: names are not unique there.
+#[test]
+fn materials_of_one_name_have_maps_of_their_own() {
+    let desk = desk();
+    put_two_stones(&desk, "stones.gltf");
+    let (found, told) = maps(&desk, "stones.gltf");
+    assert_eq!(
+        (&found["flags"], &found["images"]),
+        (&"--each material".into(), &2.into()),
+        "{told}"
+    );
+    desk.done("stones.gltf --radius 0.01 --elements 200 --at random --colonies 8 -o out");
+    let words = "out -o maps --size 64 --each material --format exr";
+    let done = desk.call("bake", words).output().unwrap();
+    assert!(
+        done.status.success() && !said(&done).contains("overlap"),
+        "{}",
+        said(&done)
+    );
+    assert!(desk.path("maps/Stone_mask.exr").exists());
+    assert!(desk.path("maps/Stone_2_mask.exr").exists());
+    let (loaded, made) = load_textured(&desk.path("maps/lichened.glb")).unwrap();
+    let stones = Division::by_material(&made).unwrap();
+    assert_eq!(stones.names(), ["Stone", "Stone_2"]);
+    // Each as it was: red or blue, in the corner, where there is no triangle.
+    let first_texel = |stone: usize| {
+        let image = made.materials[stone].base_color_texture.unwrap().image;
+        let decoder = ::png::Decoder::new(std::io::Cursor::new(&made.images[image]));
+        let mut reader = decoder.read_info().unwrap();
+        let mut texels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut texels).unwrap();
+        [texels[0], texels[1], texels[2]]
+    };
+    assert_eq!([0, 1].map(first_texel), [[255, 0, 0], [0, 0, 255]]);
+    assert_eq!(loaded.soup.triangles.len(), 4);
+    // Both are meant by the one name.
+    let words = "out -o none --size 64 --each object --only material:Stone";
+    let both = desk.call("bake", words).output().unwrap();
+    assert!(
+        both.status.success() && said(&both).contains("'Both': 4 triangles overlap"),
+        "{}",
+        said(&both)
     );
 }
