@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use super::shown::Shown;
 use crate::appearance::{Appearance, InImages};
 use crate::picture::{self, longest_axis};
-use crate::substrate::{Material, Substrate, SurfacePoint, Texturing};
+use crate::substrate::{Material, Substrate, SurfacePoint, Texture, Texturing};
 
 /// How the bare substrate at a place throws light back, besides its colour.
 #[derive(Clone, Copy, Debug)]
@@ -49,15 +49,20 @@ pub(super) struct Beyond<'a> {
     shown: Shown<'a>,
     /// The first triangle that is shown.
     pub(super) first: u32,
+    /// Whether one image lies under all that is shown, in the layout of the maps, and so also where there is no
+    /// triangle.
+    has_image: bool,
     /// The mean colour, once it is asked for.
     mean: OnceLock<Vec3>,
 }
 
 impl<'a> Beyond<'a> {
-    pub(super) fn new(shown: Shown<'a>) -> Self {
+    pub(super) fn new(shown: Shown<'a>, ground: &Ground) -> Self {
+        let is_files = shown.charts.is_none();
         let first = shown.triangles().next().unwrap_or(0);
         Self {
             first,
+            has_image: is_files && (ground.own.is_of_image() || ground.is_on_one_image(&shown)),
             mean: OnceLock::new(),
             shown,
         }
@@ -114,9 +119,23 @@ impl<'a> Ground<'a> {
         self.own.notes()
     }
 
+    /// Whether all that is shown has the same image in the layout of the maps, and the same factor to it.
+    fn is_on_one_image(&self, shown: &Shown) -> bool {
+        let materials = shown.materials();
+        let is_first = |material: &&Material| {
+            let of = |material: &Material| (material.base_color_texture, material.base_color);
+            of(material) == of(materials[0])
+        };
+        let texture = materials.first().and_then(|first| first.base_color_texture);
+        let is_there = |texture: Texture| !texture.is_in_second && self.has_image(texture.image);
+        texture.is_some_and(is_there)
+            && materials.iter().all(is_first)
+            && shown.triangles().all(|t| shown.material_of(t).is_some())
+    }
+
     /// Colour at a place of the image that a triangle owns, linear light; `place` is asked only where
-    /// colour depends on it. Beyond all charts it is the first triangle's material or, where that does not say it, the
-    /// mean: smaller levels of the texture mix it into their rims.
+    /// colour depends on it. Beyond all charts it is what the mesh's own image has there, if it has the layout of the
+    /// maps, or else the mean: smaller levels of the texture mix it into their rims.
     pub(super) fn base_color(
         &self,
         (triangle, beyond): (Option<u32>, &Beyond),
@@ -130,12 +149,23 @@ impl<'a> Ground<'a> {
             }
             None => {}
         }
+        if triangle.is_none() && !beyond.has_image {
+            return self.at_or_mean(None, beyond, |at| self.own_color(at));
+        }
         let textured = self.own.textured(triangle.unwrap_or(beyond.first), at);
         match (textured, self.own.has_painted_vertices()) {
             (Some(color), false) => color,
             (Some(color), true) => color * self.at_or_mean(place(), beyond, |at| self.painted(at)),
             (None, _) => self.at_or_mean(place(), beyond, |at| self.bare(at)),
         }
+    }
+
+    /// What the mesh's file says of a place, or that of stone.
+    fn own_color(&self, at: &SurfacePoint) -> Vec3 {
+        let mesh = (self.substrate, self.texturing);
+        let in_images = InImages::of(mesh, at.triangle, at.weights());
+        let textured = self.own.textured(at.triangle, &in_images);
+        textured.map_or_else(|| self.bare(at), |color| color * self.painted(at))
     }
 
     /// How little is seen through a material at a place of the image.

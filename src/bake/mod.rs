@@ -409,7 +409,7 @@ impl<'a> Baker<'a> {
             frames,
             texels,
             ground: &self.ground,
-            beyond: Beyond::new(shown.clone()),
+            beyond: Beyond::new(shown.clone(), &self.ground),
             veil: Veil::new(&shown),
             shown,
         })

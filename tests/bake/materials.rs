@@ -299,3 +299,42 @@ fn beyond_a_part_is_its_own_material() {
         assert!((at("orm").y - roughness).abs() < 1e-6);
     }
 }
+
+/// Where there is no triangle: the mean of what is seen, or what the mesh's own image has there.
+#[test]
+fn beyond_textures_is_their_mean_or_the_image_itself() {
+    const RED: [u8; 4] = [255, 0, 0, 255];
+    // Red above, where the squares of the second set lie, and green below.
+    let made = |materials: &[Material]| {
+        let mut made = made_of(materials);
+        made.texturing.images = vec![image([RED, RED, GREEN, GREEN]), image([GREEN; 4])];
+        let above = |[u, v]: [f64; 2]| [u, 0.24 + 0.02 * v];
+        let uvs = made.texturing.uvs.iter();
+        made.texturing.second_uvs = uvs.map(|uvs| uvs.map(|uvs| uvs.map(above))).collect();
+        made
+    };
+    let of = |number, is_in_second| Material {
+        base_color_texture: texture(number, is_in_second),
+        ..plain()
+    };
+    let beside = |made: &Made| {
+        let baker = baker(made, &settings(256, 1));
+        let baked = baker.whole().unwrap();
+        Vec3::from_array(baked.value(map("base_color"), 0, 192))
+    };
+    let cases: [(&[Material], Vec3); 5] = [
+        (&[of(0, true)], Vec3::X),
+        (&[of(0, false)], Vec3::Y),
+        (&[of(0, true), of(1, true)], Vec3::new(0.5, 0.5, 0.0)),
+        // The first has nothing to say of the other's.
+        (&[of(0, true), of(1, false)], Vec3::new(0.5, 0.5, 0.0)),
+        (
+            &[of(1, false), plain(), plain(), plain()],
+            Vec3::new(0.75, 1.0, 0.75),
+        ),
+    ];
+    for (materials, expected) in cases {
+        let found = beside(&made(materials));
+        assert!(found.distance(expected) < 0.05, "{found} {expected}");
+    }
+}
