@@ -558,17 +558,19 @@ impl Baked<'_> {
         self.veil.is_double_sided
     }
 
-    /// The opacity of the substrate at a texel in a column and a row, from the upper left, by which its
-    /// [alpha](Self::alpha) decides; lichen leaves it.
+    /// The opacity at a texel in a column and a row, from the upper left, by which its [alpha](Self::alpha) decides.
+    /// Lichen hides what is blended, as glass, but leaves holes open, and what is cut out as it is.
     ///
     /// # Panics
     /// Beyond the image.
     pub fn opacity(&self, x: usize, y: usize) -> f32 {
         assert!(x < self.size(), "column {x} of {}", self.size());
-        let (owner, at) = self.owner(y * self.size() + x);
+        let texel = y * self.size() + x;
+        let (owner, at) = self.owner(texel);
         let material = self.shown.material_of(owner.unwrap_or(self.beyond.first));
         let material = material.map(|number| &self.shown.texturing.materials[number]);
-        self.veil.opacity(self.ground, material, &at)
+        let lichen = self.texels.get(texel).map_or(0.0, |t| t.mask);
+        self.veil.opacity(self.ground, material, (&at, lichen))
     }
 
     /// Its colour.

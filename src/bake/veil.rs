@@ -15,6 +15,10 @@ pub(super) struct Veil {
 /// Where a single cutoff does not serve several materials.
 const CUTOFF: f32 = 0.5;
 
+/// Where a blended material is less opaque than this, it has a hole, as of leaves, and is no glass. Less than the half
+/// of `--mask opaque`, which keeps lichen off glass too.
+const HOLE: f32 = 0.05;
+
 impl Veil {
     /// As much as any of the materials: blended if one is, cut out if one is.
     pub(super) fn new(shown: &Shown) -> Self {
@@ -29,12 +33,12 @@ impl Veil {
         veil
     }
 
-    /// The opacity that a texel of a material is written with.
+    /// The opacity that a texel of a material is written with, where so much of it is lichen, which is opaque.
     pub(super) fn opacity(
         &self,
         ground: &Ground,
         material: Option<&Material>,
-        at: &InImages,
+        (at, lichen): (&InImages, f32),
     ) -> f32 {
         let Some(material) = material.filter(|material| material.alpha != Alpha::Opaque) else {
             return 1.0;
@@ -45,7 +49,8 @@ impl Veil {
                 (opacity * cutoff / own).min(1.0)
             }
             (_, Alpha::Mask { cutoff }) => f32::from(u8::from(opacity >= cutoff)),
-            _ => opacity,
+            _ if material.is_open(opacity, HOLE) => opacity,
+            _ => opacity + (1.0 - opacity) * lichen,
         }
     }
 }

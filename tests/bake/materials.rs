@@ -164,6 +164,41 @@ fn what_is_cut_out_stays_cut_out() {
     }
 }
 
+/// Pictures and skins show it so; but nothing closes holes.
+#[test]
+fn lichen_on_glass_is_opaque() {
+    const NONE: [u8; 4] = [0, 255, 0, 0];
+    let (mask, blend) = (Alpha::Mask { cutoff: 0.1 }, Alpha::Blend);
+    let cases = [
+        (blend, GLASS, Some(0.2)),
+        (blend, NONE, None),
+        (mask, GLASS, None),
+    ];
+    for (alpha, texel, glass) in cases {
+        let mut made = made_of(&[Material {
+            base_color_texture: texture(0, false),
+            alpha,
+            ..plain()
+        }]);
+        made.texturing.images = vec![image([texel; 4])];
+        let baker = baker(&made, &settings(64, 4));
+        let baked = baker.whole().unwrap();
+        let own = f32::from(texel[3]) / 255.0;
+        let mut most = 0.0f32;
+        for (x, y) in (0..64 * 64).map(|i| (i % 64, i / 64)) {
+            let [lichen, ..] = baked.value(map("mask"), x, y);
+            most = most.max(lichen);
+            let expected = glass.map_or(own, |glass| glass + (1.0 - glass) * lichen);
+            let found = baked.opacity(x, y);
+            assert!(
+                (found - expected).abs() < 1e-3,
+                "{alpha:?}: {found} {expected}"
+            );
+        }
+        assert!(most > 0.5, "{most}");
+    }
+}
+
 #[test]
 fn the_glb_is_cut_out_and_shows_from_behind_as_its_material() {
     let leaf = Material {
