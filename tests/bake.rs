@@ -388,6 +388,7 @@ fn the_glb_is_the_mesh_with_its_uvs_and_a_material() {
         base_color,
         normal,
         orm,
+        ..
     }) = material.look.clone()
     else {
         panic!("{material:?}")

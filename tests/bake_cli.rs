@@ -160,9 +160,12 @@ fn every_map_and_the_mesh_are_written_and_said() {
     let text = String::from_utf8_lossy(&glb);
     assert_eq!(
         text.matches("\"name\":\"cube\"").count(),
-        2,
-        "node and mesh"
+        3,
+        "node, mesh and material"
     );
+    for map in ["base_color", "normal", "orm"] {
+        assert!(text.contains(&format!("\"name\":\"cube_{map}\"")), "{map}");
+    }
     // The mesh wears PNG whatever the maps are.
     assert!(desk.read("png/lichened.glb") == desk.read("exr/lichened.glb"));
     made(&desk, "out -o dx --size 128 --normal directx --quiet");

@@ -185,6 +185,8 @@ fn maps_are_made_of_one_part() {
         said(&part)
     );
     assert_eq!(along_x(&desk.read("maps/lichened.glb")), [0.0, 3.0]);
+    let glb = said_in(&desk.read("maps/lichened.glb"));
+    assert_eq!(names(&glb, "materials"), ["parts"], "of two names");
     assert_eq!(along_x(&desk.read("one/lichened.glb")), [1.0, 2.0]);
     let masks = ["maps", "one"].map(|folder| desk.read(&format!("{folder}/mask.png")));
     assert!(masks[0] != masks[1], "the first square's lichen is in both");
@@ -218,6 +220,10 @@ fn each_part_has_maps_of_its_own_in_one_file() {
     assert_eq!(
         names(&glb, "materials"),
         ["Big Wall", "Rock.001", "Rock.002"]
+    );
+    assert_eq!(
+        names(&glb, "images")[3..5],
+        ["parts_Rock.001_base_color", "parts_Rock.001_normal"]
     );
     assert_eq!(glb["nodes"][0]["children"], serde_json::json!([1, 2, 3]));
     assert_eq!(along_x(&desk.read("by-object/lichened.glb")), [0.0, 3.0]);
@@ -253,6 +259,12 @@ fn each_part_has_maps_of_its_own_in_one_file() {
     same("by-both/Rock.001_Granite_mask.png", "one/mask.png");
     let told = bake("all -o granite --size 64 --only material:Granite --only object:Rock*");
     assert!(told.contains("elements in 8 maps"), "{told}");
+    let glb = said_in(&desk.read("granite/lichened.glb"));
+    assert_eq!(names(&glb, "materials"), ["Granite"]);
+    assert_eq!(
+        names(&glb, "nodes"),
+        ["parts_material_Granite_object_Rock_"]
+    );
     same("granite/mask.png", "one/mask.png");
     let none = "all -o none --size 64 --only material:Granite --only object:Big*";
     let none = desk.call("bake", none).output().unwrap();
@@ -317,6 +329,7 @@ fn each_tile_has_maps_of_its_own() {
     );
     let glb = said_in(&desk.read("tiles/lichened.glb"));
     assert_eq!(names(&glb, "materials"), ["1001", "1012"]);
+    assert_eq!(names(&glb, "images")[0], "tiles_base_color.1001");
     // Each tile is what its square alone would be.
     let text = String::from_utf8(desk.read("tiles.obj")).unwrap();
     let parts = text.replacen("v 0 ", "o First\nv 0 ", 1).replacen(

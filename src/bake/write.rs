@@ -162,6 +162,7 @@ impl Baked<'_> {
         Ok(TexturedMaterial {
             name: name.to_owned(),
             look: SurfaceLook::Maps(MapImages {
+                affixes: Default::default(),
                 base_color,
                 normal,
                 orm,

@@ -16,7 +16,7 @@ use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, Each};
 use super::bake_flags::{Flags, Settled, WASTED, are_few, cure};
-use super::bake_parts::{MapPart, Parts};
+use super::bake_parts::{MapPart, Parts, plain};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
 use super::bake_write::{GLB, Writer};
 use super::dress::Dress;
@@ -404,7 +404,7 @@ impl<'a> Baking<'a> {
 /// Of the mesh that wears the maps: its file's, and which part it is.
 fn name(args: &BakeArgs, mesh: &Path) -> String {
     let name = mesh.file_stem().unwrap_or("lichened".as_ref());
-    let only = args.only.iter().map(|only| format!(" {only}"));
+    let only = args.only.iter().map(|only| plain(&format!("_{only}")));
     name.to_string_lossy().into_owned() + &only.collect::<String>()
 }
 

@@ -22,8 +22,8 @@ pub(crate) struct MapPart {
     number: usize,
     /// What it is called; nothing where it is all that is asked for.
     pub(crate) name: Option<String>,
-    /// What its material is called.
-    pub(crate) material: String,
+    /// What its material is called: nothing where what it was before has several names, or none.
+    pub(crate) material: Option<String>,
     /// What names of its files begin with, and what stands before their extension: `brick_normal.png`, and of tiles
     /// `normal.1001.png`, as programs look for them.
     affixes: [String; 2],
@@ -46,7 +46,7 @@ impl Parts {
             (named, tiles) => named.clone().or(tiles.clone()),
         };
         let list = match &division {
-            None => vec![MapPart::whole()],
+            None => vec![MapPart::whole(only_material(texturing, only.as_deref()))],
             Some(division) => listed(division, only.as_deref(), [named, tiles])?,
         };
         Ok(Self {
@@ -108,7 +108,7 @@ fn listed(
         MapPart {
             number,
             name: Some(name.clone()),
-            material: name.clone(),
+            material: Some(name.clone()),
             affixes: [
                 stem.unwrap_or_default(),
                 tile.map_or(String::new(), |tile| format!(".{tile}")),
@@ -156,11 +156,7 @@ const MOST_BYTES: usize = 80;
 /// What names of a part's files begin with: so that every file system takes them, and that none is another part's, in
 /// whatever case.
 fn file_stem(name: &str, taken: &mut HashSet<String>) -> String {
-    let plain = |c: char| match c.is_alphanumeric() || "-._".contains(c) {
-        true => c,
-        false => '_',
-    };
-    let mut stem: String = name.chars().map(plain).collect();
+    let mut stem = plain(name);
     stem.truncate(stem.floor_char_boundary(MOST_BYTES));
     if stem.starts_with('.') || stem.is_empty() {
         stem.insert(0, '_');
@@ -177,15 +173,41 @@ fn file_stem(name: &str, taken: &mut HashSet<String>) -> String {
     found
 }
 
+/// A name that programs and file systems take.
+pub(super) fn plain(name: &str) -> String {
+    let plain = |c: char| match c.is_alphanumeric() || "-._".contains(c) {
+        true => c,
+        false => '_',
+    };
+    name.chars().map(plain).collect()
+}
+
+/// The name of the material of some triangles, or of all, where all have one of that name.
+fn only_material(texturing: &Texturing, chosen: Option<&[bool]>) -> Option<String> {
+    let division = Division::by_material(texturing).ok()?;
+    let firsts = division.firsts(chosen).into_iter().enumerate();
+    let mut names = firsts.filter_map(|(part, first)| first.map(|_| division.own_name(part)));
+    let first = names.next()??;
+    names
+        .all(|name| name == Some(first))
+        .then(|| first.to_owned())
+}
+
 impl MapPart {
-    /// All that is asked for.
-    fn whole() -> Self {
+    /// All that is asked for, of a material.
+    fn whole(material: Option<String>) -> Self {
         Self {
             number: 0,
             name: None,
-            material: "lichened".to_owned(),
+            material,
             affixes: Default::default(),
         }
+    }
+
+    /// What names of its images begin and end with, in the file of a mesh of this name.
+    pub(crate) fn image_affixes(&self, mesh: &str) -> [String; 2] {
+        let [first, last] = &self.affixes;
+        [format!("{}_{first}", plain(mesh)), last.clone()]
     }
 
     /// Of its file for a map.

@@ -88,12 +88,16 @@ impl<'a> Writer<'a> {
         if self.format.file != MapFile::Png {
             written.clear();
         }
-        let material = baked.material(&part.material, &written);
-        let material = material.map_err(|problem| OutputError::Io {
+        let mesh = &self.scene.name;
+        let material = baked.material(part.material.as_ref().unwrap_or(mesh), &written);
+        let mut material = material.map_err(|problem| OutputError::Io {
             path: folder.path().join(GLB),
             doing: "writing",
             problem,
         })?;
+        if let SurfaceLook::Maps(images) = &mut material.look {
+            images.affixes = part.image_affixes(mesh);
+        }
         self.scene.add(material, baked.meshes());
         self.check_size(folder)?;
         self.parts.push(self.described(part, baked));

@@ -42,6 +42,8 @@ pub struct TexturedObject {
 /// The images of a material, as PNG files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapImages {
+    /// What their names begin with, and end with: `rock_base_color.1001`.
+    pub affixes: [String; 2],
     /// sRGB.
     pub base_color: Vec<u8>,
     /// Tangent space, +Y.
@@ -146,7 +148,7 @@ impl TexturedScene {
             .enumerate()
             .map(|(number, object)| self.object(number, object, &mut body))
             .unzip();
-        let (worn, materials) = Worn::of(&self.materials, &self.images)?;
+        let (worn, materials) = Worn::of(&self.name, &self.materials, &self.images)?;
         for (name, file) in worn.images() {
             body.image(name, file);
         }
@@ -230,12 +232,14 @@ impl TexturedScene {
 
 impl MapImages {
     /// In the order in which a file has them.
-    pub(super) fn named(&self) -> [(&'static str, &[u8]); 3] {
-        [
+    pub(super) fn named(&self) -> [(String, &[u8]); 3] {
+        let [first, last] = &self.affixes;
+        let all = [
             ("base_color", &self.base_color),
             ("normal", &self.normal),
             ("orm", &self.orm),
-        ]
+        ];
+        all.map(|(kind, png)| (format!("{first}{kind}{last}"), &png[..]))
     }
 }
 

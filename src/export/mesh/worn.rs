@@ -16,6 +16,8 @@ const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 /// The images of a file in the order in which it has them, and what is made of them.
 #[derive(Default)]
 pub(super) struct Worn<'a> {
+    /// What the scene is called.
+    scene: &'a str,
     images: Vec<(String, &'a [u8])>,
     /// Of the scene's own images, their places among all.
     places: Vec<Option<usize>>,
@@ -26,15 +28,17 @@ pub(super) struct Worn<'a> {
 }
 
 impl<'a> Worn<'a> {
-    /// The materials of a scene with such images of its own, and what they need.
+    /// The materials of a scene of this name with such images of its own, and what they need.
     ///
     /// # Errors
     /// When a material names an image that is not there.
     pub(super) fn of(
+        scene: &'a str,
         materials: &'a [TexturedMaterial],
         own: &'a [Vec<u8>],
     ) -> io::Result<(Self, Vec<Value>)> {
         let mut worn = Self {
+            scene,
             places: vec![None; own.len()],
             ..Self::default()
         };
@@ -79,7 +83,7 @@ impl<'a> Worn<'a> {
         let mut said = match &material.look {
             SurfaceLook::Maps(images) => {
                 let [base_color, normal, orm] = images.named().map(|(name, png)| {
-                    self.images.push((name.to_owned(), png));
+                    self.images.push((name.replace(char::is_control, " "), png));
                     let texture = self.texture_of(self.images.len() - 1, [Wrap::Repeat; 2]);
                     json!({"index": texture})
                 });
@@ -152,7 +156,9 @@ impl<'a> Worn<'a> {
             return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
         };
         let image = *self.places[texture.image].get_or_insert_with(|| {
-            self.images.push((format!("own_{}", texture.image), file));
+            let name = format!("{}_own_{}", self.scene, texture.image);
+            self.images
+                .push((name.replace(char::is_control, " "), file));
             self.images.len() - 1
         });
         let mut said = json!({"index": self.texture_of(image, texture.wrap)});
