@@ -1,5 +1,7 @@
 //! With which flags `thallus bake` gives each place of a mesh texels of its own.
 
+use std::collections::HashMap;
+
 use thallus::bake::{BakeError, LayoutJudgement, judge};
 use thallus::substrate::{Division, Substrate, Texturing};
 
@@ -35,6 +37,11 @@ fn serves(judged: &LayoutJudgement) -> bool {
     judged.unfit == 0 && are_few(judged.overlapping)
 }
 
+/// Whether there are maps of most parts: others are no advice, as those whose lichen is in none of them are refused.
+fn has_most(judged: &LayoutJudgement) -> bool {
+    judged.unfit <= judged.images
+}
+
 /// A layout that shows less than this share of an image wastes it.
 pub(super) const WASTED: f64 = 0.02;
 
@@ -43,17 +50,45 @@ pub(super) fn are_few(share: f64) -> bool {
     share <= FEW
 }
 
+/// A layout that maps may have.
+struct Choice {
+    words: &'static str,
+    is_second: bool,
+    each: &'static [Each],
+}
+
+impl Choice {
+    const fn first(words: &'static str, each: &'static [Each]) -> Self {
+        Self {
+            words,
+            is_second: false,
+            each,
+        }
+    }
+
+    const fn second(words: &'static str, each: &'static [Each]) -> Self {
+        Self {
+            words,
+            is_second: true,
+            each,
+        }
+    }
+}
+
 /// What may be written, in the order in which it is proposed.
-const CHOICES: [(&str, &[Each]); 6] = [
-    ("--uv-set 1", &[]),
-    ("--each material", &[Each::Material]),
-    ("--each tile", &[Each::Tile]),
-    ("--each object", &[Each::Object]),
-    (
+const CHOICES: [Choice; 9] = [
+    Choice::second("--uv-set 1", &[]),
+    Choice::first("--each material", &[Each::Material]),
+    Choice::first("--each tile", &[Each::Tile]),
+    Choice::first("--each object", &[Each::Object]),
+    Choice::first(
         "--each object --each material",
         &[Each::Object, Each::Material],
     ),
-    ("--each material --each tile", &[Each::Material, Each::Tile]),
+    Choice::first("--each material --each tile", &[Each::Material, Each::Tile]),
+    Choice::second("--uv-set 1 --each material", &[Each::Material]),
+    Choice::second("--uv-set 1 --each tile", &[Each::Tile]),
+    Choice::second("--uv-set 1 --each object", &[Each::Object]),
 ];
 
 impl Flags {
@@ -70,19 +105,19 @@ impl Flags {
         let now = judge(substrate, texturing, (now.as_ref(), settled.chosen));
         let without = now.as_ref().ok().map(|now| now.overlapping);
         let mut best = now.map(|judged| ("", judged));
-        for (words, each) in CHOICES {
+        for choice in &CHOICES {
             if best.as_ref().is_ok_and(|(_, best)| serves(best)) {
                 break;
             }
-            let adds = settled.each.iter().all(|kind| each.contains(kind));
-            let found = adds.then(|| judged(each, substrate, texturing, settled));
-            let Some(judged) = found.flatten() else {
+            let adds = settled.each.iter().all(|kind| choice.each.contains(kind));
+            let found = adds.then(|| judged(choice, substrate, texturing, settled));
+            let Some(judged) = found.flatten().filter(has_most) else {
                 continue;
             };
             let order = |judged: &LayoutJudgement| (judged.unfit, judged.overlapping);
             let is_better = |(_, best): &(_, LayoutJudgement)| order(&judged) < order(best);
             if best.as_ref().map_or(true, is_better) {
-                best = Ok((words, judged));
+                best = Ok((choice.words, judged));
             }
         }
         best.map(|(words, judged)| Self {
@@ -120,28 +155,46 @@ pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
 
 /// Nothing where they ask for what there is not, or for no more than there is.
 fn judged(
-    each: &[Each],
+    choice: &Choice,
     substrate: &Substrate,
     texturing: &Texturing,
     settled: Settled,
 ) -> Option<LayoutJudgement> {
-    if each.is_empty() {
-        let is_there = !settled.is_second && texturing.second_uvs.iter().any(Option::is_some);
-        let second = || Texturing {
-            uvs: texturing.second_uvs.clone(),
-            ..Texturing::default()
-        };
-        let judged = is_there.then(|| judge(substrate, &second(), (None, settled.chosen)));
-        return judged?.ok();
+    let second = match choice.is_second {
+        true if settled.is_second => return None,
+        true => Some(in_second(texturing)?),
+        false => None,
+    };
+    let laid_out = second.as_ref().unwrap_or(texturing);
+    if choice.each.is_empty() {
+        return judge(substrate, laid_out, (None, settled.chosen)).ok();
     }
-    if each.contains(&Each::Tile) && repeats_images(texturing) {
+    if choice.each.contains(&Each::Tile) && repeats_images(laid_out) {
         return None;
     }
-    let division = divided(texturing, each)?;
+    let division = divided(laid_out, choice.each)?;
     let is_possible = (2..=MOST_PARTS).contains(&division.count_in(settled.chosen));
     let chosen = chosen(&division, settled);
     let chosen = chosen.as_deref().or(settled.chosen);
-    is_possible.then(|| judge(substrate, texturing, (Some(&division), chosen)).ok())?
+    is_possible.then(|| judge(substrate, laid_out, (Some(&division), chosen)).ok())?
+}
+
+/// What a layout in the second set of coordinates goes by, if there is one: all but normals, colours and images.
+fn in_second(texturing: &Texturing) -> Option<Texturing> {
+    let is_there = texturing.second_uvs.iter().any(Option::is_some);
+    is_there.then(|| {
+        let mut second = Texturing {
+            uvs: texturing.uvs.clone(),
+            second_uvs: texturing.second_uvs.clone(),
+            parts: texturing.parts.clone(),
+            part_of: texturing.part_of.clone(),
+            material_of: texturing.material_of.clone(),
+            materials: texturing.materials.clone(),
+            ..Texturing::default()
+        };
+        second.swap_uv_sets();
+        second
+    })
 }
 
 /// Of a division the triangles in parts that lichen is on, if that is known.
@@ -179,7 +232,7 @@ fn divided(texturing: &Texturing, each: &[Each]) -> Option<Division> {
 /// Whether an image lies on several tiles: so it is repeated, and they are none of UDIM's, which have an image each.
 fn repeats_images(texturing: &Texturing) -> bool {
     let tiles = Division::by_tile(texturing);
-    let mut tile_of = vec![None; texturing.images.len()];
+    let mut tile_of = HashMap::new();
     let mut triangles = texturing.material_of.iter().enumerate();
     triangles.any(|(triangle, material)| {
         let image = || {
@@ -187,8 +240,7 @@ fn repeats_images(texturing: &Texturing) -> bool {
             let texture = material.base_color_texture?;
             (!texture.is_in_second).then_some(texture.image)
         };
-        let at = image().and_then(|image| tile_of.get_mut(image));
         let tile = tiles.name_of(triangle);
-        at.is_some_and(|at| at.get_or_insert(tile) != &tile)
+        image().is_some_and(|image| *tile_of.entry(image).or_insert(tile) != tile)
     })
 }

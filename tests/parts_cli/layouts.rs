@@ -264,3 +264,69 @@ fn materials_of_one_name_have_maps_of_their_own() {
         said(&both)
     );
 }
+
+/// Two materials, each with the whole second set of coordinates, in which an image lies that they share.
+#[test]
+fn a_second_set_of_uvs_may_be_of_each_material() {
+    let desk = desk();
+    put_two_stones(&desk, "stones.gltf");
+    let mut document: Value = serde_json::from_slice(&desk.read("stones.gltf")).unwrap();
+    // In the first set both squares are folded onto a line of the image, and in the second each has all of it.
+    let mut bytes = desk.read("two.bin");
+    bytes.splice(160..224, bytes[96..160].to_vec());
+    for corner in 0..8 {
+        let [u, repeated] = [
+            bytes[160 + 8 * corner..164 + 8 * corner].to_vec(),
+            7f32.to_le_bytes().to_vec(),
+        ];
+        let folded = if u == [0; 4] { u } else { repeated };
+        bytes.splice(96 + 8 * corner..100 + 8 * corner, folded);
+    }
+    fs::write(desk.path("two.bin"), bytes).unwrap();
+    let accessors = document["accessors"].as_array_mut().unwrap();
+    accessors.push(accessor(2, 5126, 8, "VEC2"));
+    for primitive in document["meshes"][0]["primitives"].as_array_mut().unwrap() {
+        primitive["attributes"]["TEXCOORD_1"] = 4.into();
+    }
+    fs::write(desk.path("stones.gltf"), document.to_string()).unwrap();
+    let (found, told) = maps(&desk, "stones.gltf");
+    assert_eq!(
+        (&found["flags"], &found["overlapping"]),
+        (&"--uv-set 1 --each material".into(), &0.0.into()),
+        "{told}"
+    );
+    desk.done("stones.gltf --radius 0.01 --elements 200 --at random --colonies 8 -o out");
+    let bake = |words: &str| said(&desk.call("bake", words).output().unwrap());
+    let told = bake("out -o second --size 64 --uv-set 1");
+    assert!(told.contains("with --each material no place"), "{told}");
+    let told = bake("out -o each --size 64 --uv-set 1 --each material");
+    assert!(
+        !told.contains("overlap") && !told.contains("error"),
+        "{told}"
+    );
+}
+
+/// Pieces that each repeat an image, about tiles of their own, as a tree's do that is coloured by one strip of texels.
+#[test]
+fn flags_that_leave_most_parts_without_maps_are_no_advice() {
+    let desk = desk();
+    let square = |x: u32| {
+        let corners = [[0, 0], [0, 1], [1, 1], [1, 0]];
+        let line =
+            |[s, t]: [u32; 2]| format!("v {} 0 {t}\nvt {} {}\n", 2 * x + s, x + 7 * s, 7 * t);
+        corners.map(line).concat() + "f -4/-4 -3/-3 -2/-2\nf -4/-4 -2/-2 -1/-1\n"
+    };
+    let small = "v 0 1 0\nv 0 1 1\nv 1 1 1\nvt 0 0\nvt 0 0.5\nvt 0.5 0.5\nf -3/-3 -2/-2 -1/-1\n";
+    let squares: String = (1..8).map(square).collect();
+    fs::write(desk.path("tree.obj"), squares + small).unwrap();
+    let (found, told) = maps(&desk, "tree.obj");
+    assert!(found.is_null(), "{found}");
+    assert!(
+        told.contains(" is 7.00 images wide") && !told.contains("--each tile"),
+        "{told}"
+    );
+    assert!(
+        told.contains("; no flags help: unwrap the mesh without overlaps"),
+        "{told}"
+    );
+}
