@@ -219,6 +219,52 @@ const FACES: &str =
     "usemtl Rock 1\nf 1/1 2/2 3/3\nusemtl plain\nf 1/1 3/3 4/4\nusemtl unknown\nf 1 2 4\n";
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 
+/// Each fault once, and no other's cure.
+#[test]
+fn images_of_gltf_that_are_not_there_are_told_once() {
+    let of = |images: serde_json::Value, texture: serde_json::Value| {
+        let mut doc = Doc::new();
+        let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        doc.json["materials"] = json!([{
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "normalTexture": {"index": 0},
+        }]);
+        doc.json["textures"] = json!([texture]);
+        doc.json["images"] = images;
+        let primitive = json!({"attributes": {"POSITION": positions}, "material": 0});
+        doc.show(primitive, json!({}));
+        let (texturing, _) = textured(&[("a.glb", &doc.glb()), ("a.webp", b"RIFF....WEBP")]);
+        texturing.notes
+    };
+    let source = json!({"source": 0});
+    let notes = of(json!([{"uri": "gone.png"}]), source.clone());
+    let [note] = &notes[..] else {
+        panic!("{notes:?}")
+    };
+    assert!(
+        note.starts_with("image 0 is passed over: ") && note.contains("gone.png"),
+        "{note}"
+    );
+    assert!(!note.contains("WebP"), "{note}");
+    let notes = of(json!([{"uri": "a.webp"}]), source);
+    let [note] = &notes[..] else {
+        panic!("{notes:?}")
+    };
+    assert!(
+        note.contains("neither PNG nor JPEG") && note.ends_with("save it as one of those"),
+        "{note}"
+    );
+    let notes = of(
+        json!([]),
+        json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
+    );
+    assert_eq!(notes.len(), 2);
+    assert!(
+        notes.iter().all(|note| note.contains("WebP and KTX2")),
+        "{notes:?}"
+    );
+}
+
 #[test]
 fn materials_of_obj_come_from_its_libraries() {
     let library = "\u{feff}# of a scanner\n\tnewmtl Rock 1  \r\n Kd 0 0 0\r\nillum spectral\nmap_Kd -clamp on C:\\scan\\the rock.png\n\

@@ -378,8 +378,7 @@ impl Images<'_> {
         let sampler = texture.and_then(|t| self.looks.samplers.get(t.sampler?));
         let wrap = sampler.map_or_else(Default::default, JsonSampler::wrap);
         let source = texture.and_then(|t| t.source);
-        let image = source.filter(|&s| s < self.places.len());
-        let Some(image) = image.and_then(|s| self.image(s)) else {
+        let Some(source) = source.filter(|&s| s < self.places.len()) else {
             let note = format!(
                 "the {what} texture is passed over: it has no PNG or JPEG image (WebP and KTX2 are not read: save it as one of \
                  those)"
@@ -388,7 +387,7 @@ impl Images<'_> {
             return None;
         };
         Some(Texture {
-            image,
+            image: self.image(source)?,
             is_in_second: set == 1,
             strength: info.scale.or(info.strength.map(share)).unwrap_or(1.0),
             transform: transform.rows(),
@@ -396,6 +395,7 @@ impl Images<'_> {
         })
     }
 
+    /// What is wrong with it is told once.
     fn image(&mut self, source: usize) -> Option<usize> {
         if let Some(place) = self.places[source] {
             return place;
@@ -406,7 +406,8 @@ impl Images<'_> {
                 Some(self.out.images.len() - 1)
             }
             Err(problem) => {
-                self.out.notes.push(format!("image {source}: {problem}"));
+                let note = format!("image {source} is passed over: {problem}");
+                self.out.notes.push(note);
                 None
             }
         };
@@ -428,7 +429,7 @@ impl Images<'_> {
             }
             (None, None) => return Err("it has no data".into()),
         };
-        encoded_image(bytes)
+        encoded_image(bytes).map_err(|problem| problem + ": save it as one of those")
     }
 }
 
