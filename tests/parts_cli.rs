@@ -373,11 +373,42 @@ fn a_part_without_uvs_has_no_maps_with_a_warning() {
     let words = "plate -o none --size 64 --each object --only material:Plate";
     let none = desk.call("bake", words).output().unwrap();
     assert!(
-        said(&none).contains("no UVs to lay maps out in"),
+        said(&none)
+            .contains("maps are to be made of 'Rock.002' only: there are no UVs to lay maps"),
         "{}",
         said(&none)
     );
     assert!(none.status.code() == Some(1) && !desk.path("none").exists());
+}
+
+/// There would be black maps.
+#[test]
+fn lichen_that_would_be_in_no_map_is_refused() {
+    let desk = desk();
+    let text = String::from_utf8(desk.read("parts.obj")).unwrap();
+    let plate = "o Plate\nv 0 -1 0\nv 0 -1 1\nv 1 -1 1\nf -3 -2 -1\n";
+    fs::write(desk.path("plate.obj"), text + plate).unwrap();
+    desk.done("plate.obj --radius 0.01 --elements 60 --mask object:Plate -o plate");
+    for words in [
+        "",
+        "--each object",
+        "--only object:Rock*",
+        "--base stone --each object",
+    ] {
+        let words = format!("plate -o none --size 64 {words}");
+        let refused = desk.call("bake", &words).output().unwrap();
+        let told = said(&refused);
+        assert_eq!(refused.status.code(), Some(1), "{words}: {told}");
+        assert!(told.contains("'Plate'"), "{words}: {told}");
+        assert!(!desk.path("none").exists(), "{words}");
+    }
+    let words = "plate -o none --size 64 --only object:Rock*";
+    let told = said(&desk.call("bake", words).output().unwrap());
+    assert!(
+        told.contains("no element of the lichen would be in a map: it is on the object 'Plate'")
+            && told.contains("--mask 'object:!Plate'"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `thallus bake`: the lichen as textures of its mesh.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -18,6 +19,7 @@ use super::bake_args::{BakeArgs, Each};
 use super::bake_flags::{Flags, Settled, WASTED, are_few, cure};
 use super::bake_parts::{MapPart, Parts, plain};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
+use super::bake_where::{Where, listed};
 use super::bake_write::{GLB, Writer};
 use super::dress::Dress;
 use super::failure::Failure;
@@ -105,6 +107,7 @@ impl<'a> Baking<'a> {
         let baker = baker.map_err(|e| self.failed(e, None))?;
         self.lichened = baker.lichened();
         let [laid_out, kept] = self.laid_out(&baker)?;
+        self.check_lichen(&laid_out)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
         self.check_memory(laid_out.len(), !kept.is_empty())?;
         let mut largest = 0;
@@ -158,25 +161,73 @@ impl<'a> Baking<'a> {
         if others.is_empty() {
             std::mem::swap(&mut kept, &mut others);
         }
-        let (mut laid_out, mut flat) = (Vec::new(), None);
+        let (mut laid_out, mut flat) = (Vec::new(), Vec::new());
         for part in others {
             match baker.check(chosen(part).as_deref()) {
                 Ok(()) => laid_out.push(part),
                 Err(e @ (BakeError::NoUvs | BakeError::FlatUvs)) if part.name.is_some() => {
-                    flat.get_or_insert(e);
-                    kept.push(part);
                     let name = part.name.as_deref().unwrap_or_default();
-                    self.say_of_mesh(&format!(
-                        "'{name}' has no UVs with area: there are no maps of it, and no lichen on it in {GLB}"
-                    ));
+                    flat.push((e, name));
+                    kept.push(part);
                 }
                 Err(e) => return Err(self.failed(e, Some(part))),
             }
         }
-        match flat.filter(|_| laid_out.is_empty()) {
-            Some(e) => Err(self.failed(e, None)),
-            None => Ok([laid_out, kept]),
+        if laid_out.is_empty() {
+            return Err(self.failed_for(&flat));
         }
+        flat.iter().for_each(|(_, name)| self.say_of_flat(name));
+        Ok([laid_out, kept])
+    }
+
+    /// Says that a part can have no maps.
+    fn say_of_flat(&self, name: &str) {
+        self.say_of_mesh(&format!(
+            "'{name}' has no UVs with area: there are no maps of it, and no lichen on it in {GLB}"
+        ));
+    }
+
+    /// Names the parts for which there are no maps at all.
+    fn failed_for(&self, flat: &[(BakeError, &str)]) -> Failure {
+        let Some((error, _)) = flat.first() else {
+            return self.failed(BakeError::NoUvs, None);
+        };
+        let names: Vec<String> = flat.iter().map(|(_, name)| (*name).to_owned()).collect();
+        let names = listed(&names);
+        let error = anyhow::anyhow!("maps are to be made of {names} only: {error}");
+        let mesh = self.lichens.mesh.display();
+        error.context(mesh.to_string()).into()
+    }
+
+    /// Refuses maps in which there is no lichen.
+    fn check_lichen(&self, laid_out: &[&MapPart]) -> Result<(), Failure> {
+        let Lichens {
+            substrate,
+            texturing,
+            parts,
+            grown,
+            mesh,
+            ..
+        } = self.lichens;
+        let elements = grown.iter().flat_map(|lichen| lichen.cluster.elements());
+        let triangles: BTreeSet<u32> = elements.map(|element| element.at.triangle).collect();
+        let is_in = |part: &&MapPart| {
+            let chosen = parts.chosen(part);
+            triangles.iter().any(|&t| {
+                let source = substrate.source_triangle(t) as usize;
+                let is_chosen = |chosen: &Vec<bool>| chosen.get(source) == Some(&true);
+                chosen.as_ref().is_none_or(is_chosen) && texturing.uvs_of(substrate, t).is_some()
+            })
+        };
+        if laid_out.iter().any(is_in) {
+            return Ok(());
+        }
+        let told = Where::of((substrate, texturing), triangles.into_iter()).told();
+        Err(Failure::Failed(anyhow::anyhow!(
+            "{}: no element of the lichen would be in a map: {told}; give UVs to that, or choose with --only what has \
+             lichen",
+            mesh.display()
+        )))
     }
 
     /// Refuses maps of so many parts, and of others as they are, that memory has no room for.

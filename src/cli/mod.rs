@@ -18,6 +18,7 @@ mod bake_args;
 mod bake_flags;
 mod bake_parts;
 mod bake_report;
+mod bake_where;
 mod bake_write;
 mod buried;
 mod check;
