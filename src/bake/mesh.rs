@@ -53,7 +53,7 @@ pub struct OwnMesh {
 
 impl Baked<'_> {
     /// What is shown of the substrate, object by object: wound outwards, with vertices split where UVs, normals or
-    /// tangents differ, in the units and axes of its file. Triangles without UVs are at (0, 0).
+    /// tangents differ, in the units and axes of its file, with both sets of UVs. Triangles without UVs are at (0, 0).
     pub fn meshes(&self) -> Vec<(TexturedObject, TexturedMesh)> {
         let cutter = Cutter {
             shown: self.shown.clone(),
@@ -66,8 +66,8 @@ impl Baked<'_> {
 }
 
 impl Baker<'_> {
-    /// A part without maps, object by object and material by material, as [`Baked::meshes`] but for tangents: with both
-    /// sets of UVs and the colours of vertices, as far as the file has them.
+    /// A part without maps, object by object and material by material, as [`Baked::meshes`] but for tangents: with the
+    /// colours of vertices, as far as the file has them.
     pub fn own_meshes(&self, chosen: Option<&[bool]>) -> Vec<OwnMesh> {
         let shown = self.shown(chosen);
         let frames = unturned(&shown);
@@ -147,7 +147,7 @@ impl Cutter<'_> {
         let narrow = |uvs: [[f64; 2]; 3]| uvs.map(|uv| uv.map(|x| x as f32));
         let uvs = self.shown.uvs_of(triangle).map_or([[0.0; 2]; 3], narrow);
         let own = self.is_own.then_some(triangle);
-        let second = own.and_then(|t| texturing.second_uvs_of(substrate, t));
+        let second = texturing.second_uvs_of(substrate, triangle);
         let second = second.map_or([[0.0; 2]; 3], narrow);
         let colors = own.and_then(|t| texturing.colors_of(substrate, t));
         let colors = colors.unwrap_or([[1.0; 3]; 3]);
@@ -185,7 +185,7 @@ impl Cutter<'_> {
             if !self.is_own {
                 mesh.tangents.push(corner.tangent);
             }
-            if self.is_own && !self.shown.texturing.second_uvs.is_empty() {
+            if !self.shown.texturing.second_uvs.is_empty() {
                 mesh.second_uvs.push(corner.second_uv);
             }
             if self.is_own && !self.shown.texturing.colors.is_empty() {

@@ -130,6 +130,11 @@ impl<'a> Baking<'a> {
         }
         self.keep(&kept, &baker, folder)?;
         self.tell_of_detail(largest);
+        if texturing.is_posed {
+            self.args.run.voice().note(&format!(
+                "{GLB} has the mesh in the pose of its file; skeletons and animations are left out of it"
+            ));
+        }
         baker.notes().for_each(|note| self.say_of_mesh(note));
         Ok(())
     }

@@ -38,6 +38,8 @@ pub struct Texturing {
     pub images: Vec<Vec<u8>>,
     /// Files that images were read from, where they are not part of the mesh's.
     pub image_files: Vec<PathBuf>,
+    /// Whether the file has skeletons or animations, of which triangles have one pose.
+    pub is_posed: bool,
     /// What had to be passed over, in words for the user.
     pub notes: Vec<String>,
 }

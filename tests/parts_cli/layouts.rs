@@ -1,6 +1,6 @@
 //! Which flags give each place of a mesh texels of its own, and the second set of UVs.
 
-use thallus::substrate::{Division, load_textured};
+use thallus::substrate::{Division, Texturing, load_textured};
 
 use super::*;
 
@@ -329,4 +329,39 @@ fn flags_that_leave_most_parts_without_maps_are_no_advice() {
         told.contains("; no flags help: unwrap the mesh without overlaps"),
         "{told}"
     );
+}
+
+/// As lightmaps have it; what moves is left out.
+#[test]
+fn the_second_set_of_uvs_and_the_pose_are_in_the_glb() {
+    let desk = desk();
+    put_two_sets(&desk, "two.gltf");
+    desk.done("two.gltf --radius 0.01 --elements 100 --at random -o two");
+    let told = said(&desk.call("bake", "two -o maps --size 64").output().unwrap());
+    assert!(!told.contains("skeletons"), "{told}");
+    let sorted = |texturing: &Texturing, second: bool| {
+        let sets = [&texturing.uvs, &texturing.second_uvs];
+        let mut uvs: Vec<String> = sets[usize::from(second)]
+            .iter()
+            .map(|uvs| format!("{uvs:?}"))
+            .collect();
+        uvs.sort();
+        uvs
+    };
+    let (_, before) = load_textured(&desk.path("two.gltf")).unwrap();
+    let (_, made) = load_textured(&desk.path("maps/lichened.glb")).unwrap();
+    assert_eq!(sorted(&made, false), sorted(&before, false));
+    assert_eq!(sorted(&made, true), sorted(&before, true));
+    assert_eq!(made.second_uvs.len(), 4);
+    let mut document: Value = serde_json::from_slice(&desk.read("two.gltf")).unwrap();
+    document["animations"] = json!([{"channels": [], "samplers": []}]);
+    fs::write(desk.path("two.gltf"), document.to_string()).unwrap();
+    let told = said(
+        &desk
+            .call("bake", "two -o maps --size 64 --force")
+            .output()
+            .unwrap(),
+    );
+    let note = "skeletons and animations are left out";
+    assert_eq!(told.matches(note).count(), 1, "{told}");
 }

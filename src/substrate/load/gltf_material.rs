@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use crate::substrate::{Alpha, Material, Part, Texture, Texturing, Wrap};
@@ -38,6 +39,10 @@ pub(super) struct Looks {
     samplers: Vec<JsonSampler>,
     #[serde(default)]
     images: Vec<JsonImage>,
+    #[serde(default, deserialize_with = "or_absent")]
+    skins: Vec<IgnoredAny>,
+    #[serde(default, deserialize_with = "or_absent")]
+    animations: Vec<IgnoredAny>,
     /// Why nothing could be read.
     #[serde(skip)]
     fault: Option<String>,
@@ -276,6 +281,7 @@ impl Looks {
             out.notes
                 .push(format!("materials cannot be read ({fault})"));
         }
+        out.is_posed = !self.skins.is_empty() || !self.animations.is_empty();
         let numbers: BTreeSet<u32> = out.material_of.iter().flatten().copied().collect();
         let all = 0..self.materials.len() as u32;
         let used: Vec<bool> = all.map(|m| numbers.contains(&m)).collect();
