@@ -353,20 +353,19 @@ impl<'a> Baking<'a> {
     fn left_out(&self, part: &MapPart) -> Option<String> {
         let name = part.name.as_ref()?;
         let parts = &self.lichens.parts;
-        let without = |kind| match parts.own_name(part) {
-            None => format!("triangles of no {kind} that has a name"),
-            Some(own) => {
-                let others = shell_path(Path::new(&format!("{kind}:!{own}")));
-                let same = parts
-                    .list()
-                    .iter()
-                    .filter(|part| parts.own_name(part) == Some(own));
-                let it = match same.count() {
-                    1 => "it".to_owned(),
-                    _ => format!("all that the file calls '{own}'"),
-                };
-                format!("{kind} '{name}' (to do without {it}: --only {others})")
-            }
+        let all = parts.list();
+        let without = |kind| {
+            let Some(own) = parts.own_name(part) else {
+                return format!("triangles of no {kind} that has a name");
+            };
+            let same = all.iter().filter(|part| parts.own_name(part) == Some(own));
+            let it = match same.count() {
+                same if same == all.len() => return format!("{kind} '{name}'"),
+                1 => "it".to_owned(),
+                _ => format!("all that the file calls '{own}'"),
+            };
+            let others = shell_path(Path::new(&format!("{kind}:!{own}")));
+            format!("{kind} '{name}' (to do without {it}: --only {others})")
         };
         Some(match self.args.each[..] {
             [Each::Object] => without("object"),

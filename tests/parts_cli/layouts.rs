@@ -255,6 +255,31 @@ fn materials_of_one_name_have_maps_of_their_own() {
     };
     assert_eq!([0, 1].map(first_texel), [[255, 0, 0], [0, 0, 255]]);
     assert_eq!(loaded.soup.triangles.len(), 4);
+    // What is proposed is a name of the file, unless nothing were left then.
+    let mut bytes = desk.read("two.bin");
+    for corner in [6, 7] {
+        bytes.splice(96 + 8 * corner..100 + 8 * corner, 7f32.to_le_bytes());
+    }
+    let whole = desk.read("two.bin");
+    fs::write(desk.path("two.bin"), bytes).unwrap();
+    let bake = |words: &str| {
+        let words = format!("out -o none --size 64 --each material {words}");
+        said(&desk.call("bake", &words).output().unwrap())
+    };
+    let told = bake("");
+    assert!(
+        told.contains("material 'Stone_2'") && !told.contains("--only"),
+        "{told}"
+    );
+    let text = String::from_utf8(desk.read("stones.gltf")).unwrap();
+    let one = text.replacen(r#""Stone""#, r#""Moss""#, 1);
+    fs::write(desk.path("one.gltf"), one).unwrap();
+    let told = bake("--mesh one.gltf");
+    assert!(
+        told.contains("material 'Stone' (to do without it: --only 'material:!Stone')"),
+        "{told}"
+    );
+    fs::write(desk.path("two.bin"), whole).unwrap();
     // Both are meant by the one name.
     let words = "out -o none --size 64 --each object --only material:Stone";
     let both = desk.call("bake", words).output().unwrap();
