@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use desk::{Desk, assert_refused_in_a_line, names, said};
 use thallus::export::read_elements;
+use thallus::substrate::load_textured;
 
 /// A box whose sides are charts in a row of six.
 fn cube() -> String {
@@ -324,6 +325,53 @@ fn wrong_requests_are_refused() {
     assert!(!desk.path("x").exists());
 }
 
+/// Every triangle has a place in the image, and the file's own UVs are the second set.
+#[test]
+fn meshes_are_unwrapped() {
+    let desk = desk();
+    desk.done("rock.obj --radius 2% --elements 9 -o bare");
+    fs::write(desk.path("grey.png"), grey()).unwrap();
+    refused(
+        &desk,
+        "bare -o x --unwrap --base grey.png",
+        1,
+        &["rock.obj", "no UVs to lay grey.png", "--base stone"],
+    );
+    refused(&desk, "bare -o x --unwrap --uv-set 1", 2, &["--uv-set"]);
+    assert!(!desk.path("x").exists());
+    let told = made(&desk, "bare -o maps --size 128 --unwrap");
+    assert!(told.contains("9 elements in 8 maps of 128 x 128"), "{told}");
+    let (rock, worn) = load_textured(&desk.path("maps/lichened.glb")).unwrap();
+    assert_eq!(rock.soup.triangles.len(), worn.uvs.len());
+    let corners = worn.uvs.iter().map(|uvs| uvs.unwrap());
+    let inside = |x: &f64| (0.0..=1.0).contains(x);
+    assert!(corners.flatten().flatten().all(|x| inside(&x)));
+    assert_eq!(worn.second_uvs, []);
+    made(&desk, "out -o cube --size 64 --unwrap --base grey.png");
+    let (_, worn) = load_textured(&desk.path("cube/lichened.glb")).unwrap();
+    let (_, own) = load_textured(&desk.path("cube.obj")).unwrap();
+    let sorted = |uvs: &[Option<[[f64; 2]; 3]>]| {
+        let rounded = |uv: &[f64; 2]| uv.map(|x| (x * 1e5).round() as i64);
+        let mut all: Vec<_> = uvs.iter().flatten().flatten().map(rounded).collect();
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(sorted(&worn.second_uvs), sorted(&own.uvs));
+    let color = worn.materials[0].base_color_texture.unwrap();
+    assert!(worn.images[color.image] == desk.read("cube/base_color.png"));
+}
+
+/// One texel.
+fn grey() -> Vec<u8> {
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[120; 3]).unwrap();
+    drop(writer);
+    image
+}
+
 /// The second side lies so many images beside the first, and above it.
 fn folded_in_tiles(right: f64, up: f64) -> String {
     let lines = cube();
@@ -369,7 +417,12 @@ fn a_mesh_with_other_triangles_of_the_same_surface_is_baked() {
 fn layouts_with_faults_are_told() {
     let desk = desk();
     desk.done("rock.obj --radius 2% --elements 9 -o bare");
-    refused(&desk, "bare -o x", 1, &["rock.obj", "no UVs", "unwrap"]);
+    refused(
+        &desk,
+        "bare -o x",
+        1,
+        &["rock.obj", "no UVs", "with --unwrap"],
+    );
     assert!(!desk.path("x").exists());
     let folded = cube().replace("f 5/5 6/6 8/7 7/8", "f 5/1 6/2 8/3 7/4");
     fs::write(desk.path("folded.obj"), folded).unwrap();
@@ -395,9 +448,12 @@ fn layouts_with_faults_are_told() {
     let repeats = cube().replace("vt 0.01 0.4", "vt -7 0.4");
     fs::write(desk.path("repeats.obj"), repeats).unwrap();
     for (words, parts) in [
-        ("--mesh flat.obj", ["no triangle has area", "unwrap"]),
+        ("--mesh flat.obj", ["no triangle has area", "with --unwrap"]),
         ("--mesh packed.obj", ["packed", "as it was before"]),
-        ("--mesh repeats.obj", ["repeats.obj", "images wide"]),
+        (
+            "--mesh repeats.obj",
+            ["images wide", "or: bake with --unwrap"],
+        ),
         (
             "--base rock.obj",
             ["rock.obj", "the image of the base colour cannot be read"],

@@ -355,7 +355,7 @@ fn check_warns_in_words() {
         "{}",
         said("some.obj")
     );
-    assert!(said("fan.obj").contains("none: unwrap"));
+    assert!(said("fan.obj").contains("with --unwrap"));
     assert!(
         said("bad.obj").contains("none: unwrap"),
         "{}",

@@ -53,7 +53,8 @@ pub struct OwnMesh {
 
 impl Baked<'_> {
     /// What is shown of the substrate, object by object: wound outwards, with vertices split where UVs, normals or
-    /// tangents differ, in the units and axes of its file, with both sets of UVs. Triangles without UVs are at (0, 0).
+    /// tangents differ, in the units and axes of its file, with both sets of UVs, or with charts of their own and the
+    /// file's first set. Triangles without UVs are at (0, 0).
     pub fn meshes(&self) -> Vec<(TexturedObject, TexturedMesh)> {
         let cutter = Cutter {
             shown: self.shown.clone(),
@@ -147,7 +148,7 @@ impl Cutter<'_> {
         let narrow = |uvs: [[f64; 2]; 3]| uvs.map(|uv| uv.map(|x| x as f32));
         let uvs = self.shown.uvs_of(triangle).map_or([[0.0; 2]; 3], narrow);
         let own = self.is_own.then_some(triangle);
-        let second = texturing.second_uvs_of(substrate, triangle);
+        let second = self.shown.second_uvs_of(triangle);
         let second = second.map_or([[0.0; 2]; 3], narrow);
         let colors = own.and_then(|t| texturing.colors_of(substrate, t));
         let colors = colors.unwrap_or([[1.0; 3]; 3]);
@@ -185,7 +186,7 @@ impl Cutter<'_> {
             if !self.is_own {
                 mesh.tangents.push(corner.tangent);
             }
-            if !self.shown.texturing.second_uvs.is_empty() {
+            if self.shown.has_second_uvs() {
                 mesh.second_uvs.push(corner.second_uv);
             }
             if self.is_own && !self.shown.texturing.colors.is_empty() {

@@ -84,15 +84,11 @@ const QUANTISED: f64 = 200.0;
 #[non_exhaustive]
 pub enum BakeError {
     /// There are no texture coordinates.
-    #[error(
-        "there are no UVs to lay maps out in: unwrap the mesh in the program that made it (in Blender: \
-         Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
-    )]
+    #[error("there are no UVs to lay maps out in: unwrap the mesh")]
     NoUvs,
     /// There are texture coordinates, but no triangle has area in them.
     #[error(
-        "no triangle has area in the UVs, so there is no place for lichen in a map: unwrap the mesh (in Blender: \
-         Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give it with --mesh"
+        "no triangle has area in the UVs, so there is no place for lichen in a map: unwrap the mesh"
     )]
     FlatUvs,
     /// A triangle is larger than the image.
@@ -159,6 +155,11 @@ impl BakeError {
             Self::Stacked { .. } => true,
             _ => false,
         }
+    }
+
+    /// Whether the file gives triangles no place in a layout at all.
+    pub fn is_of_missing_uvs(&self) -> bool {
+        matches!(self, Self::NoUvs | Self::FlatUvs)
     }
 }
 

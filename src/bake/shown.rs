@@ -50,6 +50,22 @@ impl<'a> Shown<'a> {
             .collect()
     }
 
+    /// The second set of the UVs of a triangle, if it has one: those of its file where maps have charts of their own.
+    pub(super) fn second_uvs_of(&self, triangle: u32) -> Option<[[f64; 2]; 3]> {
+        match self.charts {
+            Some(_) => self.texturing.uvs_of(self.substrate, triangle),
+            None => self.texturing.second_uvs_of(self.substrate, triangle),
+        }
+    }
+
+    /// Whether there is such a set.
+    pub(super) fn has_second_uvs(&self) -> bool {
+        match self.charts {
+            Some(_) => !self.texturing.uvs.is_empty(),
+            None => !self.texturing.second_uvs.is_empty(),
+        }
+    }
+
     /// UVs of a triangle that is shown, if it has any.
     pub(super) fn uvs_of(&self, triangle: u32) -> Option<[[f64; 2]; 3]> {
         let shown = self.has(triangle).then_some(triangle)?;

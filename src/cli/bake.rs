@@ -16,12 +16,12 @@ use thallus::substrate::{Substrate, Texturing};
 use super::also::{Also, tell_of_overlaps};
 use super::axes::Convention;
 use super::bake_args::{BakeArgs, Each};
-use super::bake_flags::{Flags, Settled, WASTED, are_few, cure};
+use super::bake_flags::{Flags, Settled, UNWRAP, WASTED, are_few, cure};
 use super::bake_parts::{MapPart, Parts, plain};
 use super::bake_report::{PartReport, Report, Seconds, conclude};
 use super::bake_where::{Where, listed};
 use super::bake_write::{GLB, Writer};
-use super::dress::Dress;
+use super::dress::{Dress, check_lies};
 use super::failure::Failure;
 use super::grown::{Grown, Origin};
 use super::interrupt::Held;
@@ -45,7 +45,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     start_threads(args.run.threads)?;
     let started = Instant::now();
     let lichens = Lichens::read(args)?;
-    let base = base(args)?;
+    let base = base(args, &lichens)?;
     let placement = placement(args, &lichens.substrate)?;
     let mut folder = OutputDir::create(&args.output, args.force).map_err(taken)?;
     folder.spare(&lichens.read);
@@ -199,7 +199,7 @@ impl<'a> Baking<'a> {
         };
         let names: Vec<String> = flat.iter().map(|(_, name)| (*name).to_owned()).collect();
         let names = listed(&names);
-        let error = anyhow::anyhow!("maps are to be made of {names} only: {error}");
+        let error = anyhow::anyhow!("maps are to be made of {names} only: {error} ({UNWRAP})");
         let mesh = self.lichens.mesh.display();
         error.context(mesh.to_string()).into()
     }
@@ -221,7 +221,8 @@ impl<'a> Baking<'a> {
             triangles.iter().any(|&t| {
                 let source = substrate.source_triangle(t) as usize;
                 let is_chosen = |chosen: &Vec<bool>| chosen.get(source) == Some(&true);
-                chosen.as_ref().is_none_or(is_chosen) && texturing.uvs_of(substrate, t).is_some()
+                let is_laid_out = self.args.unwrap || texturing.uvs_of(substrate, t).is_some();
+                is_laid_out && chosen.as_ref().is_none_or(is_chosen)
             })
         };
         if laid_out.iter().any(is_in) {
@@ -229,8 +230,8 @@ impl<'a> Baking<'a> {
         }
         let told = Where::of((substrate, texturing), triangles.into_iter()).told();
         Err(Failure::Failed(anyhow::anyhow!(
-            "{}: no element of the lichen would be in a map: {told}; give UVs to that, or choose with --only what has \
-             lichen",
+            "{}: no element of the lichen would be in a map: {told}; lay that out with --unwrap, or choose with --only what \
+             has lichen",
             mesh.display()
         )))
     }
@@ -246,7 +247,11 @@ impl<'a> Baking<'a> {
         let clusters = grown.iter().map(|lichen| &lichen.cluster);
         let images: usize = texturing.images.iter().map(Vec::len).sum();
         let kept = if keeps { images } else { 0 };
-        memory::check_maps(substrate, clusters, (self.args.maps.size, parts, kept))
+        memory::check_maps(substrate, clusters, (self.args.maps.size, parts, kept))?;
+        match self.args.unwrap {
+            true => memory::check_charts(substrate),
+            false => Ok(()),
+        }
     }
 
     /// Says so where an image of the mesh has more texels along a side than its maps.
@@ -335,11 +340,10 @@ impl<'a> Baking<'a> {
             (Some(Dress::Image(image)), BakeError::Base(_)) => image,
             _ => &self.lichens.mesh,
         };
-        let cure = part
-            .filter(|_| error.is_of_sharing())
-            .map(|part| self.cure(part));
-        let error = match cure {
+        let sharing = part.filter(|_| error.is_of_sharing());
+        let error = match sharing.map(|part| self.cure(part)) {
             Some(cure) => anyhow::anyhow!("{error}, or: {cure}"),
+            None if error.is_of_missing_uvs() => anyhow::anyhow!("{error} ({UNWRAP})"),
             None => error.into(),
         };
         let error = match part.and_then(|part| self.left_out(part)) {
@@ -577,7 +581,7 @@ impl Lichens {
 }
 
 /// What the mesh looks like where there is no lichen.
-fn base(args: &BakeArgs) -> Result<Base, Failure> {
+fn base(args: &BakeArgs, lichens: &Lichens) -> Result<Base, Failure> {
     match &args.maps.base {
         None | Some(Dress::Own) => Ok(Base::Mesh),
         Some(Dress::Drawn(ground)) => Ok(Base::Ground(*ground)),
@@ -588,6 +592,9 @@ fn base(args: &BakeArgs) -> Result<Base, Failure> {
                     file.display()
                 )
             };
+            if args.unwrap {
+                check_lies((&lichens.mesh, &lichens.texturing), ("--base", file))?;
+            }
             Ok(Base::Image(input::bytes(file).with_context(failed)?))
         }
     }

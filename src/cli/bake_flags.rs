@@ -136,7 +136,8 @@ impl Flags {
 /// What to do where no flags serve.
 pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
     if is_second {
-        return "unwrap that set of UVs without overlaps";
+        return "bake with --unwrap instead, which lays maps out in charts of its own, or unwrap that set of UVs without \
+                overlaps";
     }
     match texturing
         .materials
@@ -144,14 +145,18 @@ pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
         .any(|m| m.base_color_texture.is_some())
     {
         true => {
-            "give the mesh a second set of UVs without overlaps, which leaves its textures where they are, export it as glTF, \
+            "bake with --unwrap, which lays maps out in charts of its own, or give the mesh a second set of UVs without overlaps, which leaves its textures where they are, export it as glTF, \
              and bake with --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV Project)"
         }
         false => {
-            "unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"
+            "bake with --unwrap, which lays maps out in charts of its own, or unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"
         }
     }
 }
+
+/// What to do where the mesh has no UVs, or none with area.
+pub(super) const UNWRAP: &str = "with --unwrap maps are laid out in charts of their own; or unwrap it in the program that \
+     made it (in Blender: Edit Mode, UV > Smart UV Project), export it as glTF or OBJ with UVs, and give that with --mesh";
 
 /// Nothing where they ask for what there is not, or for no more than there is.
 fn judged(

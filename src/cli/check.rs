@@ -206,7 +206,7 @@ fn up(substrate: &Substrate) -> String {
 /// What `thallus bake` lays its maps out in.
 fn uvs(with: usize, of: usize) -> String {
     match (with, of) {
-        (0, _) => "none: unwrap the mesh if lichen is to be baked into maps".to_owned(),
+        (0, _) => "none: lichen is baked into maps with --unwrap".to_owned(),
         (with, of) if with < of => format!(
             "{} of {} triangles have some",
             count(with as u64),

@@ -43,7 +43,10 @@ impl Maps {
         }
         let best = Flags::best(substrate, texturing, Settled::default());
         let best = best.map_err(|problem| match problem.is_of_sharing() {
-            true => format!("none: {problem}; no flags help: {}", cure(texturing, false)),
+            true => format!(
+                "none: {problem}; none of its layouts serves: {}",
+                cure(texturing, false)
+            ),
             false => format!("none: {problem}"),
         })?;
         let judged = best.judged;

@@ -70,6 +70,20 @@ pub(super) fn load_dressed(
     }
 }
 
+/// Refuses an image that a flag names for a mesh without UVs.
+pub(super) fn check_lies(
+    (mesh, texturing): (&Path, &Texturing),
+    (flag, image): (&str, &Path),
+) -> Result<(), Failure> {
+    if texturing.uvs.iter().any(Option::is_some) {
+        return Ok(());
+    }
+    let (mesh, image) = (mesh.display(), image.display());
+    Err(Failure::Failed(anyhow::anyhow!(
+        "{mesh}: there are no UVs to lay {image} on it by: unwrap the mesh, or write {flag} stone"
+    )))
+}
+
 /// The mesh's own looks, where it is to be drawn by them, or what of it is open.
 pub(super) fn appearance<'a>(
     dress: Option<&Dress>,
@@ -77,33 +91,28 @@ pub(super) fn appearance<'a>(
     mesh: &Path,
     voice: Voice,
 ) -> Result<Option<Appearance<'a>>, Failure> {
-    let mesh = mesh.display();
     let shape = || Some(Appearance::of_shape(substrate, texturing)).filter(Finish::has_openings);
     let own = match dress {
         Some(Dress::Drawn(_)) => {
             return Ok(shape());
         }
         Some(Dress::Image(file)) => {
-            if texturing.uvs.iter().all(Option::is_none) {
-                return Err(Failure::Failed(anyhow::anyhow!(
-                    "{mesh}: there are no UVs to lay {} on it by: unwrap the mesh, or write --ground stone",
-                    file.display()
-                )));
-            }
+            check_lies((mesh, texturing), ("--ground", file))?;
             let bytes = input::bytes(file).map_err(|e| e.to_string());
             let own = bytes.and_then(|bytes| Appearance::of_image(substrate, texturing, &bytes));
             own.map_err(|e| anyhow::anyhow!("--ground {}: {e}", file.display()))?
         }
         Some(Dress::Own) | None => Appearance::new(substrate, texturing),
     };
-    let tell = |note| voice.warn(&format!("{mesh}: {note}"));
+    let tell = |note| voice.warn(&format!("{}: {note}", mesh.display()));
     own.notes().for_each(tell);
     let says_nothing = texturing.materials.is_empty() && texturing.colors.is_empty();
     match dress {
         None => Ok(Some(own).filter(Appearance::has_colors).or_else(shape)),
         Some(Dress::Own) if says_nothing => Err(Failure::Failed(anyhow::anyhow!(
-            "{mesh}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
-                 name an image in the layout of its UVs"
+            "{}: it has no colours of its own, of vertices or of a material: leave --ground out for stone, or \
+                 name an image in the layout of its UVs",
+            mesh.display()
         ))),
         Some(_) => Ok(Some(own)),
     }

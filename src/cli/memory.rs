@@ -60,6 +60,9 @@ const LICHEN_BYTES: f64 = 80.0;
 /// Bytes that a texel of a part that is done takes until the file that wears it is written: PNG files of the maps in it.
 const WORN_BYTES: f64 = 4.0;
 
+/// A triangle while charts of its own are cut and packed: 430 on the shell of a CT scan.
+const CHART_BYTES: f64 = 600.0;
+
 /// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
 const FELT_BEYOND: f64 = 2.0;
 
@@ -272,6 +275,18 @@ pub(super) fn check_maps<'a>(
     let covered = clusters.map(Cluster::covered_area).sum::<f64>() / area;
     let free = available().map(|free| free - kept as f64);
     check_maps_within(free, (texels, parts), covered)
+}
+
+/// Refuses charts of its own for a mesh that memory has no room for.
+pub(super) fn check_charts(substrate: &Substrate) -> Result<(), Failure> {
+    let triangles = substrate.triangles().len();
+    let what = format!("charts of {} triangles", count(triangles as u64));
+    check_within(
+        available(),
+        CHART_BYTES * triangles as f64,
+        &what,
+        "decimate the mesh, or unwrap it in another program",
+    )
 }
 
 fn check_maps_within(

@@ -351,7 +351,7 @@ fn flags_that_leave_most_parts_without_maps_are_no_advice() {
         "{told}"
     );
     assert!(
-        told.contains("; no flags help: unwrap the mesh without overlaps"),
+        told.contains("; none of its layouts serves: bake with --unwrap"),
         "{told}"
     );
 }
