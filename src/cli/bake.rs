@@ -400,7 +400,8 @@ impl<'a> Baking<'a> {
                 self.cure(part)
             ));
         }
-        if report.not_shown > 0 {
+        // Charts of their own have no place only for needles that hold nothing.
+        if report.not_shown > 0 && !self.args.unwrap {
             let [hidden, all] = [report.not_shown, report.triangles].map(|n| count(n as u64));
             self.say_of_mesh(&format!(
                 "{of}{hidden} of {all} triangles have no UVs, or no area in them: lichen there is in no \

@@ -16,7 +16,7 @@ use thallus::substrate::{Substrate, SurfacePoint};
 use super::args::GrowArgs;
 use super::cutout::Cutout;
 use super::failure::Failure;
-use super::foreseen::MOST_COVERED;
+use super::foreseen::most_covered;
 use super::memory::After;
 use super::mesh_file::{Looks, MeshFile};
 use super::named_mesh::{self, named_mesh};
@@ -180,7 +180,7 @@ impl Job<'_> {
     fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
         let goal = Goal {
             stop: self.recipe.stop,
-            most_covered: MOST_COVERED,
+            most_covered: most_covered(self.recipe.join),
             colonies: self.recipe.at.len(),
         };
         let display = Display::new(goal, &run.progress(), self.voice.quiet);

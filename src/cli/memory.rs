@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use thallus::cluster::Cluster;
-use thallus::run::Recipe;
+use thallus::run::{Recipe, StopRule};
 use thallus::skin::{Shape, expected_near, expected_triangles};
 use thallus::substrate::{Loaded, Substrate};
 
@@ -124,8 +124,14 @@ pub(super) fn check(
             0 => String::new(),
             _ => format!(", {} of them there", count(grown as u64)),
         };
+        let full = match recipe.stop {
+            StopRule::Elements(asked) if asked as f64 > elements => {
+                ", for there is no room for more"
+            }
+            _ => "",
+        };
         voice.note(&format!(
-            "about {number} elements{there}: up to {} of memory{free}, and roughly {} on one thread",
+            "about {number} elements{there}{full}: up to {} of memory{free}, and roughly {} on one thread",
             size(needed),
             duration(seconds)
         ));

@@ -198,27 +198,61 @@ pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<()
 /// What could not be written, and what is safe all the same: what the log has, whatever was done to it.
 pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
     let safe = |elements: u64| plural(elements as usize, "element is", "elements are");
-    let shown = folder.display();
     let durable = log.durable_elements();
-    Failure::Failed(match log.is_in_place() {
-        Ok(true) => match count_elements(&folder.join(LOG)) {
-            Ok(sound) => anyhow::anyhow!(
-                "{error}; {} safe: go on with thallus grow --resume {}",
-                safe(sound.min(durable)),
+    let go_on = |sound: u64| {
+        let on = shell_path(folder);
+        anyhow::anyhow!(
+            "{error}; {} safe: go on with thallus grow --resume {on}",
+            safe(sound)
+        )
+    };
+    Failure::Failed(
+        match (log.is_in_place(), count_elements(&folder.join(LOG))) {
+            (Ok(true), Ok(sound)) => go_on(sound.min(durable)),
+            (Ok(true), Err(lost)) => anyhow::anyhow!("{error}; what was durable is lost: {lost}"),
+            // The log of a run that has ended is put in the place of the one that was written to.
+            (Ok(false), Ok(sound)) if sound >= durable => go_on(sound),
+            (Ok(false), _) => anyhow::anyhow!(
+                "{error}; what was durable went with it, unless {} was moved: then {} safe, and \
+             thallus grow --resume goes on with the folder where it lies now",
+                folder.display(),
+                safe(durable)
+            ),
+            (Err(_), _) => anyhow::anyhow!(
+                "{error}; {} in {}: when that can be read again, go on with thallus grow --resume {}",
+                safe(durable),
+                folder.join(LOG).display(),
                 shell_path(folder)
             ),
-            Err(lost) => anyhow::anyhow!("{error}; what was durable is lost: {lost}"),
         },
-        Err(_) => anyhow::anyhow!(
-            "{error}; {} in {}: when that can be read again, go on with thallus grow --resume {}",
-            safe(durable),
-            folder.join(LOG).display(),
-            shell_path(folder)
-        ),
-        Ok(false) => anyhow::anyhow!(
-            "{error}; what was durable went with it, unless {shown} was moved: then {} safe, and \
-             thallus grow --resume goes on with the folder where it lies now",
-            safe(durable)
-        ),
-    })
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use thallus::run::Settings;
+    use thallus::substrate::Substrate;
+
+    use super::*;
+
+    /// Where the last files of a run cannot be put in place, its whole log may be already.
+    #[test]
+    fn what_is_in_another_log_of_the_run_is_safe() {
+        let mesh = Path::new("meshes/plane.obj");
+        let recipe = Settings::default().resolve(&Substrate::load(mesh).unwrap(), "plane.obj");
+        let folder = tempfile::tempdir().unwrap();
+        let (path, away) = (folder.path().join(LOG), folder.path().join("away"));
+        let log = LogWriter::create(&path, &recipe.unwrap()).unwrap();
+        let told = || {
+            let error = OutputError::FileExists(path.clone());
+            cut_short(error, folder.path(), &log).reason()
+        };
+        std::fs::copy(&path, &away).unwrap();
+        std::fs::rename(&away, &path).unwrap();
+        let said = told();
+        assert!(said.contains("0 elements are safe: go on with"), "{said}");
+        std::fs::remove_file(&path).unwrap();
+        let said = told();
+        assert!(said.contains("went with it, unless"), "{said}");
+    }
 }

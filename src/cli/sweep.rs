@@ -218,7 +218,7 @@ impl Sweep<'_> {
         };
         let names = self.names_of_impossible(impossible);
         self.voice.warn(&format!(
-            "{} cannot be grown: {}; the first one: {}; the others grow without them",
+            "{} cannot be grown: {}; the first one: {} (the others grow without them)",
             plural(names.len(), "cell", "cells"),
             first_of(&names),
             self.problem(first).trim_end_matches('.')

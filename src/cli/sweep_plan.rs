@@ -65,7 +65,7 @@ pub(super) fn failed(
         false => "other values are another sweep, in another folder",
     };
     Err(Failure::Failed(anyhow::anyhow!(
-        "{} failed: {}; the first one: {}; {cure}",
+        "{} failed: {}; the first one: {} ({cure})",
         plural(names.len(), "run", "runs"),
         first_of(&names),
         reason.trim_end_matches('.'),

@@ -4,7 +4,7 @@
 
 use super::parameter::{self as info, ParameterInfo};
 use super::preset;
-use super::settings_error::SettingsError;
+use super::settings_error::{SettingsError, written};
 use super::{Length, MaskId, MeshId, Places, Recipe, StopRule};
 use crate::growth::{Boundary, Join, Law, SeedPlace, Slope, Steps};
 use crate::substrate::{Substrate, SurfacePoint, UpAxis};
@@ -441,7 +441,7 @@ fn within_rounding(info: &ParameterInfo, value: f64) -> bool {
 fn in_range(info: &ParameterInfo, value: f64) -> Result<(), SettingsError> {
     match info.allows(value) {
         true => Ok(()),
-        false => Err(out_of_range(info, value)),
+        false => Err(out_of_range(info, written(value))),
     }
 }
 

@@ -4,6 +4,14 @@ use super::preset::UnknownPreset;
 use crate::growth::{PlaceError, four_digits};
 use crate::substrate::UpAxis;
 
+/// A number as one would write it: hundreds of digits say nothing.
+pub(super) fn written(value: f64) -> String {
+    match value == 0.0 || (1e-6..1e15).contains(&value.abs()) {
+        true => value.to_string(),
+        false => format!("{value:e}"),
+    }
+}
+
 /// What cannot be grown, with the setting, the value, its range and what it does.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -163,4 +171,18 @@ fn or_radius(thousand: Option<f64>) -> String {
         let radius = four_digits(radius);
         format!(", or try radius {radius:?}, with room for about 1000")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::written;
+
+    #[test]
+    fn huge_and_tiny_numbers_are_written_in_a_few_digits() {
+        let said = [1e300, -1e300, 1e-300, -0.25, 1200.0, 0.0, f64::INFINITY].map(written);
+        assert_eq!(
+            said,
+            ["1e300", "-1e300", "1e-300", "-0.25", "1200", "0", "inf"]
+        );
+    }
 }
