@@ -17,7 +17,7 @@ use super::memory::Room;
 use super::mesh_file::load_error;
 use super::number::{count, percent, place, plural, short};
 use super::run_args::start_threads;
-use super::{terminal, warnings};
+use super::{stand_ins, terminal, warnings};
 
 pub(crate) fn check(args: &CheckArgs) -> Result<(), Failure> {
     start_threads(None)?;
@@ -86,6 +86,7 @@ fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Re
     let cutout = Cutout::of(substrate, texturing);
     warnings
         .extend(cutout.and_then(|cutout| cutout.warning(substrate, ("the surface", |_: &_| true))));
+    warnings.extend(stand_ins::warning(texturing));
     warnings.extend(texturing.notes.iter().cloned());
     let maps = Maps::of(substrate, texturing);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());

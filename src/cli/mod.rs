@@ -62,6 +62,7 @@ mod skin_args;
 mod skin_levels;
 mod skin_look;
 mod skin_paint;
+mod stand_ins;
 mod sweep;
 mod sweep_args;
 mod sweep_ended;
