@@ -133,7 +133,7 @@ def check_usd_curves(stem, lichen):
 def check_gltf(stem, lichen):
     files = [f"{stem}_{what}.{e}" for what in ["points", "instances", "curves", "skin", "skin_film", "points_film", "curves_film"]
              for e in ["glb", "gltf"] if os.path.exists(f"{stem}_{what}.{e}")]
-    files += [f"{os.path.dirname(stem)}/maps_{kind}/lichened.glb" for kind in ["png", "exr"]]
+    files += [f"{os.path.dirname(stem)}/maps_{kind}/lichened.glb" for kind in ["png", "exr", "unwrapped"]]
     done = subprocess.run(["node", f"{HERE}/validate_gltf.js", *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     for extension in ["glb", "gltf"]:

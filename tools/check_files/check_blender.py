@@ -173,6 +173,17 @@ def check_maps(folder):
         near(exr, png * factor, factor * (0.003 if name == "mask" else 0.001), f"{name}.exr")
 
 
+def check_unwrapped(folder):
+    """The rock has charts of its own, that fill half of the image and lie in it."""
+    thing = load(f"{folder}/maps_unwrapped/lichened.glb")
+    uvs = np.empty(2 * len(thing.data.loops))
+    thing.data.uv_layers[0].uv.foreach_get("vector", uvs)
+    assert 0 <= uvs.min() and uvs.max() <= 1, "the charts"
+    a, b, c = np.moveaxis(uvs.reshape(-1, 3, 2), 1, 0)
+    areas = 0.5 * np.cross(b - a, c - a)
+    assert (areas > 0).all() and 0.5 < areas.sum() < 1, f"the charts: {areas.min()}, {areas.sum()}"
+
+
 def check_films(stem, lichen):
     """Played frame by frame, USD shows the meshes of the numbered files, and glTF one at a time."""
     counts = []
@@ -215,6 +226,7 @@ def main(folder):
         check_skins(f"{folder}/{name}", lichen)
     check_curves(f"{folder}/rock", lichen)
     check_maps(folder)
+    check_unwrapped(folder)
     check_films(f"{folder}/rock", lichen)
     print("check_blender.py: Blender", bpy.app.version_string, "finds what the elements are")
 

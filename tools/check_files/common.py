@@ -88,7 +88,7 @@ def make(program, rock, folder):
 
 
 def make_maps(program, folder):
-    """Bakes a lichen on the cube as PNG and as EXR."""
+    """Bakes a lichen on the cube as PNG and as EXR, and one on the rock, which has no UVs."""
     cube = os.path.join(folder, "uv_cube.obj")
     with open(cube, "w") as file:
         file.write(UV_CUBE)
@@ -98,6 +98,7 @@ def make_maps(program, folder):
         said = thallus(program, "bake", f"{folder}/uv_cube", "-o", f"{folder}/maps_{kind}", "--format",
                        kind, "--size", 512, "--quiet")
         assert said == "", said
+    thallus(program, "bake", f"{folder}/rock", "-o", f"{folder}/maps_unwrapped", "--unwrap", "--size", 512)
 
 
 class Lichen:
