@@ -62,8 +62,8 @@
 //! IEEE machine. With [`Join::Pack`](growth::Join::Pack) no two centres of one sheet are nearer
 //! than 2r(1 − 1e-6).
 //!
-//! A substrate, a cluster and its elements are in local units; recipes, settings, progress, and what is made for files or
-//! reports are in the mesh file's. [`Units`](substrate::Units) has the list, and converts.
+//! A substrate, a cluster and its elements are in local units; recipes, settings, progress, and what is made for files
+//! or reports are in the mesh file's. [`Units`](substrate::Units) has the list, and converts.
 //!
 //! The text of an error has all of it, the system's reason and what to do about it too; so no error has that again as
 //! its [`source`](std::error::Error::source).

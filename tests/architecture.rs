@@ -219,8 +219,8 @@ fn the_front_end_goes_round_in_no_circle() {
     }
 }
 
-/// Functions whose last bits differ from machine to machine, unless they are those of `libm`: of numbers, and of glam by
-/// these.
+/// Functions whose last bits differ from machine to machine, unless they are those of `libm`: of numbers, and of glam
+/// by these.
 const NOT_PORTABLE: &str = "sin_cos sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 exp_m1 ln \
      ln_1p log log2 log10 powf cbrt hypot gamma ln_gamma from_angle to_angle angle_between from_axis_angle from_euler \
      slerp";

@@ -335,9 +335,25 @@ fn meshes_are_unwrapped() {
         &desk,
         "bare -o x --unwrap --base grey.png",
         1,
-        &["rock.obj", "no UVs to lay grey.png", "--base stone"],
+        &[
+            "rock.obj",
+            "no UVs of its own to lay grey.png",
+            "--base stone",
+        ],
     );
-    refused(&desk, "bare -o x --unwrap --uv-set 1", 2, &["--uv-set"]);
+    for other in ["--uv-set 1", "--each tile"] {
+        let words = format!("bare -o x --unwrap {other}");
+        refused(&desk, &words, 2, &["--unwrap", other]);
+    }
+    let square = |k: u32| {
+        let corners = [[0, 0], [0, 1], [1, 1], [1, 0]];
+        let line = |[s, t]: [u32; 2]| format!("v {} {} {t}\n", 3 * k + s, k % 7);
+        corners.map(line).concat() + "f -4 -3 -2 -1\n"
+    };
+    let dust: String = (0..300).map(square).collect();
+    fs::write(desk.path("dust.obj"), dust).unwrap();
+    desk.done("dust.obj --radius 0.1 --elements 9 -o dust");
+    refused(&desk, "dust -o x --unwrap --size 16", 1, &["--size 32"]);
     assert!(!desk.path("x").exists());
     let told = made(&desk, "bare -o maps --size 128 --unwrap");
     assert!(told.contains("9 elements in 8 maps of 128 x 128"), "{told}");

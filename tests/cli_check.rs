@@ -357,7 +357,7 @@ fn check_warns_in_words() {
     );
     assert!(said("fan.obj").contains("with --unwrap"));
     assert!(
-        said("bad.obj").contains("none: unwrap"),
+        said("bad.obj").contains("with --unwrap"),
         "{}",
         said("bad.obj")
     );

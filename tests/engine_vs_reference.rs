@@ -2,8 +2,8 @@
 //!
 //! Both draw their own random numbers, so only distributions can agree. Each case grows `seeds` clusters by each
 //! program, measures every cluster, and compares the means by Welch. The number of seeds is chosen from the measured
-//! scatter σ of one cluster's R_g, so that a shift of 3 % is [`ALARM`] standard errors of the difference: σ·√(2/n) with n
-//! seeds a side. A case also fails if the error comes out larger than that, for it could not see what it is there to
+//! scatter σ of one cluster's R_g, so that a shift of 3 % is [`ALARM`] standard errors of the difference: σ·√(2/n) with
+//! n seeds a side. A case also fails if the error comes out larger than that, for it could not see what it is there to
 //! see.
 #![allow(clippy::print_stdout, clippy::print_stderr)] // measurements, for whoever asks to see them
 

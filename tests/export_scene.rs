@@ -344,8 +344,8 @@ fn put_beside(desk: &Desk, name: &str, triangles: &[[usize; 3]]) {
     fs::write(desk.path(name), vertices.concat() + &faces).unwrap();
 }
 
-/// Checks that the elements of a table are where it says they are in the triangles of a file; how many have other weights
-/// in those that were made of these.
+/// Checks that the elements of a table are where it says they are in the triangles of a file; how many have other
+/// weights in those that were made of these.
 fn divided_in(desk: &Desk, csv: &str, triangles: &[[usize; 3]]) -> usize {
     let csv = fs::read_to_string(desk.path(csv)).unwrap();
     let mut lines = csv.lines();

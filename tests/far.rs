@@ -35,8 +35,9 @@ const MANY: u64 = 30;
 /// Directions that hits are counted by.
 const SECTORS: usize = 16;
 
-/// Less than the share of a direction's hits that jumps of 60 radii at most over the mesh move on a large lichen, 2.46 %.
-/// With copies it is 1.81 %, with such as land too near 2.78 %: each is three standard deviations (0.15 %) from this.
+/// Less than the share of a direction's hits that jumps of 60 radii at most over the mesh move on a large lichen, 2.46
+/// %. With copies it is 1.81 %, with such as land too near 2.78 %: each is three standard deviations (0.15 %) from
+/// this.
 const LEAST_BY_JUMPS: f64 = 0.0228;
 
 /// The share of the edges of the mesh that walkers cross where there are copies, at most.
@@ -117,8 +118,8 @@ fn axes(cluster: &Cluster, centre: DVec3) -> (DVec3, DVec3) {
     (x, y)
 }
 
-/// A lichen of so wide and so many elements, grown without the copy, and so many times [`WALKERS`] with and without: the
-/// share of the edges that they cross with it.
+/// A lichen of so wide and so many elements, grown without the copy, and so many times [`WALKERS`] with and without:
+/// the share of the edges that they cross with it.
 fn compare(name: &str, substrate: &Substrate, elements: (f64, u64), times: u64) -> f64 {
     let (cluster, hits, crossed) = sent(name, substrate, elements, times);
     assert_alike(name, &cluster, hits.each_ref().map(Vec::as_slice));
@@ -201,7 +202,8 @@ fn on_a_boulder() {
     compare("boulder", &boulder, (boulder.auto_radius(), 4000), MANY);
 }
 
-/// That walkers walk to from far away, some by a copy of the copy. There it shows how long jumps are, also over the mesh:
+/// That walkers walk to from far away, some by a copy of the copy. There it shows how long jumps are, also over the
+/// mesh:
 /// 2.5 % of a direction's hits are elsewhere with jumps of 60 radii at most (`docs/study.md`). With copies fewer are to be.
 #[test]
 fn on_a_large_lichen() {

@@ -149,8 +149,8 @@ fn layers_of_a_mask_are_multiplied() {
     }
 }
 
-/// White is as without a mask, to the bit, also where there is black far away: unless 64 walkers in a row are lost, which
-/// with this seed they are not.
+/// White is as without a mask, to the bit, also where there is black far away: unless 64 walkers in a row are lost,
+/// which with this seed they are not.
 #[test]
 fn a_white_mask_changes_nothing() {
     for (cells, white) in [(1, 1.0), (160, 0.95)] {
@@ -168,8 +168,8 @@ fn a_white_mask_changes_nothing() {
     }
 }
 
-/// Where all stick with probability P without it, a grey of g refuses 1 / (g P) − 1 times for each element: n of them as
-/// often as a negative binomial says, of standard deviation √(n (1 − g P)) / (g P). Beyond 4 of these it is once in
+/// Where all stick with probability P without it, a grey of g refuses 1 / (g P) − 1 times for each element: n of them
+/// as often as a negative binomial says, of standard deviation √(n (1 − g P)) / (g P). Beyond 4 of these it is once in
 /// 16,000.
 #[test]
 fn grey_is_a_factor_on_the_chance_to_stick() {
@@ -334,9 +334,9 @@ fn the_darkest_greys_are_black_and_the_lightest_white() {
     assert!((factor(0.5) - 128.0 / 255.0).abs() < 1e-6);
 }
 
-/// A border across the middle of a square is to the lichen about as the open edge of half the square is, which reflects:
-/// means over seeds of how many elements are within 20 radii of it. Walkers that would leave stay where they are, which
-/// brings a tenth fewer there (of 96 seeds 366 ± 4 and 411 ± 5).
+/// A border across the middle of a square is to the lichen about as the open edge of half the square is, which
+/// reflects: means over seeds of how many elements are within 20 radii of it. Walkers that would leave stay where they
+/// are, which brings a tenth fewer there (of 96 seeds 366 ± 4 and 411 ± 5).
 #[test]
 fn a_border_is_as_an_open_edge() {
     const R: f64 = 0.004;

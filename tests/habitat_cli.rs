@@ -271,7 +271,8 @@ fn lichen_inside_other_pieces_is_told_of_and_kept_out() {
     assert!(told.contains("white everywhere"), "{told}");
 }
 
-/// A square of side 1 in the plane y = 0 as glTF, whose material is cut out of an image: what is left of x = 0.5 is there.
+/// A square of side 1 in the plane y = 0 as glTF, whose material is cut out of an image: what is left of x = 0.5 is
+/// there.
 fn write_leaf(desk: &Desk, name: &str, alpha_mode: &str) {
     let corners: [[f32; 3]; 4] = [
         [0.0, 0.0, 0.0],

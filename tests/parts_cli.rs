@@ -406,9 +406,24 @@ fn lichen_that_would_be_in_no_map_is_refused() {
     let told = said(&desk.call("bake", words).output().unwrap());
     assert!(
         told.contains("no element of the lichen would be in a map: it is on the object 'Plate'")
-            && told.contains("--mask 'object:!Plate'"),
+            && told.contains("--mask 'object:!Plate'")
+            && told.contains("lay that out with --unwrap"),
         "{told}"
     );
+    let words = "plate -o none --size 64 --only object:Rock* --unwrap";
+    let told = said(&desk.call("bake", words).output().unwrap());
+    assert!(
+        told.contains("'Plate'") && told.ends_with("; choose with --only what has lichen"),
+        "{told}"
+    );
+    desk.done("plate.obj --radius 0.01 --elements 60 --mask object:Plate -o plate --force");
+    // UVs without area are no place either.
+    let flat = String::from_utf8(desk.read("plate.obj")).unwrap();
+    let flat = flat.replace("f -3 -2 -1", "vt 0.5 0.5\nf -3/-1 -2/-1 -1/-1");
+    fs::write(desk.path("flat.obj"), flat).unwrap();
+    let words = "plate -o none --size 64 --mesh flat.obj";
+    let refused = desk.call("bake", words).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
 }
 
 #[test]

@@ -66,8 +66,8 @@ fn threads_change_no_byte() {
     }
 }
 
-/// Apothecia lie above the places that they are built about: drawn as if they lay in them, those of a thick skin were torn,
-/// and a quarter larger.
+/// Apothecia lie above the places that they are built about: drawn as if they lay in them, those of a thick skin were
+/// torn, and a quarter larger.
 #[test]
 fn apothecia_of_thick_skins_are_as_wide_as_those_of_thin_ones() {
     let desk = Desk::new();

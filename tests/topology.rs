@@ -84,8 +84,8 @@ fn voxels(filled: impl Fn([i32; 3]) -> bool, size: i32) -> Soup {
     soup
 }
 
-/// Every second voxel of a block, and such as are filled by chance: over each edge of four triangles walkers stay outside,
-/// and none ends there.
+/// Every second voxel of a block, and such as are filled by chance: over each edge of four triangles walkers stay
+/// outside, and none ends there.
 #[test]
 fn solids_that_touch_at_edges_are_walked_on_outside() {
     let is_in = |cell: [i32; 3], size| cell.iter().all(|x| (0..size).contains(x));
@@ -219,8 +219,8 @@ fn places() -> impl Strategy<Value = Vec<[f64; 3]>> {
     prop::collection::vec(place, 4..24)
 }
 
-/// A triangle of every vertex and two far corners of its own, so that none is degenerate. The roots keep such corners off
-/// the edges of others, which would be divided there.
+/// A triangle of every vertex and two far corners of its own, so that none is degenerate. The roots keep such corners
+/// off the edges of others, which would be divided there.
 fn fans(places: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let n = places.len() as u32;
     let far = |i: u32, k: u32| {
@@ -458,8 +458,8 @@ fn joined(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> BTreeSet<[usize; 2]>
     pairs.map(by_source).collect()
 }
 
-/// Of three triangles at an edge the first lies as straight behind the second as behind the third, but for rounding, which
-/// differs with the numbers of vertices: the same two are one surface all the same. Found by
+/// Of three triangles at an edge the first lies as straight behind the second as behind the third, but for rounding,
+/// which differs with the numbers of vertices: the same two are one surface all the same. Found by
 /// `components_are_what_twins_reach`, of 20,000 cases.
 #[test]
 fn what_is_joined_where_angles_are_alike_does_not_go_by_numbers() {

@@ -147,8 +147,8 @@ impl Method {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     pub(super) radius: f64,
-    /// Root of the mean squared distance of elements from the centroid of their own colony: how far several are apart is
-    /// no size of theirs.
+    /// Root of the mean squared distance of elements from the centroid of their own colony: how far several are apart
+    /// is no size of theirs.
     pub(super) gyration: f64,
 }
 

@@ -14,8 +14,8 @@ use crate::morphometry::Sample;
 pub struct Front {
     /// R_e of the first n elements: the distance from their centroid to the farthest of them. The
     /// exponent β of R_e ∝ n^β is 1/2 where a disc fills, 1/D for a fractal, and less where growth
-    /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions. Of several colonies, which
-    /// are far apart from the start, there is none.
+    /// slows. The fit leaves out lichens smaller than the least distance of the fits of dimensions. Of several
+    /// colonies, which are far apart from the start, there is none.
     pub growth: Scaling,
     /// How R_e gains with the births; none where there is no fit.
     pub pace: Option<Pace>,

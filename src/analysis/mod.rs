@@ -137,7 +137,8 @@ pub struct Analysis {
 }
 
 /// Elements nearer than this many radii, from centre to centre, are of one lobe: gaps of less than 14.2 are
-/// closed. With L = 20 r and more, lobes are made of plumes with gaps of up to a dozen radii between them. As [`LOOK`] it lies between distances of a packing.
+/// closed. With L = 20 r and more, lobes are made of plumes with gaps of up to a dozen radii between them. As [`LOOK`]
+/// it lies between distances of a packing.
 pub const LOBE: f64 = 16.2;
 
 impl Analysis {
@@ -248,8 +249,9 @@ fn dimensions_among(
 /// Measures a lichen on all of rayon's threads; with a metric of its surface, along that too.
 ///
 /// # Errors
-/// When there are no elements, the slices differ in length, the radius is not from 1e-150 to 1e150, a position is beyond
-/// 1e150, a normal is none, an element is not born after its parent, or no element is to be averaged over through space.
+/// When there are no elements, the slices differ in length, the radius is not from 1e-150 to 1e150, a position is
+/// beyond 1e150, a normal is none, an element is not born after its parent, or no element is to be averaged over
+/// through space.
 ///
 /// # Panics
 /// When the metric is of fewer elements.

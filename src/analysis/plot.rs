@@ -132,8 +132,8 @@ struct Curve {
     fit: Vec<Points>,
 }
 
-/// The parts of a curve where y is between these, for a panel that is logarithmic in x: plotters would draw what is beyond
-/// along the border.
+/// The parts of a curve where y is between these, for a panel that is logarithmic in x: plotters would draw what is
+/// beyond along the border.
 fn clipped(points: &[(f64, f64)], between: [f64; 2]) -> Vec<Points> {
     let mut parts: Vec<Points> = Vec::new();
     let shown = |ends: &[(f64, f64)]| clip([ends[0], ends[1]], between);

@@ -93,7 +93,8 @@ impl Clock {
 
 impl Timing {
     /// A window of four frames of the mean number of births, and no more than a tenth of the
-    /// elements that the animation [ends at](Clock::end): wide enough that the rim swells, narrow enough that it does not blur.
+    /// elements that the animation [ends at](Clock::end): wide enough that the rim swells, narrow enough that it does
+    /// not blur.
     pub fn usual_window(elements: f64, frames: u32) -> f64 {
         (4.0 * elements / f64::from(frames.max(1))).min(0.1 * elements)
     }

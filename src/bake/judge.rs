@@ -24,13 +24,13 @@ pub struct LayoutJudgement {
     pub side: f64,
 }
 
-/// Texels in a row, and rows, by which a layout is judged, of few images and of many: coarser than maps, and fine enough
-/// to meet any chart that shows.
+/// Texels in a row, and rows, by which a layout is judged, of few images and of many: coarser than maps, and fine
+/// enough to meet any chart that shows.
 const SIZES: [usize; 2] = [512, 128];
 const FEW: usize = 32;
 
-/// Judges the layout of a mesh, or of those of its triangles that are chosen by their numbers in the file, in an image for
-/// each part of a division, or in one. What is shared only along edges, or within less than a texel of an image 512
+/// Judges the layout of a mesh, or of those of its triangles that are chosen by their numbers in the file, in an image
+/// for each part of a division, or in one. What is shared only along edges, or within less than a texel of an image 512
 /// texels wide (128 where there are more than 32), may not be found.
 ///
 /// # Errors

@@ -61,7 +61,8 @@ pub struct Settings {
     pub gutter: u32,
     /// Samples along each side of a texel, 1 to 8: the square of this in all.
     pub samples: u32,
-    /// Whether maps are laid out in charts of their own, cut and packed for their size, and not as the mesh's file says.
+    /// Whether maps are laid out in charts of their own, cut and packed for their size, and not as the mesh's file
+    /// says.
     pub unwrap: bool,
 }
 
@@ -75,6 +76,9 @@ impl Default for Settings {
         }
     }
 }
+
+/// Charts of their own that cover fewer texels show nothing.
+const LEAST_COVERED: usize = 64;
 
 /// UVs that a program has quantised are whole numbers up to 255 or more.
 const QUANTISED: f64 = 200.0;
@@ -120,8 +124,8 @@ pub enum BakeError {
     },
     /// Charts of their own do not fit into an image.
     #[error(
-        "there are so many charts, or texels around them, that they do not fit into one image: make it larger, or bake the \
-         mesh part by part"
+        "there are so many charts, or so much between them, that the mesh does not fit into one image: make the image \
+         larger, or bake the mesh part by part"
     )]
     Crowded,
     /// There can be no charts of their own.
@@ -353,6 +357,16 @@ impl<'a> Baker<'a> {
         lichened
     }
 
+    /// Whether a triangle of the substrate has a place in the layout of maps, whatever part it is in.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    pub fn has_place(&self, triangle: u32) -> bool {
+        let size = f64::from(self.settings.size);
+        let corners = || layout::corners_of(&self.shown(None), triangle, size);
+        self.settings.unwrap || !matches!(corners(), Ok(None))
+    }
+
     /// Whether nothing is left of a part: its triangles lie where others do, or have no area.
     pub fn is_gone(&self, chosen: Option<&[bool]>) -> bool {
         self.shown(chosen).triangles().next().is_none()
@@ -387,6 +401,9 @@ impl<'a> Baker<'a> {
         let (size, gutter) = (self.settings.size as usize, self.settings.gutter as usize);
         let shown = self.laid_out(chosen)?;
         let layout = Layout::new(&shown, size, gutter)?;
+        if shown.charts.is_some() && layout.covered < LEAST_COVERED {
+            return Err(BakeError::Crowded);
+        }
         let frames = frames(&shown);
         let placer = Placer::new(self.substrate, &layout);
         let sampler = Sampler {
@@ -497,8 +514,8 @@ impl Baked<'_> {
             .to_cols_array_2d()
     }
 
-    /// The owner of a texel, if it has one, and where its middle is in images: as the owner has it, whose coordinates may
-    /// lie whole images away.
+    /// The owner of a texel, if it has one, and where its middle is in images: as the owner has it, whose coordinates
+    /// may lie whole images away.
     fn owner(&self, texel: usize) -> (Option<u32>, InImages) {
         let owner = Some(self.layout.owners[texel]).filter(|&o| o != NONE);
         let placed = owner.and_then(|owner| Some((owner, self.weights(owner, texel)?)));
@@ -532,17 +549,16 @@ impl Baked<'_> {
     fn surface(&self, texel: usize) -> Surface {
         let (owner, at) = self.owner(texel);
         let mut surface = self.ground.surface(owner.unwrap_or(self.beyond.first), &at);
-        if let Some(normal) = owner.and_then(|owner| self.tilted(owner, texel, &at)) {
-            surface.normal = normal;
+        let has_own_axes =
+            |owner: &u32| self.shown.charts.is_some() || self.ground.is_tilted_elsewhere(*owner);
+        if let Some(owner) = owner.filter(has_own_axes) {
+            surface.normal = self.tilted(owner, texel, &at).unwrap_or(Vec3::Z);
         }
         surface
     }
 
-    /// Its normal, where its texture has a tangent space of its own.
+    /// Its normal, where its texture has a tangent space of its own, if that is one.
     fn tilted(&self, owner: u32, texel: usize, at: &InImages) -> Option<Vec3> {
-        if self.shown.charts.is_none() && !self.ground.is_tilted_elsewhere(owner) {
-            return None;
-        }
         let (frame, weights) = (self.frames[owner as usize], self.weights(owner, texel)?);
         let smooth = frame.axes(weights).z_axis.normalize_or(Vec3::Y);
         let normal = self.ground.tilted(owner, at, smooth)?;

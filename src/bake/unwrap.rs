@@ -1,10 +1,12 @@
 //! Charts of their own, for a mesh whose file lays it out so that maps cannot use it, or not at all.
 //!
-//! A library cuts, flattens and packs them: regions grown up to creases and to 70° from their mean normal, least squares
-//! conformal maps (Lévy et al., *Least Squares Conformal Maps for Automatic Texture Atlas Generation*, 2002) evened out as
-//! rigidly as possible (Liu et al., *A Local/Global Approach to Mesh Parameterization*, 2008), cut again where these fold
-//! or stretch, and packed by their shapes. It is built without its direct solver, whose results depend on the machine's
-//! vectors: so the layout is the same on every machine and any number of threads.
+//! A library cuts, flattens and packs them: regions grown up to creases and to 70° from their mean normal, least
+//! squares conformal maps (Lévy et al., *Least Squares Conformal Maps for Automatic Texture Atlas Generation*, 2002)
+//! evened out as rigidly as possible (Liu et al., *A Local/Global Approach to Mesh Parameterization*, 2008), cut again
+//! where these fold or stretch, and packed by their shapes. It is built without its direct solver, whose results depend
+//! on the machine's vectors: so the layout is the same on every machine and any number of threads.
+
+use std::collections::HashSet;
 
 use uvunwrap::{Atlas, Density, Error, MeshInput, Options, OutputMesh, Packing};
 
@@ -12,13 +14,18 @@ use super::frame::order;
 use super::shown::Shown;
 use super::{BakeError, Settings};
 
-/// For each of the substrate's triangles the texture coordinates of its corners, in the substrate's order; none where it
-/// is not shown. As a file's, they count from the upper left.
+/// For each of the substrate's triangles the texture coordinates of its corners, in the substrate's order; none where
+/// it is not shown. As a file's, they count from the upper left.
 pub(super) type Charts = Vec<Option<[[f64; 2]; 3]>>;
 
-/// With more pieces of surface than this, each of which is a chart at least, they are packed by their outlines alone: by
-/// their shapes it takes tens of times as long.
+/// With more pieces of surface than this, each of which is a chart at least, they are packed by their outlines alone:
+/// by their shapes it takes tens of times as long.
 const MANY: usize = 256;
+
+/// Share of the image that charts fill, from which on nothing is gained by less between them; and by how much more they
+/// must fill to be worth it.
+const ENOUGH: f32 = 0.25;
+const WORTH_IT: f32 = 1.2;
 
 /// Lays out what is shown, all of it in one image.
 ///
@@ -32,15 +39,10 @@ pub(super) fn unwrap(shown: &Shown, settings: &Settings) -> Result<Charts, BakeE
     let corners = |&t: &u32| sides(shown, t).map(|k| substrate.triangles()[t as usize][k]);
     let indices: Vec<u32> = faces.iter().flat_map(corners).collect();
     let mesh = MeshInput::new(&positions, &indices);
-    let mut options = Options::default();
-    suit(&mut options, shown, settings);
-    let atlas = uvunwrap::generate(&[mesh], &options).map_err(failed)?;
+    let atlas = atlas(&mesh, shown, settings)?;
     let [laid_out] = &atlas.meshes[..] else {
         unreachable!("one mesh was given");
     };
-    if atlas.page_count > 1 {
-        return Err(BakeError::Crowded);
-    }
     let mut charts = vec![None; substrate.triangles().len()];
     for (&t, vertices) in faces.iter().zip(laid_out.indices.as_chunks().0) {
         charts[t as usize] = Some(in_image(
@@ -53,12 +55,41 @@ pub(super) fn unwrap(shown: &Shown, settings: &Settings) -> Result<Charts, BakeE
     Ok(charts)
 }
 
+/// With as much between charts as the image's size asks for, or where that leaves little for them, with less.
+fn atlas(mesh: &MeshInput, shown: &Shown, settings: &Settings) -> Result<Atlas, BakeError> {
+    let mut options = Options::default();
+    let mut best: Option<Atlas> = None;
+    options.density = Density::Auto {
+        page_size: settings.size,
+    };
+    options.packing = packing(shown);
+    let widest = (settings.size / 256).clamp(2, 8).min(settings.gutter);
+    for padding in [widest, widest.div_ceil(4), 1] {
+        options.padding = padding;
+        let atlas = uvunwrap::generate(std::slice::from_ref(mesh), &options)
+            .map(Some)
+            .or_else(crowded)?;
+        let Some(atlas) = atlas.filter(|atlas| atlas.page_count == 1) else {
+            continue;
+        };
+        let used = best.as_ref().map_or(0.0, |best| best.utilization);
+        if atlas.utilization > WORTH_IT * used {
+            best = Some(atlas);
+        }
+        if best.as_ref().is_some_and(|best| best.utilization >= ENOUGH) || padding == 1 {
+            break;
+        }
+    }
+    best.ok_or(BakeError::Crowded)
+}
+
 /// The corners of a triangle counter-clockwise from outside: so no chart is a mirror image.
 fn sides(shown: &Shown, triangle: u32) -> [usize; 3] {
     order(shown.substrate.winding().side(triangle) < 0.0)
 }
 
-/// The corners of a triangle in the image, which charts may not fill: the library counts rows from below, of those in use.
+/// The corners of a triangle in the image, which charts may not fill: the library counts rows from below, of those in
+/// use.
 fn in_image(
     (atlas, mesh): (&Atlas, &OutputMesh),
     settings: &Settings,
@@ -75,20 +106,19 @@ fn in_image(
     corners
 }
 
-fn suit(options: &mut Options, shown: &Shown, settings: &Settings) {
-    options.density = Density::Auto {
-        page_size: settings.size,
-    };
-    options.padding = (settings.size / 256).clamp(2, 8).min(settings.gutter);
-    options.packing = match shown.substrate.components().len() > MANY {
+fn packing(shown: &Shown) -> Packing {
+    let piece = |t: u32| shown.substrate.component_of(t).triangles.start;
+    let pieces: HashSet<u32> = shown.triangles().map(piece).collect();
+    match pieces.len() > MANY {
         true => Packing::Fast,
         false => Packing::Shape,
-    };
+    }
 }
 
-fn failed(error: Error) -> BakeError {
+/// Nothing, where charts and what is between them do not fit into one image.
+fn crowded(error: Error) -> Result<Option<Atlas>, BakeError> {
     match error {
-        Error::ChartTooLarge { .. } | Error::AtlasTooLarge { .. } => BakeError::Crowded,
-        other => BakeError::Unwrap(other.to_string()),
+        Error::ChartTooLarge { .. } | Error::AtlasTooLarge { .. } => Ok(None),
+        other => Err(BakeError::Unwrap(other.to_string())),
     }
 }

@@ -51,10 +51,10 @@ pub(crate) enum Command {
     /// Lengths (LEN) are a number in mesh units (0.02), in element radii (2r), or in percent of the
     /// bounding box's diagonal (0.5%).
     Skin(Box<SkinArgs>),
-    /// Bake the lichen into textures for a mesh with UVs
+    /// Bake the lichen into textures for a mesh
     ///
-    /// Maps in the mesh's own layout, and the mesh as one GLB file that wears them. Lengths (LEN)
-    /// are as for `thallus skin`.
+    /// Maps in the mesh's own UVs, or in new ones with --unwrap, and the mesh as one GLB file that wears
+    /// them. Lengths (LEN) are as for `thallus skin`.
     Bake(Box<BakeArgs>),
     /// Show the growth of a run's lichen, frame by frame
     ///
@@ -167,22 +167,22 @@ pub(crate) struct GrowArgs {
     #[arg(long, help_heading = RUN, value_name = "FILE.toml")]
     pub(crate) recipe: Option<PathBuf>,
     /// Go on with the run in a folder, whether killed, interrupted or finished, as if it had never stopped: the files
-    /// come out the same. A larger size (--elements, --reach, --cover) extends it; MESH says where its mesh is now, and --mask
-    /// where its mask is
+    /// come out the same. A larger size (--elements, --reach, --cover) extends it; MESH says where its mesh is now, and
+    /// --mask where its mask is
     #[arg(long, help_heading = RUN, value_name = "DIR", conflicts_with_all = ["output", "recipe", "force", "LookArgs", "PlaceArgs", "StandArgs", "WalkArgs"])]
     pub(crate) resume: Option<PathBuf>,
     /// With --resume: where run.log is damaged, go on from what is sound before that place
     #[arg(long, help_heading = RUN)]
     pub(crate) keep_sound: bool,
-    /// Threads to use at most, up to 1024; the result is the same for any number, and growth uses only as many as make it faster
-    /// [default: as many as there are cores]
+    /// Threads to use at most, up to 1024; the result is the same for any number, and growth uses only as many as make
+    /// it faster [default: as many as there are cores]
     #[arg(allow_negative_numbers = true, long, help_heading = RUN, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<u16>,
     /// No progress, notes or warnings: only errors
     #[arg(long, help_heading = RUN)]
     pub(crate) quiet: bool,
-    /// Width of preview.png in pixels, 16 to 16384, or 0 for none; it is three quarters as high. A wide one takes longer; one of 640 takes as long
-    /// as 50,000 elements
+    /// Width of preview.png in pixels, 16 to 16384, or 0 for none; it is three quarters as high. A wide one takes
+    /// longer; one of 640 takes as long as 50,000 elements
     #[arg(long, value_name = "PIXELS", default_value_t = 640, value_parser = preview_width, help_heading = RUN, allow_negative_numbers = true)]
     pub(crate) preview: u32,
     /// Replace what an earlier run wrote to the folder; that is gone as soon as growth starts

@@ -9,8 +9,8 @@ use super::failure::Failure;
 #[derive(Debug, Args)]
 #[command(next_help_heading = FILE)]
 pub(crate) struct AxesArgs {
-    /// Up axis of the file; glTF and POV-Ray have y and take no other [default: z for PLY; y for OBJ; the mesh's for USD
-    /// and tables]
+    /// Up axis of the file; glTF and POV-Ray have y and take no other [default: z for PLY; y for OBJ; the mesh's for
+    /// USD and tables]
     #[arg(long, value_parser = up(), hide_possible_values = true, value_name = "y|z")]
     up: Option<UpAxis>,
     #[command(flatten)]

@@ -42,6 +42,7 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
         unwrap: args.unwrap,
     };
     settings.check().map_err(|e| Failure::Usage(e.into()))?;
+    check_layout(args)?;
     start_threads(args.run.threads)?;
     let started = Instant::now();
     let lichens = Lichens::read(args)?;
@@ -70,6 +71,18 @@ pub(crate) fn bake(args: &BakeArgs) -> Result<(), Failure> {
     baking.seconds.write += written.elapsed().as_secs_f64();
     baking.seconds.total = started.elapsed().as_secs_f64();
     conclude(args, &baking.report())
+}
+
+/// Refuses charts of their own in a layout that is asked for too.
+fn check_layout(args: &BakeArgs) -> Result<(), Failure> {
+    let other = match args.unwrap {
+        true if args.uv_set == 1 => "--uv-set 1",
+        true if args.each.contains(&Each::Tile) => "--each tile",
+        _ => return Ok(()),
+    };
+    Err(Failure::Usage(anyhow::anyhow!(
+        "--unwrap lays maps out in charts of its own, {other} in the mesh's UVs: leave one of them out"
+    )))
 }
 
 /// Maps that are being made, part by part.
@@ -107,7 +120,7 @@ impl<'a> Baking<'a> {
         let baker = baker.map_err(|e| self.failed(e, None))?;
         self.lichened = baker.lichened();
         let [laid_out, kept] = self.laid_out(&baker)?;
-        self.check_lichen(&laid_out)?;
+        self.check_lichen(&baker, &laid_out)?;
         self.seconds.bake += started.elapsed().as_secs_f64();
         self.check_memory(laid_out.len(), !kept.is_empty())?;
         let mut largest = 0;
@@ -139,7 +152,8 @@ impl<'a> Baking<'a> {
         Ok(())
     }
 
-    /// The parts that maps are made of, unless one is laid out so that it should not be, and those that stay as they are.
+    /// The parts that maps are made of, unless one is laid out so that it should not be, and those that stay as they
+    /// are.
     fn laid_out(&self, baker: &Baker) -> Result<[Vec<&'a MapPart>; 2], Failure> {
         let lichens: &'a Lichens = self.lichens;
         let parts = &lichens.parts;
@@ -205,7 +219,7 @@ impl<'a> Baking<'a> {
     }
 
     /// Refuses maps in which there is no lichen.
-    fn check_lichen(&self, laid_out: &[&MapPart]) -> Result<(), Failure> {
+    fn check_lichen(&self, baker: &Baker, laid_out: &[&MapPart]) -> Result<(), Failure> {
         let Lichens {
             substrate,
             texturing,
@@ -221,17 +235,19 @@ impl<'a> Baking<'a> {
             triangles.iter().any(|&t| {
                 let source = substrate.source_triangle(t) as usize;
                 let is_chosen = |chosen: &Vec<bool>| chosen.get(source) == Some(&true);
-                let is_laid_out = self.args.unwrap || texturing.uvs_of(substrate, t).is_some();
-                is_laid_out && chosen.as_ref().is_none_or(is_chosen)
+                baker.has_place(t) && chosen.as_ref().is_none_or(is_chosen)
             })
         };
         if laid_out.iter().any(is_in) {
             return Ok(());
         }
+        let cure = match triangles.iter().all(|&t| baker.has_place(t)) {
+            true => "choose with --only what has lichen",
+            false => "lay that out with --unwrap, or choose with --only what has lichen",
+        };
         let told = Where::of((substrate, texturing), triangles.into_iter()).told();
         Err(Failure::Failed(anyhow::anyhow!(
-            "{}: no element of the lichen would be in a map: {told}; lay that out with --unwrap, or choose with --only what \
-             has lichen",
+            "{}: no element of the lichen would be in a map: {told}; {cure}",
             mesh.display()
         )))
     }
@@ -344,6 +360,12 @@ impl<'a> Baking<'a> {
         let error = match sharing.map(|part| self.cure(part)) {
             Some(cure) => anyhow::anyhow!("{error}, or: {cure}"),
             None if error.is_of_missing_uvs() => anyhow::anyhow!("{error} ({UNWRAP})"),
+            None if error == BakeError::Crowded => match self.args.maps.size * 2 {
+                size if size <= MOST_ACROSS => {
+                    anyhow::anyhow!("{error} (--size {size}, or --each)")
+                }
+                _ => anyhow::anyhow!("{error} (--each)"),
+            },
             None => error.into(),
         };
         let error = match part.and_then(|part| self.left_out(part)) {
@@ -416,7 +438,11 @@ impl<'a> Baking<'a> {
         let radius = self.lichens.substrate.units().length_to_file(radius);
         if report.texel > COARSE * radius {
             let radii = report.texel / radius;
-            let used = report.covered as f64 / report.texels as f64;
+            // Nobody can pack charts of its own better.
+            let used = match self.args.unwrap {
+                true => 1.0,
+                false => report.covered as f64 / report.texels as f64,
+            };
             self.args.run.voice().warn(&format!(
                 "{of}a texel is {radii:.1} element radii wide: single elements do not show; {}",
                 how_to_show_more(used, self.args.maps.size)
@@ -442,7 +468,7 @@ impl<'a> Baking<'a> {
         let best = Flags::best(substrate, texturing, settled);
         match best.ok().and_then(|best| best.that_serve()) {
             Some(flags) => format!("with {flags} no place of it shares texels with another"),
-            None => cure(texturing, settled.is_second).to_owned(),
+            None => cure(texturing, settled.is_second),
         }
     }
 

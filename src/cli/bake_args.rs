@@ -33,9 +33,9 @@ pub(crate) struct BakeArgs {
     /// The set of UVs that maps are laid out in, of glTF files that have two: 1 for TEXCOORD_1
     #[arg(long, value_name = "0|1", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=1))]
     pub(crate) uv_set: u8,
-    /// Lay maps out in charts of their own, for a mesh without UVs, or whose UVs overlap, repeat an image or fill little of
-    /// it: lichened.glb has the new UVs, and the mesh's textures are drawn anew in them
-    #[arg(long, conflicts_with = "uv_set")]
+    /// Lay maps out in charts of their own, for a mesh without UVs, or whose UVs overlap, repeat an image or fill
+    /// little of it: lichened.glb has the new UVs, and the mesh's textures are drawn anew in them
+    #[arg(long)]
     pub(crate) unwrap: bool,
     /// Maps for each material, each object or each UDIM tile of the mesh that lichen is on, and all of the mesh in one
     /// lichened.glb. Several

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use thallus::bake::{BakeError, LayoutJudgement, judge};
-use thallus::substrate::{Division, Substrate, Texturing};
+use thallus::substrate::{Division, Material, Substrate, Texturing};
 
 use super::bake_args::Each;
 use super::bake_parts::MOST_PARTS;
@@ -13,7 +13,8 @@ pub(super) struct Flags {
     /// As they are written, all of their kind.
     pub(super) words: &'static str,
     pub(super) judged: LayoutJudgement,
-    /// Share of the texels in use that stand for several places with the flags that are there; none where there are no maps.
+    /// Share of the texels in use that stand for several places with the flags that are there; none where there are no
+    /// maps.
     pub(super) without: Option<f64>,
 }
 
@@ -134,22 +135,26 @@ impl Flags {
 }
 
 /// What to do where no flags serve.
-pub(super) fn cure(texturing: &Texturing, is_second: bool) -> &'static str {
+pub(super) fn cure(texturing: &Texturing, is_second: bool) -> String {
+    format!(
+        "bake with --unwrap, which lays maps out in charts of its own, or {}",
+        other_cure(texturing, is_second)
+    )
+}
+
+fn other_cure(texturing: &Texturing, is_second: bool) -> &'static str {
     if is_second {
-        return "bake with --unwrap instead, which lays maps out in charts of its own, or unwrap that set of UVs without \
-                overlaps";
+        return "unwrap that set of UVs without overlaps";
     }
-    match texturing
-        .materials
-        .iter()
-        .any(|m| m.base_color_texture.is_some())
-    {
+    let has_texture = |material: &Material| material.base_color_texture.is_some();
+    match texturing.materials.iter().any(has_texture) {
         true => {
-            "bake with --unwrap, which lays maps out in charts of its own, or give the mesh a second set of UVs without overlaps, which leaves its textures where they are, export it as glTF, \
-             and bake with --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV Project)"
+            "give the mesh a second set of UVs without overlaps, which leaves its textures where they are, export it as \
+             glTF, and bake with --uv-set 1 (in Blender: Object Data > UV Maps > +, then in Edit Mode UV > Smart UV \
+             Project)"
         }
         false => {
-            "bake with --unwrap, which lays maps out in charts of its own, or unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"
+            "unwrap the mesh without overlaps (in Blender: in Edit Mode UV > Smart UV Project)"
         }
     }
 }

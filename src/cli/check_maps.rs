@@ -26,7 +26,7 @@ pub(super) struct Maps {
     /// Usual side of an image on the surface.
     side: f64,
     #[serde(skip)]
-    cure: &'static str,
+    cure: String,
 }
 
 /// Texels in a row of the maps that are spoken of.

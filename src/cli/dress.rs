@@ -80,7 +80,8 @@ pub(super) fn check_lies(
     }
     let (mesh, image) = (mesh.display(), image.display());
     Err(Failure::Failed(anyhow::anyhow!(
-        "{mesh}: there are no UVs to lay {image} on it by: unwrap the mesh, or write {flag} stone"
+        "{mesh}: there are no UVs of its own to lay {image} on it by: unwrap it where it was made, or write {flag} \
+         stone"
     )))
 }
 

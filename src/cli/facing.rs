@@ -21,7 +21,8 @@ const MOST_OPEN: f64 = 0.6;
 /// Share of its area that a piece is wide, seen from below, if it looks down.
 const DOWN: f64 = 0.5;
 
-/// Share of the mesh's area that a piece has whose outlook matters: of loose cards one looks down for each that looks up.
+/// Share of the mesh's area that a piece has whose outlook matters: of loose cards one looks down for each that looks
+/// up.
 const MUCH: f64 = 0.2;
 
 const CURE: &str =

@@ -39,9 +39,12 @@ const ROUNDNESS: f64 = 0.3;
 /// Of contacts with a lichen too round to stick at all but by the lowest chance, those with its tips.
 const TIPS: f64 = 0.75;
 
-/// How many times elements cover a surface when no more find room, or somewhat more: packed they stopped at 0.74 on the
-/// rock, and where they only touch at 0.6. Discs that are packed by hand cover 0.91 of a plane.
-pub(super) fn most_covered(join: Join) -> f64 {
+/// How many times elements cover a surface at most: packed discs cover 0.91 of a plane.
+pub(super) const MOST_COVERED: f64 = 1.0;
+
+/// How many times they do when no more find room: packed they stopped at 0.74 on the rock, and where they only touch at
+/// 0.6.
+fn usually_covered(join: Join) -> f64 {
     match join {
         Join::Pack => 0.8,
         Join::Touch => 0.65,
@@ -50,8 +53,16 @@ pub(super) fn most_covered(join: Join) -> f64 {
 
 /// About how many elements a run will have.
 pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    elements_covering(substrate, recipe, usually_covered(recipe.join))
+}
+
+/// How many it may have: for memory.
+pub(super) fn most_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
+    elements_covering(substrate, recipe, MOST_COVERED)
+}
+
+fn elements_covering(substrate: &Substrate, recipe: &Recipe, most: f64) -> f64 {
     let cover = room(substrate, recipe);
-    let room = most_covered(recipe.join) * cover;
     let asked = match recipe.stop {
         StopRule::Elements(n) => n as f64,
         StopRule::Reach(length) => {
@@ -59,7 +70,7 @@ pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
         }
         StopRule::Cover(share) => share * cover,
     };
-    asked.min(room)
+    asked.min(most * cover)
 }
 
 /// Area of what a run grows on over that of an element.

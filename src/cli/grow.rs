@@ -16,7 +16,7 @@ use thallus::substrate::{Substrate, SurfacePoint};
 use super::args::GrowArgs;
 use super::cutout::Cutout;
 use super::failure::Failure;
-use super::foreseen::most_covered;
+use super::foreseen::MOST_COVERED;
 use super::memory::After;
 use super::mesh_file::{Looks, MeshFile};
 use super::named_mesh::{self, named_mesh};
@@ -115,7 +115,7 @@ impl Job<'_> {
         seconds.grow = started.elapsed().as_secs_f64();
         let folder = output.path().to_owned();
         if let Err(error) = log.finish() {
-            return Err(resume::cut_short(error, &folder, &log));
+            return Err(resume::cut_short(error, (&folder, self.recipe), &log));
         }
         ended::spare_finished(&folder, &growth)?;
         let finished = Finished {
@@ -131,7 +131,8 @@ impl Job<'_> {
         let spinner = (self.args.preview > 0).then(|| self.voice.spinner("taking the picture"));
         let written = finished.write(output);
         spinner.iter().for_each(ProgressBar::finish_and_clear);
-        let report = written.map_err(|error| resume::cut_short(error, &folder, &log))?;
+        let report =
+            written.map_err(|error| resume::cut_short(error, (&folder, self.recipe), &log))?;
         let how = match (growth.stopped, self.execution.is_cancelled()) {
             (Stopped::Cancelled, _) => How::CutShort,
             (_, true) => How::WithoutPicture,
@@ -180,7 +181,7 @@ impl Job<'_> {
     fn watch(&self, run: Run<'_>, log: LogWriter) -> (Growth, LogWriter) {
         let goal = Goal {
             stop: self.recipe.stop,
-            most_covered: most_covered(self.recipe.join),
+            most_covered: MOST_COVERED,
             colonies: self.recipe.at.len(),
         };
         let display = Display::new(goal, &run.progress(), self.voice.quiet);

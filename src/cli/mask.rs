@@ -53,8 +53,8 @@ fn places(layer: &str, recipes: &[PathBuf]) -> Vec<String> {
     places
 }
 
-/// The mask that settings ask for, if they do. Where recipe files may name it, its layers are looked for beside these too:
-/// of several places that which has what the settings expect.
+/// The mask that settings ask for, if they do. Where recipe files may name it, its layers are looked for beside these
+/// too: of several places that which has what the settings expect.
 pub(super) fn read(
     settings: &Settings,
     recipes: &[PathBuf],

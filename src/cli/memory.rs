@@ -9,7 +9,7 @@ use thallus::substrate::{Loaded, Substrate};
 
 use super::control_group::{self, number};
 use super::failure::Failure;
-use super::foreseen::{copies, expected_elements, seconds_from};
+use super::foreseen::{copies, expected_elements, most_elements, seconds_from};
 use super::number::{count, duration, short};
 use super::terminal::Voice;
 
@@ -57,10 +57,11 @@ const TIMED_BYTES: f64 = 2000.0;
 const TEXEL_BYTES: f64 = 30.0;
 const LICHEN_BYTES: f64 = 80.0;
 
-/// Bytes that a texel of a part that is done takes until the file that wears it is written: PNG files of the maps in it.
+/// Bytes that a texel of a part that is done takes until the file that wears it is written: PNG files of the maps in
+/// it.
 const WORN_BYTES: f64 = 4.0;
 
-/// A triangle while charts of its own are cut and packed: 430 on the shell of a CT scan.
+/// A triangle while charts of its own are cut and packed: 420 on the shell of a CT scan.
 const CHART_BYTES: f64 = 600.0;
 
 /// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
@@ -111,11 +112,12 @@ pub(super) fn check(
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
     };
-    let more = each * elements + besides(substrate, recipe, after);
+    let most = most_elements(substrate, recipe).max(grown as f64);
+    let more = each * most + besides(substrate, recipe, after);
     let needed = more + READ_BYTES * grown as f64;
-    let number = count(elements as u64);
+    let [number, most] = [elements, most].map(|n| count(n as u64));
     let triangles = count(substrate.triangles().len() as u64);
-    let what = format!("about {number} elements on {triangles} triangles");
+    let what = format!("up to {most} elements on {triangles} triangles");
     check_free(more, &what, cure)?;
     let seconds = seconds_from(substrate, recipe, grown as f64) + after.seconds();
     if elements - grown as f64 >= LONG || seconds >= LONG_SECONDS || needed >= LARGE {
@@ -126,7 +128,7 @@ pub(super) fn check(
         };
         let full = match recipe.stop {
             StopRule::Elements(asked) if asked as f64 > elements => {
-                ", for there is no room for more"
+                " (there seems to be room for no more)"
             }
             _ => "",
         };
@@ -322,7 +324,7 @@ fn pictured_bytes(triangles: usize) -> f64 {
 
 /// Bytes that a run with a picture is expected to take at its peak, the mesh aside.
 pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    BYTES * expected_elements(substrate, recipe)
+    BYTES * most_elements(substrate, recipe)
 }
 
 /// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what

@@ -333,8 +333,8 @@ impl Lichens {
         }
     }
 
-    /// How much finer the triangles of each are beneath smaller elements, down to a third, so that they are cut off where
-    /// those begin.
+    /// How much finer the triangles of each are beneath smaller elements, down to a third, so that they are cut off
+    /// where those begin.
     fn shares(&self) -> Vec<f64> {
         let share = |(k, lichen): (usize, &Lichen)| {
             let later = zip(&self.grown[k + 1..], &self.covers[k..]);

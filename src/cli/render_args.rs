@@ -77,9 +77,10 @@ pub(crate) struct ViewArgs {
 /// How any picture of a lichen on its mesh is taken.
 #[derive(Debug, Args)]
 pub(crate) struct ShotArgs {
-    /// Where to look from: 'auto' finds the side that shows most of the lichen; front, back, left, right, top or bottom;
-    /// degrees round the mesh from its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target": [x,y,z], "up": [x,y,z], "opening": degrees} in
-    /// mesh units, opening 0.1 to 170, given here or in a file; what 'thallus render --json' prints will do too
+    /// Where to look from: 'auto' finds the side that shows most of the lichen; front, back, left, right, top or
+    /// bottom; degrees round the mesh from its front and above the horizon, as 30,45; or {"eye": [x,y,z], "target":
+    /// [x,y,z], "up": [x,y,z], "opening": degrees} in mesh units, opening 0.1 to 170, given here or in a file; what
+    /// 'thallus render --json' prints will do too
     #[arg(
         long,
         value_name = "auto|SIDE|AZIMUTH,ELEVATION|JSON",

@@ -1,7 +1,7 @@
 //! The log of a run: begun anew, or gone on with.
 
 use std::fs::File;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
@@ -184,8 +184,8 @@ pub(crate) fn place_recipe_anew(output: &mut OutputDir, recipe: &Recipe) -> Resu
     place_recipe(output, recipe)
 }
 
-/// Takes away the picture of the run that is to grow on: it would be taken for one of the larger lichen if this run ended
-/// before it takes its own, which it does last.
+/// Takes away the picture of the run that is to grow on: it would be taken for one of the larger lichen if this run
+/// ended before it takes its own, which it does last.
 pub(crate) fn take_picture_away(output: &mut OutputDir) -> Result<(), Failure> {
     Ok(output.remove(PREVIEW)?)
 }
@@ -196,7 +196,11 @@ pub(crate) fn place_recipe(output: &mut OutputDir, recipe: &Recipe) -> Result<()
 }
 
 /// What could not be written, and what is safe all the same: what the log has, whatever was done to it.
-pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> Failure {
+pub(crate) fn cut_short(
+    error: OutputError,
+    (folder, recipe): (&Path, &Recipe),
+    log: &LogWriter,
+) -> Failure {
     let safe = |elements: u64| plural(elements as usize, "element is", "elements are");
     let durable = log.durable_elements();
     let go_on = |sound: u64| {
@@ -211,7 +215,7 @@ pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> F
             (Ok(true), Ok(sound)) => go_on(sound.min(durable)),
             (Ok(true), Err(lost)) => anyhow::anyhow!("{error}; what was durable is lost: {lost}"),
             // The log of a run that has ended is put in the place of the one that was written to.
-            (Ok(false), Ok(sound)) if sound >= durable => go_on(sound),
+            (Ok(false), Ok(sound)) if is_of(recipe, &folder.join(LOG)) => go_on(sound),
             (Ok(false), _) => anyhow::anyhow!(
                 "{error}; what was durable went with it, unless {} was moved: then {} safe, and \
              thallus grow --resume goes on with the folder where it lies now",
@@ -228,6 +232,17 @@ pub(crate) fn cut_short(error: OutputError, folder: &Path, log: &LogWriter) -> F
     )
 }
 
+/// Whether a log begins as one of this recipe does.
+fn is_of(recipe: &Recipe, log: &Path) -> bool {
+    let expected = head(recipe);
+    let mut there = Vec::with_capacity(expected.len());
+    let read = File::open(log).and_then(|file| {
+        let mut start = file.take(expected.len() as u64);
+        start.read_to_end(&mut there)
+    });
+    read.is_ok() && there == expected
+}
+
 #[cfg(test)]
 mod tests {
     use thallus::run::Settings;
@@ -239,18 +254,30 @@ mod tests {
     #[test]
     fn what_is_in_another_log_of_the_run_is_safe() {
         let mesh = Path::new("meshes/plane.obj");
-        let recipe = Settings::default().resolve(&Substrate::load(mesh).unwrap(), "plane.obj");
+        let plane = Substrate::load(mesh).unwrap();
+        let recipe = |seed| {
+            let settings = Settings {
+                seed: Some(seed),
+                ..Settings::default()
+            };
+            settings.resolve(&plane, "plane.obj").unwrap()
+        };
+        let own = recipe(1);
         let folder = tempfile::tempdir().unwrap();
         let (path, away) = (folder.path().join(LOG), folder.path().join("away"));
-        let log = LogWriter::create(&path, &recipe.unwrap()).unwrap();
+        let log = LogWriter::create(&path, &own).unwrap();
         let told = || {
             let error = OutputError::FileExists(path.clone());
-            cut_short(error, folder.path(), &log).reason()
+            cut_short(error, (folder.path(), &own), &log).reason()
         };
         std::fs::copy(&path, &away).unwrap();
         std::fs::rename(&away, &path).unwrap();
         let said = told();
         assert!(said.contains("0 elements are safe: go on with"), "{said}");
+        std::fs::write(&away, head(&recipe(2))).unwrap();
+        std::fs::rename(&away, &path).unwrap();
+        let said = told();
+        assert!(said.contains("went with it, unless"), "{said}");
         std::fs::remove_file(&path).unwrap();
         let said = told();
         assert!(said.contains("went with it, unless"), "{said}");

@@ -66,7 +66,8 @@ pub(crate) struct PlaceArgs {
     #[arg(long, value_name = "N", help = run::COLONIES.help(), allow_negative_numbers = true)]
     colonies: Option<u64>,
     /// How steep the surface may be where lichen grows: degrees between its normal and up, from 0 for level ground over
-    /// 90 for a wall to 180 for an underside; the steepest, or the least steep and the steepest, as in 30,90 [default: 0,180]
+    /// 90 for a wall to 180 for an underside; the steepest, or the least steep and the steepest, as in 30,90 [default:
+    /// 0,180]
     #[arg(long, value_name = "[LEAST,]MOST", allow_hyphen_values = true)]
     slope: Option<Slope>,
 }
@@ -75,13 +76,14 @@ pub(crate) struct PlaceArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Place")]
 pub(crate) struct MaskArgs {
-    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, 'uv1:IMAGE' in that of its second set, or 'vertex-colors' for the
-    /// colours in the mesh file. White is as without a mask, on black and where it is transparent nothing grows, and grey
-    /// is a factor on the chance to stick: growth is slower and denser there. 'object:NAME' and 'material:NAME' are those
-    /// parts of the mesh ('check' lists them): 'material:Bark,Stone*' any of these, 'material:!Leaves' all but one. 'exposed'
-    /// is what is not inside another piece of the mesh or right beneath one, as mortar is behind bricks; 'opaque' what materials do not leave open, as leaves
-    /// are cut out of an image. The folder of another run on the same mesh is one too: this lichen grows beside that one, not over it. May be given
-    /// several times, for where all of them let it; 'none' is for a recipe that has one
+    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, 'uv1:IMAGE' in that of its
+    /// second set, or 'vertex-colors' for the colours in the mesh file. White is as without a mask, on black and where
+    /// it is transparent nothing grows, and grey is a factor on the chance to stick: growth is slower and denser there.
+    /// 'object:NAME' and 'material:NAME' are those parts of the mesh ('check' lists them): 'material:Bark,Stone*' any
+    /// of these, 'material:!Leaves' all but one. 'exposed' is what is not inside another piece of the mesh or right
+    /// beneath one, as mortar is behind bricks; 'opaque' what materials do not leave open, as leaves are cut out of an
+    /// image. The folder of another run on the same mesh is one too: this lichen grows beside that one, not over it.
+    /// May be given several times, for where all of them let it; 'none' is for a recipe that has one
     #[arg(
         long,
         value_name = "IMAGE|uv1:IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR|none"

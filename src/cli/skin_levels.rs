@@ -16,8 +16,8 @@ use super::terminal::Voice;
 /// As many times more triangles than were asked for are enough.
 const ENOUGH: f64 = 1.1;
 
-/// A skin that holds as many times more than the finest has lost its shape: it stands off from the mesh, as wide triangles
-/// do that are lifted over bumps, or covers what lichen does not.
+/// A skin that holds as many times more than the finest has lost its shape: it stands off from the mesh, as wide
+/// triangles do that are lifted over bumps, or covers what lichen does not.
 const BULGING: f64 = 1.5;
 
 /// Where one bulges, this share of all triangles is next, or as many times that as it takes for more.
@@ -135,7 +135,8 @@ impl Thinner {
         Ok(taken)
     }
 
-    /// One of about so many triangles, or of as many more as it takes to keep its shape, if that is fewer than the level has.
+    /// One of about so many triangles, or of as many more as it takes to keep its shape, if that is fewer than the
+    /// level has.
     fn decimated(&self, mesh: &TriMesh, goal: usize) -> anyhow::Result<Option<Level>> {
         let all = mesh.triangles.len();
         let mut triangles = goal;

@@ -23,19 +23,23 @@ pub(super) fn warning(texturing: &Texturing) -> Option<String> {
 
 fn told(names: &[String]) -> String {
     let mask = format!("object:!{}", names.join(","));
+    let mask = match names.iter().any(|name| name.contains(',')) {
+        true => "object:!NAME".to_owned(),
+        false => shell_path(Path::new(&mask)),
+    };
     let are = if names.len() == 1 { "is" } else { "are" };
     format!(
         "{} {are} called as hulls to collide with or lower levels of detail are, and lichen grows on them too: keep it \
          off with --mask {}",
         listed(names),
-        shell_path(Path::new(&mask))
+        mask
     )
 }
 
 /// By the names that Unreal (`UCX_Rock`), Godot (`Rock-colonly`) and Unity (`Rock_LOD1`) go by.
 fn stands_in(name: &str) -> bool {
     const HULLS: [&str; 4] = ["UCX_", "UBX_", "USP_", "UCP_"];
-    const ENDS: [&str; 4] = ["-col", "-colonly", "-convcol", "-convcolonly"];
+    const ENDS: [&str; 2] = ["-colonly", "-convcolonly"];
     let is_lower = |(_, level): (&str, &str)| level.parse().is_ok_and(|level: u8| level > 0);
     HULLS.iter().any(|hull| name.starts_with(hull))
         || ENDS.iter().any(|end| name.ends_with(end))
@@ -54,8 +58,7 @@ mod tests {
     fn of(names: &[&str]) -> Option<String> {
         let part = |name: &&str| Part {
             objects: vec![(*name).to_owned()],
-            material: None,
-            frame: None,
+            ..Part::default()
         };
         warning(&Texturing {
             parts: names.iter().map(part).collect(),
@@ -78,7 +81,7 @@ mod tests {
         assert!(said.starts_with("'rock_lod2' is called"), "{said}");
         assert!(of(&["Wall", "Wall-colonly"]).is_some());
         assert_eq!(
-            of(&["Rock_LOD0", "Moss", "LOD", "Rock_LOD", "pre-column"]),
+            of(&["Rock_LOD0", "Moss", "LOD", "Rock_LOD", "Wall-col"]),
             None
         );
         assert_eq!(

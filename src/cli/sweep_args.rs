@@ -98,8 +98,8 @@ pub(crate) struct MergeArgs {
     /// Where the mesh lies now [default: where the grid says, seen from here or from the grid]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
-    /// Where the mask lies now, if the sweep has one; several as they were given to it [default: where the grid says, seen
-    /// from here or from the grid]
+    /// Where the mask lies now, if the sweep has one; several as they were given to it [default: where the grid says,
+    /// seen from here or from the grid]
     #[arg(
         long,
         value_name = "IMAGE|uv1:IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR"

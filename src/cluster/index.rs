@@ -11,8 +11,8 @@ use super::{Element, Population};
 ///
 /// One thread may [insert](Self::insert) and [adopt](Self::adopt) while others look. What these see of elements that
 /// they do not know of yet may be all, some or nothing: whether a walker saw what it would have seen after
-/// their births is asked of its notes ([`held`](Self::held)) before its element is born, with all that there are by then.
-/// Of those that it knew of it must miss none.
+/// their births is asked of its notes ([`held`](Self::held)) before its element is born, with all that there are by
+/// then. Of those that it knew of it must miss none.
 ///
 /// Growth depends on nothing else, so an index can be replaced without touching it. The law stays the same, not
 /// the elements: bounds may be any, and walkers step by them; only by [`Steps::Small`](crate::growth::Steps::Small)

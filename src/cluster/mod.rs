@@ -104,8 +104,8 @@ impl Cluster {
         self.overgrown[word] |= bit;
     }
 
-    /// Leaves the first so many elements, as if no others had been added: for births that nobody was told of. To all others
-    /// a cluster only grows.
+    /// Leaves the first so many elements, as if no others had been added: for births that nobody was told of. To all
+    /// others a cluster only grows.
     pub(crate) fn truncate(&mut self, len: usize) {
         if len >= self.len() {
             return;

@@ -183,8 +183,8 @@ impl OutputDir {
     /// files away and some of the new ones not there yet.
     ///
     /// # Errors
-    /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder, [`OutputError::IsRead`] when one
-    /// is [spared](Self::spare).
+    /// As [`OutputDir::place`]; [`OutputError::NotAFile`] when one of them is a folder, [`OutputError::IsRead`] when
+    /// one is [spared](Self::spare).
     ///
     /// # Panics
     /// When a name is not a plain file name.
@@ -271,7 +271,8 @@ impl OutputDir {
         self.outdated.push(name.to_owned());
     }
 
-    /// Keeps what is written or outdated from now on from replacing these files, or taking them away: what is read for it.
+    /// Keeps what is written or outdated from now on from replacing these files, or taking them away: what is read for
+    /// it.
     pub fn spare(&mut self, files: &[PathBuf]) {
         let places = files.iter().filter_map(|file| file.canonicalize().ok());
         self.spared.extend(places);
@@ -300,9 +301,9 @@ impl OutputDir {
     /// [outdate](Self::outdate). All other files are left alone.
     ///
     /// # Errors
-    /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, [`OutputError::IsRead`] when one
-    /// that is to go is [spared](Self::spare), [`OutputError::NotAFile`] when a folder has the name of one, and nothing is put in place
-    /// then; [`OutputError::Io`] when the system refuses a rename.
+    /// [`OutputError::FolderExists`] without `force` when one of the files appeared meanwhile, [`OutputError::IsRead`]
+    /// when one that is to go is [spared](Self::spare), [`OutputError::NotAFile`] when a folder has the name of one,
+    /// and nothing is put in place then; [`OutputError::Io`] when the system refuses a rename.
     pub fn commit(mut self) -> Result<(), OutputError> {
         self.check_ours()?;
         self.outdated

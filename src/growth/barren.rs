@@ -27,8 +27,8 @@ const MOST_IN_VAIN: f64 = 1e8;
 /// each contact that the least chance to stick takes.
 const IN_VAIN: f64 = 200.0;
 
-/// The same for walkers: those launched inside the launch sphere come to whatever can be reached there. So many at least,
-/// and for each that sticking by the least chance takes.
+/// The same for walkers: those launched inside the launch sphere come to whatever can be reached there. So many at
+/// least, and for each that sticking by the least chance takes.
 const LEAST_WALKERS: f64 = 1e3;
 const WALKERS: f64 = 10.0;
 
@@ -135,8 +135,8 @@ impl<I: ElementIndex> Walk<'_, I> {
         Some(start)
     }
 
-    /// A place of the habitat that is in contact with nothing, uniform by area; none where so many are not that it counts
-    /// as full.
+    /// A place of the habitat that is in contact with nothing, uniform by area; none where so many are not that it
+    /// counts as full.
     fn free_habitat(&mut self, inside: &Enclosed, stream: &mut Stream) -> Option<SurfacePoint> {
         let substrate = self.around.substrate;
         let places = (0..MOST_PLACES).filter_map(|_| inside.sample(substrate, stream));

@@ -48,8 +48,8 @@ const MOST_WALKS: usize = 3;
 /// Triangles in which the place straight above one on a copy is looked for, at most.
 const MOST_TRIANGLES: usize = 16;
 
-/// A length that is round-off, local units: who is so near is there, and would walk again for nothing. Without a direction
-/// it is not known either by which edge a step leaves from the border of a triangle.
+/// A length that is round-off, local units: who is so near is there, and would walk again for nothing. Without a
+/// direction it is not known either by which edge a step leaves from the border of a triangle.
 const NO_LENGTH: f64 = 1e-13;
 
 /// Coarser copies, and when to walk on them.
@@ -314,8 +314,8 @@ fn straight_from(
     None
 }
 
-/// Short walks towards [the place straight above or below](straight_from) one in a plane, as far as there is one where the
-/// surface is steep.
+/// Short walks towards [the place straight above or below](straight_from) one in a plane, as far as there is one where
+/// the surface is steep.
 fn walk_above(surface: &Substrate, there: Footing, from: DVec3, plane: &Frame) -> Footing {
     let up = plane.x.cross(plane.y);
     walk(surface, there, |there| {
@@ -334,8 +334,8 @@ fn walk_above(surface: &Substrate, there: Footing, from: DVec3, plane: &Frame) -
     })
 }
 
-/// Short walks over a surface, as long as they lead nearer to where they go: `onward` is that way in a triangle's chart,
-/// and how far it is, squared.
+/// Short walks over a surface, as long as they lead nearer to where they go: `onward` is that way in a triangle's
+/// chart, and how far it is, squared.
 fn walk(
     surface: &Substrate,
     mut there: Footing,

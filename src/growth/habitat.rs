@@ -1,4 +1,5 @@
-//! Where lichen may grow: by a mask on the substrate, which other lichens and pieces are part of, and by how steep that is.
+//! Where lichen may grow: by a mask on the substrate, which other lichens and pieces are part of, and by how steep that
+//! is.
 //!
 //! The thesis has lichen grow everywhere. Here a walker in contact sticks with P_s times a factor from 0 to 1 at its
 //! place, and where it then comes to rest that may not be 0. So no element has its centre where nothing may grow, and
@@ -204,9 +205,9 @@ impl<'a> Habitat<'a> {
         self.best(&Goal::Near(*to), rooms, |_| true)
     }
 
-    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest): on another piece
-    /// only where its own has no habitat, for that may be a crumb. After some of
-    /// the best that have room, ever fewer of those that follow are asked whether they are.
+    /// The best place for a goal of those that are chosen, with rooms as for the [nearest](Self::nearest): on another
+    /// piece only where its own has no habitat, for that may be a crumb. After some of the best that have room, ever
+    /// fewer of those that follow are asked whether they are.
     pub(super) fn best(
         &self,
         goal: &Goal,

@@ -30,8 +30,8 @@ const OVERLAP: f64 = 1e-9;
 const ALMOST: f64 = 1.0 + 1e-6;
 
 impl<I: ElementIndex> Surroundings<'_, I> {
-    /// The resting place of a walker whose step from `from` ended in contact; none if it did not, or was so near to contact
-    /// that round-off decides.
+    /// The resting place of a walker whose step from `from` ended in contact; none if it did not, or was so near to
+    /// contact that round-off decides.
     pub fn join(
         &self,
         scratch: &mut Connectivity,

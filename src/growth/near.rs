@@ -1,9 +1,9 @@
 //! Contacts on a copy of the surface that hardly strays from it.
 //!
 //! Such a copy has a small share of the triangles, and its places are within a few hundredths of a radius of those
-//! that they stand for. So a walker is on it right up to the lichen, and asks there whether it is in contact and sticks.
-//! If it does, it lands, and the last of its way is walked again on the surface itself: elements are all
-//! there. Where copy and surface do not agree that it is in contact it is thrown back, which counts as a refusal: that is
+//! that they stand for. So a walker is on it right up to the lichen, and asks there whether it is in contact and
+//! sticks. If it does, it lands, and the last of its way is walked again on the surface itself: elements are all there.
+//! Where copy and surface do not agree that it is in contact it is thrown back, which counts as a refusal: that is
 //! seldom (in a wedge of ten degrees one in a hundred of those that stick).
 
 use glam::DVec2;

@@ -18,8 +18,8 @@ pub(super) struct Nearby {
 
 /// An element that was found.
 ///
-/// Its id takes eight bytes, so that none lie empty. Where some do, it is put on the stack before it comes to a list, in
-/// other pieces than it is then read in, and that is waited for.
+/// Its id takes eight bytes, so that none lie empty. Where some do, it is put on the stack before it comes to a list,
+/// in other pieces than it is then read in, and that is waited for.
 #[derive(Clone, Copy)]
 pub(super) struct Found {
     id: u64,

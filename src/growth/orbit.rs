@@ -29,8 +29,8 @@ pub(super) const USUALLY_NEAR: usize = 24;
 /// Before the turn to anything, and older than any element.
 const BEFORE_ALL: (f64, u32) = (-1.0, 0);
 
-/// The longest arc that is asked whether it passes where it is nearest to a place: for half a turn and more it is another
-/// question.
+/// The longest arc that is asked whether it passes where it is nearest to a place: for half a turn and more it is
+/// another question.
 const LONGEST_ASKED: f64 = 3.0;
 
 /// A rotation about one element.
@@ -124,8 +124,8 @@ impl<'a, I: ElementIndex> Orbit<'a, I> {
         a.into_iter().chain(b).reduce(nearer).map(|met| met.at)
     }
 
-    /// Rotates from a place in whose plane the first list is of the others' chords; the second is room for those in other
-    /// planes.
+    /// Rotates from a place in whose plane the first list is of the others' chords; the second is room for those in
+    /// other planes.
     fn rotate(
         &self,
         scratch: &mut Connectivity,
@@ -331,8 +331,8 @@ impl Here {
         first
     }
 
-    /// Whether the curve may come into another circle before its exit from the triangle. That circle is given by its centre,
-    /// as seen from this one's, and its radius squared.
+    /// Whether the curve may come into another circle before its exit from the triangle. That circle is given by its
+    /// centre, as seen from this one's, and its radius squared.
     ///
     /// It does not if the exit is outside of it and the curve does not pass where it is nearest to its centre. Of long
     /// arcs that is not asked.
@@ -367,8 +367,8 @@ impl Here {
         chord.middle - chord.half * self.sense
     }
 
-    /// Of some chords the one that the curve comes to first, of those after a turn and an element; of several in one place
-    /// the oldest element's.
+    /// Of some chords the one that the curve comes to first, of those after a turn and an element; of several in one
+    /// place the oldest element's.
     fn first_of<'c>(&self, chords: &'c [Chord], after: (f64, u32)) -> Option<(f64, &'c Chord)> {
         let before = |a: (f64, u32), b: (f64, u32)| a.0 < b.0 || (a.0 == b.0 && a.1 < b.1);
         let mut first = None;

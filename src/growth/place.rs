@@ -10,8 +10,8 @@ use crate::substrate::{Component, Substrate, SurfacePoint};
 #[derive(Clone, Debug, PartialEq)]
 pub enum SeedPlace {
     /// On the mesh's largest piece, where a plumb line through the middle of that piece's bounding
-    /// box first meets it from above; where it misses, as in a ring, where that through the nearest centroid of a triangle
-    /// does that looks up; where none does, the piece's point nearest to that middle.
+    /// box first meets it from above; where it misses, as in a ring, where that through the nearest centroid of a
+    /// triangle does that looks up; where none does, the piece's point nearest to that middle.
     Top,
     /// The point of the surface nearest to this one (file units).
     Point([f64; 3]),
@@ -26,8 +26,8 @@ pub enum SeedPlace {
     Highest,
     /// The point of the surface nearest to the bounding box's centre.
     Center,
-    /// Uniform by area over the whole mesh, from the recipe's seed and the colony's number; of several pieces not where one
-    /// is inside another.
+    /// Uniform by area over the whole mesh, from the recipe's seed and the colony's number; of several pieces not where
+    /// one is inside another.
     Random,
 }
 

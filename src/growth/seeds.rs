@@ -20,15 +20,14 @@ impl SeedPlace {
     ///
     /// A random place is drawn again where its element would overlap an older seed's, or cover its whole piece of
     /// the mesh, or is [inside another](Solids::hide), and as seldom kept as a walker sticks in that
-    /// [habitat](Habitat::at). `Top` and `Center` are the [nearest place](Habitat::nearest), and `Highest` the highest, where
-    /// something may grow, with room about it if there is any (`Top` on the piece with the most habitat, where the largest
-    /// has none), and which no other piece [conceals](Solids::conceal) unless that is
-    /// so wherever something may grow. Distances are those through space, but elements on two faces of a
-    /// sheet do not overlap.
+    /// [habitat](Habitat::at). `Top` and `Center` are the [nearest place](Habitat::nearest), and `Highest` the highest,
+    /// where something may grow, with room about it if there is any (`Top` on the piece with the most habitat, where
+    /// the largest has none), and which no other piece [conceals](Solids::conceal) unless that is so wherever something
+    /// may grow. Distances are those through space, but elements on two faces of a sheet do not overlap.
     ///
     /// # Errors
-    /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere; when
-    /// two seeds would overlap, or chance finds no room for one.
+    /// As [`locate`](Self::locate); when nothing may grow at a point or in a triangle that was asked for, or nowhere;
+    /// when two seeds would overlap, or chance finds no room for one.
     ///
     /// # Panics
     /// When the radius is not a positive finite number.
@@ -84,7 +83,8 @@ struct Seeds<'a> {
     substrate: &'a Substrate,
     solids: Solids<'a>,
     radius: f64,
-    /// Random places to draw for each, once it is known how many: [`TRIES`] of them are where chance lets something grow.
+    /// Random places to draw for each, once it is known how many: [`TRIES`] of them are where chance lets something
+    /// grow.
     tries: usize,
     places: Vec<SurfacePoint>,
     /// Their numbers, by cubes as wide as an element.
@@ -106,8 +106,8 @@ impl Seeds<'_> {
         Ok(())
     }
 
-    /// A place that was found for one, if something may grow there. Where it was asked for by its name, and nothing may, or
-    /// has no room, or nobody would see it, the best place for that name.
+    /// A place that was found for one, if something may grow there. Where it was asked for by its name, and nothing
+    /// may, or has no room, or nobody would see it, the best place for that name.
     fn suited(&self, place: &SeedPlace, at: SurfacePoint) -> Result<SurfacePoint, PlaceError> {
         if !matches!(place, SeedPlace::Point(_) | SeedPlace::Triangle { .. }) {
             return self.named(place, at).ok_or(PlaceError::NoHabitat);
@@ -189,8 +189,8 @@ impl Seeds<'_> {
         self.places.push(at);
     }
 
-    /// Gives the next one the first random place with room for it that is inside of no other piece. Where there is none, a
-    /// place without: whoever asks for the room of an element says which radius would do.
+    /// Gives the next one the first random place with room for it that is inside of no other piece. Where there is
+    /// none, a place without: whoever asks for the room of an element says which radius would do.
     fn draw(&mut self, sampler: &AreaSampler, mut stream: Stream) -> Result<(), PlaceError> {
         let (mut unseen, mut overlaps) = (None, false);
         for _ in 0..self.tries {

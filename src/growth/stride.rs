@@ -75,9 +75,9 @@ impl<I: ElementIndex> Walk<'_, I> {
 
     /// 2. Step, again and again until something happens, or the one that is given.
     ///
-    /// Uniform in the disc, d = s + r·√u − r (Sumner 6.8). What a step needs stays in registers: in memory, where it has
-    /// just been written, it would be waited for. What is random in the next step is drawn while the processor waits
-    /// for what the index says of this one.
+    /// Uniform in the disc, d = s + r·√u − r (Sumner 6.8). What a step needs stays in registers: in memory, where it
+    /// has just been written, it would be waited for. What is random in the next step is drawn while the processor
+    /// waits for what the index says of this one.
     #[inline(never)]
     fn take_steps(&mut self, now: &mut Way, given: Option<DVec2>) -> Event {
         let parameters = self.around.parameters;

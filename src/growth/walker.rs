@@ -463,8 +463,8 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
         self.join_from(&from, step, probability)
     }
 
-    /// The same from a place on the surface. Where nothing may grow it is refused after all, and so where only round-off
-    /// had it touch.
+    /// The same from a place on the surface. Where nothing may grow it is refused after all, and so where only
+    /// round-off had it touch.
     pub(super) fn join_from(
         &mut self,
         from: &SurfacePoint,

@@ -21,8 +21,8 @@ use super::{Counts, GrowthModel, Habitat, Halt, Law, Parallel, Parameters, Steps
 use crate::cluster::{Cluster, Element, ElementIndex, Population, SparseIndex};
 use crate::substrate::Substrate;
 
-/// Edges that walkers cross, a triangle, before the coarser copies of the mesh are made. Making them takes as long as some
-/// 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
+/// Edges that walkers cross, a triangle, before the coarser copies of the mesh are made. Making them takes as long as
+/// some 15 crossings a triangle, but a run that has come so far mostly goes on for much longer.
 pub const CROSSINGS_PER_TRIANGLE: u64 = 4;
 
 /// The same where one that hardly strays seems to be worth having: that saves nearly all crossings. If it is not

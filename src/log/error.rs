@@ -62,7 +62,8 @@ pub enum LogError {
         /// What differs.
         differences: String,
     },
-    /// Its run cannot have been on this substrate: that has another mask or another axis up, or no place for an element.
+    /// Its run cannot have been on this substrate: that has another mask or another axis up, or no place for an
+    /// element.
     #[error("{}: {problem}", .path.display())]
     Run {
         /// The log.

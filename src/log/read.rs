@@ -27,7 +27,8 @@ pub struct Log {
     pub sound_bytes: u64,
     /// Bytes after them: a block that was not whole when the run was killed.
     pub torn_bytes: u64,
-    /// Whether some of these bytes had been durable, and are damaged; only [`read_sound`](Self::read_sound) takes such logs.
+    /// Whether some of these bytes had been durable, and are damaged; only [`read_sound`](Self::read_sound) takes such
+    /// logs.
     pub is_damaged: bool,
     /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
     pub(super) marks: Vec<Counts>,
@@ -149,8 +150,8 @@ impl Log {
     /// [axis up](Substrate::with_up) and with which [mask](Substrate::with_mask).
     ///
     /// # Errors
-    /// [`LogError::Mesh`] when it is another mesh; [`LogError::Run`] when it has another axis up or another mask, or the
-    /// elements cannot be of such a run.
+    /// [`LogError::Mesh`] when it is another mesh; [`LogError::Run`] when it has another axis up or another mask, or
+    /// the elements cannot be of such a run.
     pub fn cluster(&self, substrate: &Substrate) -> Result<Cluster, LogError> {
         self.check_mesh(substrate.mesh_hash())?;
         self.regrown(substrate).map_err(|problem| LogError::Run {

@@ -56,9 +56,9 @@ pub struct Sample<'a> {
     pub positions: &'a [[f64; 3]],
     /// Unit normals of the surface at the centres.
     pub normals: &'a [[f32; 3]],
-    /// Birth index of the element that each one stuck to, which is born before it; −1 for a seed. Points that have none are
-    /// as many colonies, which have no size to measure dimensions by: let each but the first have the one before it, and
-    /// leave alone what goes by branches.
+    /// Birth index of the element that each one stuck to, which is born before it; −1 for a seed. Points that have none
+    /// are as many colonies, which have no size to measure dimensions by: let each but the first have the one before
+    /// it, and leave alone what goes by branches.
     pub parents: &'a [i32],
 }
 

@@ -11,7 +11,8 @@ use crate::substrate::{Substrate, SurfacePoint, corner_normals, weighted_normal}
 /// A corner's normal is the mean of the faces that meet there, weighted by their angles
 /// (G. Thürmer and C. A. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Faces
 /// that turn away from the place's own by more than 35° are left out, so that a cube keeps its
-/// edges, and so does a blade. Of a fan of more than 64 faces the first 64 count, which bounds the work at the hub of a huge one.
+/// edges, and so does a blade. Of a fan of more than 64 faces the first 64 count, which bounds the work at the hub of a
+/// huge one.
 ///
 /// # Panics
 /// When a place's triangle is not the substrate's.

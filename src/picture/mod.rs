@@ -117,8 +117,8 @@ pub trait Finish: Sync {
         false
     }
 
-    /// Whether a ray goes through a place, by the triangle and the weights of [`at`](Self::at). `chance` is evenly spread
-    /// between 0 and 1: of what is half transparent, places with an opacity above it stop the ray.
+    /// Whether a ray goes through a place, by the triangle and the weights of [`at`](Self::at). `chance` is evenly
+    /// spread between 0 and 1: of what is half transparent, places with an opacity above it stop the ray.
     fn is_open(&self, _triangle: u32, _weights: [f32; 3], _chance: f32) -> bool {
         false
     }

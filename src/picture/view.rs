@@ -115,10 +115,10 @@ impl Camera {
         }
     }
 
-    /// This camera brought nearer to granules that it sees, so that they are about `factor` times as large, for pictures of
-    /// this width over height: to one that has as many others about it as any, or nearly, and of these to the one nearest to
-    /// the middle of what it sees. It stays on this side of the substrate, and ten radii above the granule. None where it
-    /// sees none.
+    /// This camera brought nearer to granules that it sees, so that they are about `factor` times as large, for
+    /// pictures of this width over height: to one that has as many others about it as any, or nearly, and of these to
+    /// the one nearest to the middle of what it sees. It stays on this side of the substrate, and ten radii above the
+    /// granule. None where it sees none.
     ///
     /// # Panics
     /// When the factor is not above 0.
@@ -144,8 +144,8 @@ impl Camera {
         })
     }
 
-    /// Of the granules that it sees one with others about it, as far away as this share of the picture. On a side that is
-    /// turned away they lie closer together in the picture, and count for less.
+    /// Of the granules that it sees one with others about it, as far away as this share of the picture. On a side that
+    /// is turned away they lie closer together in the picture, and count for less.
     fn crowded<'w>(&self, world: &'w World, aspect: f32, share: f32) -> Option<&'w Dome> {
         let seen_of = |step: usize| {
             let some = world.domes().par_iter().step_by(step);

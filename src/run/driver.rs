@@ -50,8 +50,8 @@ pub enum Stopped {
     Full,
     /// Open edges that absorb took ten million walkers since the last birth.
     Starved,
-    /// Where it may grow it is hemmed in: a thousand walkers or more since the last birth, or a million contacts or more, came
-    /// to nothing.
+    /// Where it may grow it is hemmed in: a thousand walkers or more since the last birth, or a million contacts or
+    /// more, came to nothing.
     Hemmed,
     /// It was told to stop.
     Cancelled,

@@ -29,7 +29,8 @@ pub struct Settings {
     pub slope: Option<Slope>,
     /// Name of a preset that lies under them.
     pub preset: Option<String>,
-    /// Element radius r: a millionth to half of the bounding box's diagonal, 1/2000 of it by default; see [`RADIUS`](super::RADIUS).
+    /// Element radius r: a millionth to half of the bounding box's diagonal, 1/2000 of it by default; see
+    /// [`RADIUS`](super::RADIUS).
     pub radius: Option<Length>,
     /// Curvature radius L: 2 r to 1000 r, 10 r by default; see [`CURVATURE_RADIUS`](super::CURVATURE_RADIUS).
     pub curvature_radius: Option<Length>,
@@ -41,10 +42,11 @@ pub struct Settings {
     pub min_stick: Option<f64>,
     /// Seed of every random stream, 1 by default.
     pub seed: Option<u64>,
-    /// Where seed elements go, one a colony: [`SeedPlace::Top`] by default, and all at random where the list is empty and
-    /// `colonies` says how many.
+    /// Where seed elements go, one a colony: [`SeedPlace::Top`] by default, and all at random where the list is empty
+    /// and `colonies` says how many.
     pub at: Option<Vec<SeedPlace>>,
-    /// How many colonies there are, 1 to 10,000, as many as `at` by default: those that it has no place for start at random.
+    /// How many colonies there are, 1 to 10,000, as many as `at` by default: those that it has no place for start at
+    /// random.
     pub colonies: Option<u64>,
     /// Launch radius over the effective radius: 1.1 to 100, 1.5 by default; see [`LAUNCH`](super::LAUNCH).
     pub launch: Option<f64>,

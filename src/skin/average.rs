@@ -40,8 +40,8 @@ fn areas(mesh: &TriMesh) -> Vec<f32> {
     areas.into_iter().map(share).collect()
 }
 
-/// For each vertex the place in `left` of the nearest of those along edges (Dijkstra 1959, from all of them at once); of
-/// two as near the first. Vertices that none of them is joined to have the length of `left`.
+/// For each vertex the place in `left` of the nearest of those along edges (Dijkstra 1959, from all of them at once);
+/// of two as near the first. Vertices that none of them is joined to have the length of `left`.
 fn nearest(mesh: &TriMesh, left: &[usize]) -> Vec<usize> {
     let beside = Beside::new(mesh);
     let mut stands_for = vec![left.len(); mesh.positions.len()];

@@ -3,8 +3,8 @@
 //! A substrate may be wound inconsistently, may not be orientable, and may have vertices where
 //! several sheets touch. Here every triangle is wound as the substrate has [settled](crate::substrate::Winding); where
 //! no winding agrees (a Möbius band) the surface is cut along an edge; and a vertex is as many vertices
-//! as it has fans of triangles. Where three sheets or more meet along a line, and a fan goes from one to another along one
-//! edge and comes back along the next, the sheets are cut apart there.
+//! as it has fans of triangles. Where three sheets or more meet along a line, and a fan goes from one to another along
+//! one edge and comes back along the next, the sheets are cut apart there.
 
 use std::iter::zip;
 

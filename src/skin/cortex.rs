@@ -218,8 +218,8 @@ impl Cortex {
         }
     }
 
-    /// The structure over a place of the substrate, where the lichen's upper side has this unit normal; what is narrower
-    /// than `blur` cannot be shown there. Lengths are local units.
+    /// The structure over a place of the substrate, where the lichen's upper side has this unit normal; what is
+    /// narrower than `blur` cannot be shown there. Lengths are local units.
     pub fn at(&self, place: [f64; 3], normal: [f32; 3], blur: f32) -> Detail {
         self.on(place.into(), normal.into(), blur, f32::INFINITY)
     }

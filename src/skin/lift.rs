@@ -1,9 +1,9 @@
 //! Triangles of a decimated skin that cut beneath the substrate, lifted: else the substrate shows through the lichen in
 //! shards.
 //!
-//! The corners of the upper side lie on the lichen, but where the substrate is convex the middle of a wide triangle lies
-//! below it. Such triangles are moved out as far as the deepest of some of their points lies, three times over, because
-//! corners are moved along the mean of several triangles.
+//! The corners of the upper side lie on the lichen, but where the substrate is convex the middle of a wide triangle
+//! lies below it. Such triangles are moved out as far as the deepest of some of their points lies, three times over,
+//! because corners are moved along the mean of several triangles.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,9 +25,10 @@ const FARTHEST: f64 = 0.25;
 /// Points in a triangle that are looked at, by the parts into which its sides are divided.
 const PARTS: u32 = 4;
 
-/// Lifts the triangles of the upper side of a decimated skin that cut beneath the substrate, by a quarter of the longest
-/// side about a corner at most. The mesh is in the units and axes of the substrate's file, the radius of an element in
-/// local units. What is not beneath stays to the bit, and so does the topology; the same on any number of threads.
+/// Lifts the triangles of the upper side of a decimated skin that cut beneath the substrate, by a quarter of the
+/// longest side about a corner at most. The mesh is in the units and axes of the substrate's file, the radius of an
+/// element in local units. What is not beneath stays to the bit, and so does the topology; the same on any number of
+/// threads.
 pub fn lift(mesh: &mut TriMesh, substrate: &Substrate, radius: f64) {
     let mut skin = Skin::new(mesh, substrate, CLEARANCE * radius);
     for _ in 0..ROUNDS {
@@ -134,8 +135,8 @@ impl<'a> Skin<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// How far a place lies beneath where lichen may lie over the side of the substrate that looks along a direction, if
-    /// that is within a distance.
+    /// How far a place lies beneath where lichen may lie over the side of the substrate that looks along a direction,
+    /// if that is within a distance.
     fn beneath(&self, place: DVec3, out: DVec3, within: f64) -> f64 {
         let Some(nearest) = self.substrate.nearest_facing(place, out, within) else {
             return 0.0;

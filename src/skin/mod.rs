@@ -235,8 +235,8 @@ pub fn element_colors(
 ///
 /// Its vertices have the attributes `birth` (mean birth index of the elements about them, by
 /// influence), `density` and `rim_distance` (means of the elements' [density] and [distance from the
-/// rim](crate::morphometry::rim_distance), within [`LOOK`](crate::morphometry::LOOK) radii, the latter in the file's units; the
-/// mesh's diagonal where no rim can be reached) and `colony` (of the strongest element).
+/// rim](crate::morphometry::rim_distance), within [`LOOK`](crate::morphometry::LOOK) radii, the latter in the file's
+/// units; the mesh's diagonal where no rim can be reached) and `colony` (of the strongest element).
 ///
 /// [density]: crate::morphometry::density()
 ///

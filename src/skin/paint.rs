@@ -132,8 +132,8 @@ pub fn parse_color(text: &str) -> Result<[u8; 3], ColormapError> {
 /// The dark line at the margin of many crustose lichens: hyphae without algae, which run ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prothallus {
-    /// How far it reaches in from the outermost elements, in element radii, 0.1 to 200. Holes narrower than 16 radii have
-    /// none.
+    /// How far it reaches in from the outermost elements, in element radii, 0.1 to 200. Holes narrower than 16 radii
+    /// have none.
     pub width: f32,
     /// sRGB.
     pub color: [u8; 3],

@@ -91,8 +91,8 @@ impl Cuts {
     }
 }
 
-/// The first vertex between the ends of each side that is cut into so many pieces. Where a mesh is pinched, two sides may
-/// have the same ends.
+/// The first vertex between the ends of each side that is cut into so many pieces. Where a mesh is pinched, two sides
+/// may have the same ends.
 type Between = FxHashMap<(u64, u32), u32>;
 
 impl Base {

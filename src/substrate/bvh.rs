@@ -114,7 +114,8 @@ impl Bvh {
         self.nearest_within(p, f64::INFINITY, distance_sq)
     }
 
-    /// As [`nearest`](Self::nearest), in boxes no farther away than a limit, squared: what is farther may be found or not.
+    /// As [`nearest`](Self::nearest), in boxes no farther away than a limit, squared: what is farther may be found or
+    /// not.
     pub(super) fn nearest_within(
         &self,
         p: DVec3,

@@ -435,7 +435,8 @@ fn deviations(fine: &Substrate, coarse: &Substrate, away: &[f64], below: &Groupe
     deviations
 }
 
-/// What is straight above a triangle is no farther from it than it is high, but for round-off, for which this leaves room.
+/// What is straight above a triangle is no farther from it than it is high, but for round-off, for which this leaves
+/// room.
 const SURELY_LESS: f64 = 0.99;
 
 /// The distance of a triangle from a point.

@@ -25,8 +25,8 @@ type Frame = [[u64; 3]; 4];
 type Key<'a> = (Option<&'a String>, Option<Frame>, Option<u32>);
 
 impl Division {
-    /// By the first name of their objects; of those of one name by where they stand, too, as instances do. Nameless
-    /// ones are called `unnamed`, and the second that would be called as another `Rock_2`.
+    /// By the first name of their objects; of those that have one name of their own by where they stand, too, as
+    /// instances do. Nameless ones are called `unnamed`, and the second that would be called as another `Rock_2`.
     ///
     /// # Errors
     /// [`SelectionError::NoNames`] when the file names no objects.
@@ -34,7 +34,8 @@ impl Division {
         Self::by_key(texturing, By::Object, |part, _| {
             let bits = |frame: [[f64; 3]; 4]| frame.map(|column| column.map(f64::to_bits));
             let name = part.and_then(|part| part.objects.first());
-            (name, part.and_then(|part| part.frame.map(bits)), None)
+            let own = part.filter(|part| part.has_own_name);
+            (name, own.and_then(|part| part.frame.map(bits)), None)
         })
     }
 
@@ -82,7 +83,8 @@ impl Division {
 
     /// By the UDIM tile that the middle of their UVs lies in, in the order of these: 1001 is the image itself, 1002 the
     /// one to its right, and 1011 the one above it. Tiles without such a number are called by column and row, as
-    /// `u-1_v0`. Triangles without UVs are in the first tile that there is; where there is none, no triangle is in a part.
+    /// `u-1_v0`. Triangles without UVs are in the first tile that there is; where there is none, no triangle is in a
+    /// part.
     pub fn by_tile(texturing: &Texturing) -> Self {
         let tiles: Vec<Option<Tile>> = texturing
             .uvs
@@ -305,6 +307,7 @@ mod tests {
                 [0.0, 0.0, 1.0],
                 [x, 0.0, 0.0],
             ]),
+            has_own_name: true,
             ..named(objects, material)
         };
         let mut texturing = Texturing {

@@ -19,8 +19,8 @@ pub struct Crossing {
     /// What lies across the other two: the one from this half-edge's end to the apex, and the one
     /// from there to its start.
     pub exits: [Twin; 2],
-    /// The number of the apex among the vertices. Who comes in asks for its place in space by it, and so need not look up
-    /// the triangle's corners first.
+    /// The number of the apex among the vertices. Who comes in asks for its place in space by it, and so need not look
+    /// up the triangle's corners first.
     pub apex: u32,
 }
 
@@ -33,8 +33,8 @@ pub struct Chart {
     pub apex: DVec2,
 }
 
-/// By how much a place is on the inner side of each edge of a triangle that lies flat: of the first the distance, of the
-/// others twice the area that it spans with them.
+/// By how much a place is on the inner side of each edge of a triangle that lies flat: of the first the distance, of
+/// the others twice the area that it spans with them.
 #[inline(always)]
 fn inside(base: f64, apex: DVec2, p: DVec2) -> [f64; 3] {
     [
@@ -44,8 +44,8 @@ fn inside(base: f64, apex: DVec2, p: DVec2) -> [f64; 3] {
     ]
 }
 
-/// A triangle's crossings by the half-edges that leave its first, second and third corner, given by where these are and by
-/// their numbers.
+/// A triangle's crossings by the half-edges that leave its first, second and third corner, given by where these are and
+/// by their numbers.
 pub(super) fn crossings(corners: [DVec3; 3], numbers: [u32; 3], twins: [Twin; 3]) -> [Crossing; 3] {
     let one = |k: usize| {
         let (next, previous) = ((k + 1) % 3, (k + 2) % 3);
@@ -98,8 +98,8 @@ pub struct Frame {
     pub origin: DVec3,
     /// The direction of the first edge, a unit vector.
     pub x: DVec3,
-    /// The direction at right angles to `x` in the triangle's plane, towards the third corner; a unit vector, but on slivers:
-    /// both are off by round-off times the triangle's length over its width, at most by a thousandth.
+    /// The direction at right angles to `x` in the triangle's plane, towards the third corner; a unit vector, but on
+    /// slivers: both are off by round-off times the triangle's length over its width, at most by a thousandth.
     pub y: DVec3,
 }
 

@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3};
 
 use super::{Component, Pieces, Substrate, SurfacePoint};
 
-/// Directions in which it is tested, both ways, whether a place is inside: parallel to no edge or face that people model.
+/// Directions in which it is tested, both ways, whether a place is inside: parallel to no edge or face that people
+/// model.
 const LINES: [DVec3; 3] = [
     DVec3::new(0.36, 0.48, 0.8),
     DVec3::new(-0.64, 0.6, -0.48),
@@ -37,8 +38,8 @@ impl Substrate {
         self.is_inside_another(at.triangle, self.position(at) + height * outwards)
     }
 
-    /// None where there is but one. It is made on several threads: outside of the cell, which a thread that waits for the
-    /// others may come to again.
+    /// None where there is but one. It is made on several threads: outside of the cell, which a thread that waits for
+    /// the others may come to again.
     pub(crate) fn piece_tree(&self) -> Option<&Pieces> {
         if let Some(found) = self.piece_tree.get() {
             return found.as_ref();

@@ -97,8 +97,8 @@ impl<'a> Rims<'a> {
         }
     }
 
-    /// Triangles between two open edges that lie on one another: from where both begin to the end of the shorter one and
-    /// on to that of the longer one.
+    /// Triangles between two open edges that lie on one another: from where both begin to the end of the shorter one
+    /// and on to that of the longer one.
     fn caps(mut self, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
         let all = 0..self.vertices.len() as u32;
         let mut left: Vec<u32> = all.filter(|&v| self.cap_at(v).is_some()).collect();

@@ -208,8 +208,8 @@ impl Mask {
         Self::of_layer(substrate, layer)
     }
 
-    /// A mask of what is exposed: no element grows where it would be inside another piece of the mesh, as where bricks are
-    /// put into mortar, or right beneath one.
+    /// A mask of what is exposed: no element grows where it would be inside another piece of the mesh, as where bricks
+    /// are put into mortar, or right beneath one.
     pub fn exposed(substrate: &Substrate) -> Self {
         let layer = Layer {
             paint: Paint::Exposed,
@@ -255,10 +255,9 @@ impl Mask {
         self
     }
 
-    /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the second
-    /// set of UVs, of the brightness at the corners, of which triangles
-    /// are chosen, of the positions and the radius of another lichen, of what says where materials are open, or of the
-    /// word `exposed`. Hexadecimal.
+    /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the
+    /// second set of UVs, of the brightness at the corners, of which triangles are chosen, of the positions and the
+    /// radius of another lichen, of what says where materials are open, or of the word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
             .iter()
@@ -271,7 +270,8 @@ impl Mask {
         self.layers.iter().all(|layer| layer.is_white)
     }
 
-    /// How many triangles have neither UVs nor colours, as a layer goes by the ones or the others: nothing grows on them.
+    /// How many triangles have neither UVs nor colours, as a layer goes by the ones or the others: nothing grows on
+    /// them.
     pub fn unpainted(&self) -> usize {
         let is_unpainted = |t: &usize| self.layers.iter().any(|layer| !layer.paint.covers(*t));
         (0..self.triangles).filter(is_unpainted).count()

@@ -594,10 +594,10 @@ impl Substrate {
 
     /// The unit normal of the surface as it is on the whole, on the side of [`normal`](Self::normal): for the slope.
     ///
-    /// As [`smooth_normals`](crate::morphometry::smooth_normals), but what is finer than about 1 % of the diagonal of the
-    /// bounding box, as the noise of a scan or the steps of a terrain, is taken out before, as far as the mean of some
-    /// hundred triangles does that. Larger triangles keep their normals. The first call finds it for all corners, which
-    /// takes 36 bytes a triangle.
+    /// As [`smooth_normals`](crate::morphometry::smooth_normals), but what is finer than about 1 % of the diagonal of
+    /// the bounding box, as the noise of a scan or the steps of a terrain, is taken out before, as far as the mean of
+    /// some hundred triangles does that. Larger triangles keep their normals. The first call finds it for all corners,
+    /// which takes 36 bytes a triangle.
     ///
     /// # Panics
     /// When there is no such triangle.

@@ -3,11 +3,11 @@
 //! Where solids touch along an edge, every second wedge about it is free, and the two triangles that face each other
 //! over it are joined: walkers stay outside. So it is where the triangles about the edge are wound by turns one way
 //! and the other. Elsewhere the two that continue each other most straightly are joined, then the next two, and so on:
-//! first those on one side of the surface, by their winding, then the rest; an odd one out ends there. Edges of more than
-//! 64 triangles are walls to all of them.
+//! first those on one side of the surface, by their winding, then the rest; an odd one out ends there. Edges of more
+//! than 64 triangles are walls to all of them.
 //!
-//! Places alone decide, never the numbers of vertices and triangles: what is as straight but for rounding, as three plates
-//! at 120°, must be joined in the same way when triangles have been put in another order.
+//! Places alone decide, never the numbers of vertices and triangles: what is as straight but for rounding, as three
+//! plates at 120°, must be joined in the same way when triangles have been put in another order.
 
 use std::cmp::Ordering;
 
@@ -111,8 +111,8 @@ fn quarters(direction: DVec2) -> Option<f64> {
     })
 }
 
-/// Those that continue each other most straightly first, but before them those that are on one side of the surface, being
-/// wound opposite ways along the edge; ties go to those that come first.
+/// Those that continue each other most straightly first, but before them those that are on one side of the surface,
+/// being wound opposite ways along the edge; ties go to those that come first.
 fn straightest(sides: &[Side]) -> Vec<[usize; 2]> {
     let all = 0..sides.len();
     let turns_over = |i: usize, j: usize| sides[i].is_along == sides[j].is_along;

@@ -11,6 +11,8 @@ use super::Texturing;
 pub struct Part {
     /// What their object is called: by a node and a mesh of glTF and the nodes above, by `o` and `g` of OBJ.
     pub objects: Vec<String>,
+    /// Whether the first of these is the name of their object itself, or of its mesh, and not of a node above.
+    pub has_own_name: bool,
     /// What their material is called.
     pub material: Option<String>,
     /// Where the x, y and z axis and the origin of their object are, in the units and axes of the file: the columns of
@@ -121,8 +123,8 @@ impl Selection {
         By::ALL.iter().any(|by| rest(text, *by).is_some())
     }
 
-    /// For each triangle of the file whether it is chosen; those that the file says nothing of come last and are left out
-    /// here.
+    /// For each triangle of the file whether it is chosen; those that the file says nothing of come last and are left
+    /// out here.
     ///
     /// # Errors
     /// When the file has no such names at all, none that one of the patterns is for, or no triangle that is chosen.

@@ -17,8 +17,8 @@ impl Substrate {
         (self.nearest_in(triangle, p), d.sqrt())
     }
 
-    /// The point nearest to a point in space of the surface that looks along a direction, if any does within a distance,
-    /// local units.
+    /// The point nearest to a point in space of the surface that looks along a direction, if any does within a
+    /// distance, local units.
     pub(crate) fn nearest_facing(
         &self,
         p: DVec3,

@@ -50,11 +50,11 @@ const SLOPE_SCALE: f64 = 0.01;
 /// Times that they take the mean with neighbours, at most: that of some hundred triangles.
 const MOST_PASSES: u8 = 32;
 
-/// Normals at the corners of all triangles of the surface as it is without what is small on it, noise of a scan or steps
-/// of a terrain: vector areas take the mean with those of neighbours time and again, that of a face the more often the
-/// smaller it is, and of one as large as the scale never. The sum of vector areas is that of any surface with the same
-/// border, so means of them know nothing of what lies within. Faces that have come to rest give nothing to smaller ones
-/// beside them, which would soon be as they are.
+/// Normals at the corners of all triangles of the surface as it is without what is small on it, noise of a scan or
+/// steps of a terrain: vector areas take the mean with those of neighbours time and again, that of a face the more
+/// often the smaller it is, and of one as large as the scale never. The sum of vector areas is that of any surface with
+/// the same border, so means of them know nothing of what lies within. Faces that have come to rest give nothing to
+/// smaller ones beside them, which would soon be as they are.
 pub(super) fn slope_normals(substrate: &Substrate) -> Vec<[Vec3; 3]> {
     let all = 0..substrate.triangles().len() as u32;
     let scale = SLOPE_SCALE * substrate.units().local_diagonal();

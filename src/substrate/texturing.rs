@@ -63,8 +63,8 @@ pub struct Material {
     pub normal_texture: Option<Texture>,
     /// Red.
     pub occlusion_texture: Option<Texture>,
-    /// Light that it gives, linear red, green and blue, 0 to 1: a factor where there is a texture. Pictures and maps do not
-    /// show it.
+    /// Light that it gives, linear red, green and blue, 0 to 1: a factor where there is a texture. Pictures and maps do
+    /// not show it.
     pub emissive: [f32; 3],
     /// sRGB.
     pub emissive_texture: Option<Texture>,
@@ -153,9 +153,9 @@ impl Default for Material {
 }
 
 impl Texturing {
-    /// Of coordinates by vertex, as engines keep them, for the triangles of a [`Soup`](super::Soup); v counts from above,
-    /// as everywhere here (1 − v where an engine counts from below). Triangles with a vertex that has none, or none that
-    /// is finite, have none.
+    /// Of coordinates by vertex, as engines keep them, for the triangles of a [`Soup`](super::Soup); v counts from
+    /// above, as everywhere here (1 − v where an engine counts from below). Triangles with a vertex that has none, or
+    /// none that is finite, have none.
     pub fn from_vertices(triangles: &[[u32; 3]], uvs: &[[f32; 2]]) -> Self {
         let mut texturing = Self::default();
         for corners in triangles {

@@ -266,8 +266,8 @@ struct Front {
     across: DVec2,
     /// From the one on the left to the path's end.
     to_end: DVec2,
-    /// The half-edge through which the path came into the triangle being left, whether the corner across from that is on
-    /// the left of the path, and whether the triangle lies as its mirror image.
+    /// The half-edge through which the path came into the triangle being left, whether the corner across from that is
+    /// on the left of the path, and whether the triangle lies as its mirror image.
     came: Twin,
     apex_is_left: bool,
     mirrored: bool,
@@ -357,8 +357,8 @@ impl Front {
     /// waits for.
     ///
     /// What lies beyond both is fetched now, while it is worked out which one the path takes, and what lies beyond
-    /// the next four: on a fine mesh that takes longer than all the arithmetic. So is then the far corner in space, for the
-    /// path may end there.
+    /// the next four: on a fine mesh that takes longer than all the arithmetic. So is then the far corner in space, for
+    /// the path may end there.
     #[inline(always)]
     fn cross(self, substrate: &Substrate) -> Self {
         let crossings = substrate.crossings();
@@ -465,7 +465,8 @@ fn apex(crossing: &Crossing) -> DVec2 {
     DVec2::new(crossing.along, crossing.height)
 }
 
-/// `v * along + v.perp() * height`, to the same bit, with a sign turned in both lanes at once where that takes them apart.
+/// `v * along + v.perp() * height`, to the same bit, with a sign turned in both lanes at once where that takes them
+/// apart.
 #[inline(always)]
 fn combined(v: DVec2, along: f64, height: f64) -> DVec2 {
     let [turned, v] = [[v.y, v.x], [v.x, v.y]].map(f64x2::new);
@@ -489,8 +490,8 @@ const EXITS: [usize; 8] = [3, 2, 0, 2, 1, 1, 0, 3];
 /// The edge before each.
 const BEFORE: [u32; 4] = [2, 0, 1, 0];
 
-/// The ends, on the left and on the right of the path, of the edge by which it leaves a triangle that lies on both sides.
-/// By masks: in memory, where they have just been written, corners would be waited for.
+/// The ends, on the left and on the right of the path, of the edge by which it leaves a triangle that lies on both
+/// sides. By masks: in memory, where they have just been written, corners would be waited for.
 #[inline(always)]
 fn ends_of_exit(&[a, b, c]: &[DVec2; 3]) -> [DVec2; 2] {
     let is_left = |c: DVec2| f64x2::splat(c.y).simd_gt(f64x2::ZERO);
@@ -519,8 +520,8 @@ fn grazing(side: [f64; 3]) -> usize {
     }
 }
 
-/// How many times as long as an edge the way to the third corner may be for places to be told by that edge. A direction is
-/// off by round-off over the edge's length, so a place by up to this times what it would be by the longest edge: far
+/// How many times as long as an edge the way to the third corner may be for places to be told by that edge. A direction
+/// is off by round-off over the edge's length, so a place by up to this times what it would be by the longest edge: far
 /// less than [`is_near`] forgives.
 const NARROW: f64 = 1000.0;
 

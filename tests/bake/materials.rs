@@ -262,6 +262,7 @@ fn objects_stand_as_their_nodes_do() {
         objects: vec![name.to_owned()],
         material: None,
         frame,
+        ..Part::default()
     };
     let moved = [x, y, z, [0.0, 0.0, 9.0]];
     made.texturing.parts = vec![part("Left", Some(moved)), part("Right", None)];

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use thallus::cluster::{Element, ElementIndex, Look, Mark, Notes, Population, SparseIndex};
 
-/// The index that growth uses, but for every third element it has no room before some is made, and for its blocks never.
+/// The index that growth uses, but for every third element it has no room before some is made, and for its blocks
+/// never.
 pub(crate) struct Scarce {
     index: SparseIndex,
     asked: AtomicU64,

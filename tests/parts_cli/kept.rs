@@ -4,8 +4,8 @@ use thallus::substrate::{Material, Texture, Texturing, load_textured};
 
 use super::*;
 
-/// Two squares of two materials, each with its texture, moved and clamped, in the second of two sets of UVs, and colours
-/// at the corners; lichen is on the first.
+/// Two squares of two materials, each with its texture, moved and clamped, in the second of two sets of UVs, and
+/// colours at the corners; lichen is on the first.
 #[test]
 fn a_part_without_lichen_keeps_what_it_wears() {
     let desk = Desk::new();

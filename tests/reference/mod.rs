@@ -9,7 +9,8 @@
 //! on two huge triangles would make quadratic; a test holds the two to equal clusters.
 //!
 //! Measured: with refusals the thesis's large steps (`margin` 1) are not the law of its small ones. They arrive deeper
-//! inside contact and are thrown back farther, so fewer contacts are tried a visit: at L = 10r, B = 0.5 and 500 elements
+//! inside contact and are thrown back farther, so fewer contacts are tried a visit: at L = 10r, B = 0.5 and 500
+//! elements
 //! 12.3 ± 0.3 contacts an element and R_g = 17.98 ± 0.04 r, against 14.2 ± 0.3 and 18.28 ± 0.03 r with small steps. A
 //! `margin` of 2 gives 14.5 ± 0.3 and 18.27 ± 0.04 r. Where every contact sticks the two agree.
 //!

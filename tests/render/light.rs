@@ -419,8 +419,8 @@ fn azimuth_and_elevation_are_those_of_the_documentation() {
     );
 }
 
-/// A ball of radius 1 with granules all over it: what is nearest to the eye is at 1, and to go to the middle of them all
-/// would be to go inside.
+/// A ball of radius 1 with granules all over it: what is nearest to the eye is at 1, and to go to the middle of them
+/// all would be to go inside.
 #[test]
 fn to_go_nearer_is_to_go_to_what_is_seen_and_not_inside() {
     let (vertices, triangles) = sphere(24);

@@ -185,7 +185,8 @@ fn awkward_surfaces_have_sound_skins() {
     }
 }
 
-/// Six sheets that meet in an edge whose lower half only they have in common: two edges of the surface have the same ends.
+/// Six sheets that meet in an edge whose lower half only they have in common: two edges of the surface have the same
+/// ends.
 #[test]
 fn where_two_edges_share_their_ends_the_outline_crosses_both() {
     let positions = vec![

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Here these are the eight corners of a cube about p, with shares that are linear along each axis. Where d is several
-//! times as large as the distance h between samples, some 3 h²/8d of it are lost at most and h²/4d on average, whereas by
-//! the nearest sample alone 0.48 h would be.
+//! times as large as the distance h between samples, some 3 h²/8d of it are lost at most and h²/4d on average, whereas
+//! by the nearest sample alone 0.48 h would be.
 
 use bytemuck::cast;
 use glam::DVec3;
@@ -159,8 +159,8 @@ const BEFORE: i32 = 11;
 const ROOT_BITS: u32 = 1;
 const ROOT_SHIFT: u32 = ALL_BITS - ROOT_BITS;
 
-/// More than the cells between a place and where it is taken to be: less than a part along each axis, half of one on the
-/// finest grid. That is 0.0136 in all; what [`bow`] is rounded down by takes 0.0002.
+/// More than the cells between a place and where it is taken to be: less than a part along each axis, half of one on
+/// the finest grid. That is 0.0136 in all; what [`bow`] is rounded down by takes 0.0002.
 const ASIDE: f64 = 0.0155;
 
 impl Roots {
@@ -211,8 +211,8 @@ fn in_space([x, after_x, y, after_y, z, after_z, ..]: [u16; 8]) -> u16x8 {
     along_x.mul_keep_high(along_y).mul_keep_high(along_z)
 }
 
-/// The product of the shares along each axis, times the square of what lies between two samples, 64/9, times what shares
-/// in space are of squared shares along an axis, 1/32: 2/9 in all, or a little more, rounded down.
+/// The product of the shares along each axis, times the square of what lies between two samples, 64/9, times what
+/// shares in space are of squared shares along an axis, 1/32: 2/9 in all, or a little more, rounded down.
 #[inline(always)]
 fn bow(after: i32x4, before: i32x4) -> i32x4 {
     const IN_256: i16 = 57;
@@ -236,8 +236,8 @@ mod tests {
         DVec3::from([0; 3].map(|_| stream.uniform()))
     }
 
-    /// A place in a block of a level, in cells of the finest grid from the middle of the first, not on the border but for
-    /// rounding.
+    /// A place in a block of a level, in cells of the finest grid from the middle of the first, not on the border but
+    /// for rounding.
     fn in_block(block: Block, level: usize, stream: &mut Stream) -> DVec3 {
         let low = DVec3::from(block.map(|c| f64::from(c << (2 * level + 2)) - 0.5));
         low + (0.001 + 0.998 * random(stream)) * f64::from(4 << (2 * level))

@@ -1,9 +1,9 @@
 //! Lower bounds on the distance to the nearest centre, on cubic grids whose cells grow fourfold.
 //!
-//! A grid is kept in blocks of 4³ cells, and only where somebody has asked. A block has one cache line of 4³ samples, from
-//! its one end to the other along each axis: squared distances to the nearest obstacle, rounded down to bytes, which say
-//! nothing beyond a window of eight cells. What they say of places in between is for [`corners`](super::corners). A
-//! block made late is the same as one that was there from the beginning.
+//! A grid is kept in blocks of 4³ cells, and only where somebody has asked. A block has one cache line of 4³ samples,
+//! from its one end to the other along each axis: squared distances to the nearest obstacle, rounded down to bytes,
+//! which say nothing beyond a window of eight cells. What they say of places in between is for
+//! [`corners`](super::corners). A block made late is the same as one that was there from the beginning.
 //!
 //! Obstacles are the centres themselves on the finest grid, and on each other one the cells of the next finer that hold
 //! centres: so a birth changes two grids and seldom more.

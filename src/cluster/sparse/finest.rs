@@ -1,5 +1,5 @@
-//! The finest grid: cells of one radius, in blocks that know how far the nearest centre is from their samples, and which
-//! centres can touch something in them.
+//! The finest grid: cells of one radius, in blocks that know how far the nearest centre is from their samples, and
+//! which centres can touch something in them.
 
 use std::sync::atomic::AtomicU64;
 

@@ -88,8 +88,9 @@ mod instructions {
         ($instruction:literal, $bytes:literal of $lanes:ident from $from:ident) => {{
             const { assert!($from + $bytes <= size_of::<T>()) };
             let read: __m128i;
-            // SAFETY: bytes of what a reference is to are read, and nothing else is touched. They are atomics (`Lanes`),
-            // each of which the processor reads whole: so this does no more than to load them one by one, relaxed.
+            // SAFETY: bytes of what a reference is to are read, and nothing else is touched. They are atomics
+            // (`Lanes`), each of which the processor reads whole: so this does no more than to load them one by one,
+            // relaxed.
             unsafe {
                 asm!(
                     concat!($instruction, " {read}, [{lanes} + {from}]"),
@@ -140,8 +141,8 @@ mod instructions {
     pub(super) fn set_at<const FROM: usize>(lanes: &Bytes, bytes: u8x16) {
         const { assert!(FROM + 16 <= size_of::<Bytes>()) };
         let bytes: __m128i = cast(bytes);
-        // SAFETY: sixteen of the atomics that a reference is to are written, and nothing else is touched: no more than to
-        // store them one by one, relaxed.
+        // SAFETY: sixteen of the atomics that a reference is to are written, and nothing else is touched: no more than
+        // to store them one by one, relaxed.
         unsafe {
             asm!(
                 "movdqu xmmword ptr [{lanes} + {from}], {bytes}",

@@ -1,8 +1,8 @@
 //! A mesh as binary glTF 2.0.
 //!
 //! Coordinates are 32-bit: a mesh that lies far from its origin is stored about its middle and moved
-//! there by its node. Colours are linear, 16 bits a channel, as glTF wants them; attributes are named `_DENSITY` and the like, as its
-//! specification says of those of one's own.
+//! there by its node. Colours are linear, 16 bits a channel, as glTF wants them; attributes are named `_DENSITY` and
+//! the like, as its specification says of those of one's own.
 
 use std::io::{self, Write};
 

@@ -166,13 +166,13 @@ pub fn mesh_format_of(path: &Path) -> Result<&'static MeshFormat, UnknownFormat>
 
 impl MeshFormat {
     /// Writes the mesh as it is placed, buffered: the same mesh gives the same bytes. USD says how
-    /// many metres its unit is; glTF has metres by specification, so [place](TriMesh::place) other units by a scale, and
-    /// the other formats have no unit.
+    /// many metres its unit is; glTF has metres by specification, so [place](TriMesh::place) other units by a scale,
+    /// and the other formats have no unit.
     ///
     /// # Errors
     /// Those of `out`; `InvalidData` around a [`MeshError`] when the mesh is not sound;
-    /// `InvalidInput` when the format cannot hold that much or has [another axis up](Self::axes), or the unit is no positive
-    /// number of metres.
+    /// `InvalidInput` when the format cannot hold that much or has [another axis up](Self::axes), or the unit is no
+    /// positive number of metres.
     pub fn write(
         &self,
         mesh: &TriMesh,

@@ -28,7 +28,8 @@ impl Stance {
     };
 
     /// The stance by the columns of an affine matrix: where the axes go, and the origin. Of axes that are skewed or
-    /// mirrored only the origin is taken, and of axes of several lengths no length. Nothing where the origin is nowhere.
+    /// mirrored only the origin is taken, and of axes of several lengths no length. Nothing where the origin is
+    /// nowhere.
     pub fn from_columns([x, y, z, origin]: [[f64; 3]; 4]) -> Option<Self> {
         let at_origin = Self {
             origin,

@@ -4,9 +4,9 @@
 //! Transforms are composed in `f64`; the world positions are then rounded to `f32`, so that points
 //! which several instances share stay equal to the bit. Far from the origin they are rounded
 //! relative to the middle of the scene, so that geocentric offsets cost nothing. Skinned meshes are
-//! read in the pose that their joints have (`gltf_skin.rs`), morphed ones by their weights (`gltf_morph.rs`). Cameras and animations are
-//! not looked at, materials only where textures are asked for (`gltf_material.rs`), nor are extensions
-//! that concern only them.
+//! read in the pose that their joints have (`gltf_skin.rs`), morphed ones by their weights (`gltf_morph.rs`). Cameras
+//! and animations are not looked at, materials only where textures are asked for (`gltf_material.rs`), nor are
+//! extensions that concern only them.
 
 use std::path::Path;
 

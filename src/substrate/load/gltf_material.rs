@@ -247,8 +247,8 @@ impl Looks {
         ((material as usize) < self.materials.len()).then_some(material)
     }
 
-    /// What the triangles of a node's primitive are part of, by the node and those above it; nothing, where nothing has a
-    /// name.
+    /// What the triangles of a node's primitive are part of, by the node and those above it; nothing, where nothing has
+    /// a name.
     pub(super) fn part_of(
         &self,
         (mut line, world): (impl Iterator<Item = usize>, DAffine3),
@@ -268,6 +268,7 @@ impl Looks {
         let mesh = self.meshes.get(mesh).and_then(|mesh| text(&mesh.name));
         let material = material.and_then(|material| self.materials.get(material as usize));
         let part = Part {
+            has_own_name: node.is_some() || mesh.is_some(),
             objects: node.into_iter().chain(mesh).chain(above).collect(),
             material: material.and_then(|material| text(&material.name)),
             frame: Some(world.to_cols_array_2d()),

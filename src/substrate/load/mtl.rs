@@ -155,7 +155,8 @@ pub(super) fn note(note: String, out: &mut Texturing) {
     }
 }
 
-/// Whether most of an image stands straight up, read as a normal map. One that is damaged is told of by whoever shows it.
+/// Whether most of an image stands straight up, read as a normal map. One that is damaged is told of by whoever shows
+/// it.
 fn is_normal_map(bytes: &[u8]) -> bool {
     Image::decode(bytes).is_ok_and(|image| {
         let [red, green, blue] = image.mean().to_array();

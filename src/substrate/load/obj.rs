@@ -455,6 +455,7 @@ impl Attributes {
             let place = *self.parts.entry(named).or_insert(next);
             if place == next {
                 self.texturing.parts.push(Part {
+                    has_own_name: !objects.is_empty(),
                     objects,
                     material,
                     ..Part::default()

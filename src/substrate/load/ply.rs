@@ -1,9 +1,9 @@
 //! PLY (Turk 1994): ASCII and binary of either byte order, properties of any name and type.
 //!
 //! We read it ourselves and not with `serde-ply`, which wants every element's properties declared
-//! as a type before it reads, where a file's own header decides here. Faces may be polygons; `tristrips` (with −1 to restart) are unrolled. Other elements
-//! and properties are passed over, in any order; faces may stand before their vertices. Positions
-//! declared `float` are read as such, even in ASCII, so that they are what their writer had.
+//! as a type before it reads, where a file's own header decides here. Faces may be polygons; `tristrips` (with −1 to
+//! restart) are unrolled. Other elements and properties are passed over, in any order; faces may stand before their
+//! vertices. Positions declared `float` are read as such, even in ASCII, so that they are what their writer had.
 
 use crate::color;
 use crate::input::quoted;

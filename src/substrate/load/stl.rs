@@ -2,9 +2,9 @@
 //!
 //! We read it ourselves and not with `stl_io`, which takes every file that begins with `solid` for
 //! ASCII, wants it in lower case and in one solid, and takes four times as long (5.9 µs an ASCII
-//! triangle, 0.67 µs a binary one). Facet normals and attribute bytes are passed over. ASCII is read as a stream, because
-//! the text is three times as large as the triangles in it, and word by word: old files end their lines with CR, and
-//! some have one line only.
+//! triangle, 0.67 µs a binary one). Facet normals and attribute bytes are passed over. ASCII is read as a stream,
+//! because the text is three times as large as the triangles in it, and word by word: old files end their lines with
+//! CR, and some have one line only.
 
 use std::fmt;
 use std::io::BufRead;

@@ -1,5 +1,5 @@
-//! Images of UDIM tiles, which OBJ's libraries name all at once: `rock.<UDIM>.png` is `rock.1001.png` in the square of u
-//! and v from 0 to 1, one more in each further one to the right, and ten more in each one above.
+//! Images of UDIM tiles, which OBJ's libraries name all at once: `rock.<UDIM>.png` is `rock.1001.png` in the square of
+//! u and v from 0 to 1, one more in each further one to the right, and ten more in each one above.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -39,8 +39,8 @@ impl Tiled {
     }
 }
 
-/// Gives each tile of a material with such textures, as far as triangles are there, a material with its images. What cannot
-/// be read is a note.
+/// Gives each tile of a material with such textures, as far as triangles are there, a material with its images. What
+/// cannot be read is a note.
 pub(super) fn lay_out(all: &[Tiled], images: &mut Images, out: &mut Texturing) {
     let mut textures: BTreeMap<usize, Vec<&Tiled>> = BTreeMap::new();
     for tiled in all {
