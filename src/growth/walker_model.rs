@@ -517,6 +517,30 @@ mod tests {
         }
     }
 
+    /// A deadline may have moved on by the next call.
+    #[test]
+    fn whoever_was_told_to_stop_may_go_on() {
+        let substrate = Substrate::load(Path::new("meshes/rock.obj")).expect("a mesh");
+        let parameters = parameters(substrate.units().local_diagonal() / 400.0);
+        let seed = Element::seed(&substrate, substrate.nearest(substrate.bounds()[0]).0);
+        let (mut model, mut undisturbed) = begun(&substrate, &parameters, &[seed], 1);
+        grow(&mut model, &mut undisturbed, 900, &mut |_| {});
+        let (mut model, mut cluster) = begun(&substrate, &parameters, &[seed], 3);
+        let asked = AtomicU64::new(0);
+        let now_and_then = || asked.fetch_add(1, Ordering::Relaxed).is_multiple_of(3);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
+        pool.expect("threads").install(|| {
+            while cluster.len() < undisturbed.len() {
+                let next = model.next(&cluster, &now_and_then);
+                let next = next.or_else(|_| model.next(&cluster, &|| false));
+                cluster.push(next.expect("nothing to stop it"));
+                model.born(&cluster);
+            }
+        });
+        assert!(asked.into_inner() > 300);
+        assert!(cluster.elements() == undisturbed.elements());
+    }
+
     /// The others would wait for the walker of a thread that is gone, and for ever.
     #[test]
     fn a_panic_of_one_thread_is_one_of_all() {
