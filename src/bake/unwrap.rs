@@ -18,8 +18,8 @@ use super::{BakeError, Settings};
 /// it is not shown. As a file's, they count from the upper left.
 pub(super) type Charts = Vec<Option<[[f64; 2]; 3]>>;
 
-/// With more pieces of surface than this, each of which is a chart at least, they are packed by their outlines alone:
-/// by their shapes it takes tens of times as long.
+/// With more charts than this, or pieces of surface, each of which is a chart at least, they are packed by their outlines
+/// alone: by their shapes it takes tens of times as long.
 const MANY: usize = 256;
 
 /// Share of the image that charts fill, from which on nothing is gained by less between them; and by how much more they
@@ -69,6 +69,12 @@ fn atlas(mesh: &MeshInput, shown: &Shown, settings: &Settings) -> Result<Atlas, 
         let atlas = uvunwrap::generate(std::slice::from_ref(mesh), &options)
             .map(Some)
             .or_else(crowded)?;
+        if atlas
+            .as_ref()
+            .is_some_and(|atlas| atlas.chart_count as usize > MANY)
+        {
+            options.packing = Packing::Fast;
+        }
         let Some(atlas) = atlas.filter(|atlas| atlas.page_count == 1) else {
             continue;
         };

@@ -61,8 +61,8 @@ const LICHEN_BYTES: f64 = 80.0;
 /// it.
 const WORN_BYTES: f64 = 4.0;
 
-/// A triangle while charts of its own are cut and packed: 420 on the shell of a CT scan.
-const CHART_BYTES: f64 = 600.0;
+/// A triangle while charts of its own are cut and packed: 420 on the shell of a CT scan, more where charts are many.
+const CHART_BYTES: f64 = 900.0;
 
 /// Texels that show lichen, at most, for each that elements cover: it is felt beyond them.
 const FELT_BEYOND: f64 = 2.0;
