@@ -53,15 +53,11 @@ fn usually_covered(join: Join) -> f64 {
 
 /// About how many elements a run will have.
 pub(super) fn expected_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    elements_covering(substrate, recipe, usually_covered(recipe.join))
+    expected_and_most(substrate, recipe)[0]
 }
 
-/// How many it may have: for memory.
-pub(super) fn most_elements(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    elements_covering(substrate, recipe, MOST_COVERED)
-}
-
-fn elements_covering(substrate: &Substrate, recipe: &Recipe, most: f64) -> f64 {
+/// The same, and how many it may have, for memory: the room for them is looked for once.
+pub(super) fn expected_and_most(substrate: &Substrate, recipe: &Recipe) -> [f64; 2] {
     let cover = room(substrate, recipe);
     let asked = match recipe.stop {
         StopRule::Elements(n) => n as f64,
@@ -70,7 +66,7 @@ fn elements_covering(substrate: &Substrate, recipe: &Recipe, most: f64) -> f64 {
         }
         StopRule::Cover(share) => share * cover,
     };
-    asked.min(most * cover)
+    [usually_covered(recipe.join), MOST_COVERED].map(|most| asked.min(most * cover))
 }
 
 /// Area of what a run grows on over that of an element.

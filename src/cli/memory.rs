@@ -9,7 +9,7 @@ use thallus::substrate::{Loaded, Substrate};
 
 use super::control_group::{self, number};
 use super::failure::Failure;
-use super::foreseen::{copies, expected_elements, most_elements, seconds_from};
+use super::foreseen::{copies, expected_and_most, seconds_from};
 use super::number::{count, duration, short};
 use super::terminal::Voice;
 
@@ -103,7 +103,7 @@ pub(super) fn check(
     after: After,
     voice: Voice,
 ) -> Result<(), Failure> {
-    let elements = expected_elements(substrate, recipe).max(grown as f64);
+    let [elements, most] = expected_and_most(substrate, recipe).map(|n| n.max(grown as f64));
     let (each, cure) = match after {
         After::Preview(_) => (
             BYTES,
@@ -112,7 +112,6 @@ pub(super) fn check(
         After::Nothing => (BARE_BYTES, "ask for fewer, or for a larger --radius"),
         After::Sweep => (BYTES, "ask for fewer, or for a larger --radius"),
     };
-    let most = most_elements(substrate, recipe).max(grown as f64);
     let more = each * most + besides(substrate, recipe, after);
     let needed = more + READ_BYTES * grown as f64;
     let [number, most] = [elements, most].map(|n| count(n as u64));
@@ -324,7 +323,8 @@ fn pictured_bytes(triangles: usize) -> f64 {
 
 /// Bytes that a run with a picture is expected to take at its peak, the mesh aside.
 pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
-    BYTES * most_elements(substrate, recipe)
+    let [_, most] = expected_and_most(substrate, recipe);
+    BYTES * most
 }
 
 /// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what
