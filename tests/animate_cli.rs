@@ -636,3 +636,70 @@ fn a_film_on_a_turned_mesh_far_away_is_as_fine_as_on_the_other() {
     let pairs = std::iter::zip([x, z, y], turned);
     assert!(pairs.into_iter().all(near), "{x} {z} {y} {turned:?}");
 }
+
+#[test]
+fn frames_are_numbered_from_where_they_are_to_start() {
+    let desk = desk();
+    made(
+        &desk,
+        "out -o f --format csv --what points --frames 3 --start 1001",
+    );
+    let frames = |numbers: &[u32]| -> Vec<String> {
+        numbers
+            .iter()
+            .map(|n| format!("frame_{n:04}.csv"))
+            .collect()
+    };
+    assert_eq!(names(&desk.path("f")), frames(&[1001, 1002, 1003]));
+    made(
+        &desk,
+        "out -o f --format csv --what points --frames 2 --start 0 --force",
+    );
+    assert_eq!(names(&desk.path("f")), frames(&[0, 1]));
+    made(
+        &desk,
+        "out -o film.usda --what points --frames 2 --start 1001",
+    );
+    let film = String::from_utf8(desk.read("film.usda")).unwrap();
+    for part in [
+        "startTimeCode = 1001\n",
+        "endTimeCode = 1002\n",
+        " 1001: [",
+        " 1002: [",
+    ] {
+        assert!(film.contains(part), "{part}");
+    }
+    assert!(!film.contains(" 1: [") && !film.contains(" 1003: ["));
+    for out in ["film.glb", "film.gif"] {
+        let words = format!("out -o {out} --frames 2 --start 2");
+        refused(&desk, &words, 2, &["--start", out]);
+    }
+}
+
+/// What is small needs an origin of its own sooner than what it is part of.
+#[test]
+fn numbered_frames_lie_about_one_origin() {
+    let desk = desk();
+    for what in ["skin", "points"] {
+        made(
+            &desk,
+            &format!(
+                "out -o {what} --what {what} --format usda --frames 12 --clock 0:0,1:2%,2:100%"
+            ),
+        );
+        let frames = names(&desk.path(what));
+        let moved = frames.iter().map(|frame| {
+            let text = String::from_utf8(desk.read(&format!("{what}/{frame}"))).unwrap();
+            let line = text
+                .lines()
+                .find(|line| line.contains("xformOp:translate ="));
+            line.map(str::to_owned)
+        });
+        let moved: Vec<Option<String>> = moved.collect();
+        assert_eq!(moved.len(), 12);
+        assert!(
+            moved.iter().all(|origin| *origin == moved[0]),
+            "{what}: {moved:?}"
+        );
+    }
+}

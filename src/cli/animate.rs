@@ -95,9 +95,11 @@ fn skins(
             let placement = args.axes.placement(&convention, up)?;
             let meters = args.axes.meters_per_unit(&convention);
             let mut folder = Folder::create(args, format.extension, lichen)?;
+            let whole = places(lichen, &placement);
             each(frames, |mut mesh| {
                 stop.go_on()?;
                 mesh.place(&placement);
+                mesh.lie_with(&whole);
                 bar.inc(1);
                 folder.write(|out| format.write(&mesh, meters, out))
             })?;
@@ -231,7 +233,8 @@ fn places(lichen: &Growth, placement: &Placement) -> TriMesh {
 }
 
 fn new_film(args: &AnimateArgs, format: &FilmFormat) -> Film {
-    Film::new(format, args.time.fps, &nearest_folder(&args.output))
+    let film = Film::new(format, args.time.fps, &nearest_folder(&args.output));
+    film.starting_at(args.time.start)
 }
 
 /// Makes a film, and writes it complete or not at all.

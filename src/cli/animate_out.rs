@@ -11,7 +11,7 @@ use thallus::export::{
 };
 use thallus::picture::{Background, FASTEST_GIF};
 
-use super::animate_args::{AnimateArgs, Subject};
+use super::animate_args::{AnimateArgs, FIRST, Subject};
 use super::animate_growth::Growth;
 use super::failure::Failure;
 use super::output::{check_free, ends_in_slash};
@@ -63,7 +63,24 @@ impl Target {
                  is: leave it away",
                 args.output.display()
             ))),
-            _ => target.refuse_skin_flags(args),
+            _ => target.refuse_start(args)?.refuse_skin_flags(args),
+        }
+    }
+
+    /// Some files have times, and no numbers of frames.
+    fn refuse_start(self, args: &AnimateArgs) -> Result<Self, Failure> {
+        let numbers = match self {
+            Self::Skin(Shapes::Film(film)) | Self::Scene(_, Shapes::Film(film)) => film.numbers,
+            Self::Picture(Pictures::Movie(_)) => false,
+            _ => true,
+        };
+        match numbers || args.time.start == FIRST {
+            true => Ok(self),
+            false => Err(Failure::usage(format!(
+                "--start numbers frames, and those of {} have no numbers: leave it away, or write numbered files in a \
+                 folder, or a .usda",
+                args.output.display()
+            ))),
         }
     }
 
@@ -250,6 +267,7 @@ pub(super) struct Folder {
     dir: OutputDir,
     extension: &'static str,
     digits: usize,
+    first: u32,
     written: u32,
 }
 
@@ -260,13 +278,15 @@ impl Folder {
         extension: &'static str,
         lichen: &Growth,
     ) -> Result<Self, Failure> {
-        let digits = args.time.frames.to_string().len().max(DIGITS);
+        let (first, frames) = (args.time.start, args.time.frames);
+        let digits = (first + frames - 1).to_string().len().max(DIGITS);
         let mut dir = OutputDir::create(&args.output, args.force).map_err(of_frames)?;
         dir.spare(&lichen.files(args));
         Ok(Self {
             dir,
             extension,
             digits,
+            first,
             written: 0,
         })
     }
@@ -276,8 +296,9 @@ impl Folder {
         &mut self,
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
+        let number = self.first + self.written;
         self.written += 1;
-        let (number, digits, extension) = (self.written, self.digits, self.extension);
+        let (digits, extension) = (self.digits, self.extension);
         let name = format!("frame_{number:0digits$}.{extension}");
         Ok(self.dir.write(&name, fill)?)
     }
@@ -297,10 +318,11 @@ impl Folder {
             .flatten()
             .flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let written = self.first..self.first + self.written;
         let old = |name: &String| {
             frame_of(name, self.extension).is_some_and(|number| {
                 let new = number.len() == self.digits
-                    && number.parse().is_ok_and(|n: u32| n <= self.written);
+                    && number.parse().is_ok_and(|n: u32| written.contains(&n));
                 !new
             })
         };

@@ -73,6 +73,8 @@ pub struct Scene {
     pub up: UpAxis,
     /// Size of a unit of all of this, for files that say it.
     pub meters_per_unit: f64,
+    /// The [origin](Self::origin) in files of the scene that this is a moment of.
+    pub(super) whole_origin: Option<[f64; 3]>,
 }
 
 impl Elements {
@@ -131,6 +133,7 @@ impl Scene {
             branch_radii,
             up: placement.to,
             meters_per_unit,
+            whole_origin: None,
         }
     }
 
@@ -159,6 +162,9 @@ impl Scene {
     /// Where files with float32 positions and a double translation put their own origin: zero,
     /// unless float32 would move elements by more than a hundredth of their radius.
     pub(super) fn origin(&self) -> [f64; 3] {
+        if let Some(origin) = self.whole_origin {
+            return origin;
+        }
         if !ply::Wide::of(&self.elements).positions {
             return [0.0; 3];
         }

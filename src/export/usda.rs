@@ -93,9 +93,10 @@ pub(super) fn write_curves(
     stage.close()
 }
 
-/// Time codes from 1 on.
+/// A time code each.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
+    pub(super) first: u32,
     pub(super) last: u32,
     /// Time codes per second.
     pub(super) fps: f64,
@@ -103,6 +104,9 @@ pub(super) struct Frames {
 
 /// One value a point.
 pub(super) const VERTEX: &str = "vertex";
+
+/// The box about nothing, as USD has it: upside down, so that it adds nothing to others.
+pub(super) const NO_EXTENT: [[f32; 3]; 2] = [[f32::MAX; 3], [f32::MIN; 3]];
 
 /// A stage that is being written, with its prims open so far.
 pub(super) struct Stage<'a> {
@@ -145,8 +149,11 @@ impl<'a> Stage<'a> {
             writeln!(out, "    endTimeCode = {last}\n    framesPerSecond = {fps}")?;
         }
         writeln!(out, "    metersPerUnit = {meters_per_unit}")?;
-        if let Some(Frames { fps, .. }) = frames {
-            writeln!(out, "    startTimeCode = 1\n    timeCodesPerSecond = {fps}")?;
+        if let Some(Frames { first, fps, .. }) = frames {
+            writeln!(
+                out,
+                "    startTimeCode = {first}\n    timeCodesPerSecond = {fps}"
+            )?;
         }
         writeln!(out, "    upAxis = \"{up}\"\n)\n")?;
         let mut stage = Self { out, depth: 0 };

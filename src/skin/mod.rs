@@ -477,6 +477,7 @@ fn finish(
         attributes,
         triangles: marched.triangles,
         up: substrate.up_axis(),
+        origin: None,
     };
     outwards::face_outwards(&mut mesh);
     mesh

@@ -26,6 +26,8 @@ pub struct FilmFormat {
     pub axes: Axes,
     /// Whether its unit is the metre by specification.
     pub metres: bool,
+    /// Whether its frames have numbers, and not only times.
+    pub numbers: bool,
 }
 
 /// Every format that films are written in.
@@ -35,6 +37,7 @@ pub const FILM_FORMATS: &[FilmFormat] = &[
         purpose: "one glTF with an animation that viewers play; in Blender from frame 0 on",
         axes: Axes::Fixed(UpAxis::Y),
         metres: true,
+        numbers: false,
     },
     USDA,
     FilmFormat {
@@ -46,9 +49,10 @@ pub const FILM_FORMATS: &[FilmFormat] = &[
 
 const USDA: FilmFormat = FilmFormat {
     extension: "usda",
-    purpose: "one USD with time samples from 1 on: Houdini, Blender, usdview",
+    purpose: "one USD with time samples: Houdini, Blender, usdview",
     axes: Axes::Declared,
     metres: false,
+    numbers: true,
 };
 
 impl Extension for FilmFormat {
@@ -114,6 +118,16 @@ impl Film {
         match &mut self.form {
             Form::Usda(film) => film.origin = Some(whole.origin()),
             Form::Glb(film) => film.lies_about(whole),
+        }
+        self
+    }
+
+    /// This film with numbers of frames from this one on, where the format has any: time codes in USD, which are from 1
+    /// on otherwise.
+    #[must_use]
+    pub fn starting_at(mut self, first: u32) -> Self {
+        if let Form::Usda(film) = &mut self.form {
+            film.first = first;
         }
         self
     }
@@ -301,9 +315,58 @@ mod tests {
         }
     }
 
+    /// The values of each frame of an array in a film of USD.
+    fn samples<'t>(text: &'t str, array: &str) -> Vec<&'t str> {
+        let (_, rest) = text
+            .split_once(&format!("{array}.timeSamples = {{"))
+            .unwrap();
+        let (samples, _) = rest.split_once('}').unwrap();
+        samples.trim().lines().map(str::trim).collect()
+    }
+
+    /// Between two arrays of one length programs interpolate, vertex by vertex.
+    #[test]
+    fn frames_of_other_triangles_have_other_numbers_of_vertices() {
+        let square = |triangles: [[u32; 3]; 2]| TriMesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            colors: vec![[9; 3]; 4],
+            attributes: vec![super::super::VertexAttribute {
+                name: "birth",
+                values: vec![1.0, 2.0, 3.0, 4.0],
+                is_length: false,
+            }],
+            triangles: triangles.to_vec(),
+            ..TriMesh::default()
+        };
+        let one = || square([[0, 1, 2], [0, 2, 3]]);
+        let other = || square([[0, 1, 3], [1, 2, 3]]);
+        let folder = tempfile::tempdir().unwrap();
+        let mut film = Film::new(&USDA, 24.0, folder.path()).starting_at(7);
+        for mesh in [one(), one(), other(), one(), other(), TriMesh::default()] {
+            film.add_skin(&mesh).unwrap();
+        }
+        let mut out = Vec::new();
+        film.write(1.0, &mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let commas = |array: &str, of_one: usize| {
+            let counts = samples(&text, array)
+                .into_iter()
+                .map(|frame| frame.matches(',').count());
+            counts.map(|n| n / of_one).collect::<Vec<_>>()
+        };
+        for array in ["points", "normals", "primvars:displayColor"] {
+            assert_eq!(commas(array, 3), [4, 4, 5, 4, 5, 0], "{array}");
+        }
+        assert_eq!(commas("primvars:birth", 1), [4, 4, 5, 4, 5]);
+        let last = samples(&text, "primvars:birth")[2];
+        assert_eq!(last, "9: [1, 2, 3, 4, 4],");
+        assert_eq!(commas("int[] faceVertexCounts", 1), [2, 2, 2, 2, 2, 1]);
+    }
+
     /// In map coordinates, where places are stored from an origin.
     #[test]
-    fn the_box_of_an_empty_frame_lies_where_the_film_does() {
+    fn the_box_of_an_empty_frame_holds_nothing() {
         let far = [500_000.0, 5_400_000.0, 112.0];
         let mesh = TriMesh {
             positions: vec![
@@ -324,7 +387,8 @@ mod tests {
         film.write(1.0, &mut out).unwrap();
         let text = String::from_utf8(out).unwrap();
         let (_, extents) = text.split_once("float3[] extent").unwrap();
-        assert!(extents.contains("1: [(0, 0, 0), (0, 0, 0)],"), "{text}");
+        let nothing = "1: [(3.4028235e38, 3.4028235e38, 3.4028235e38), (-3.4028235e38, -3.4028235e38, -3.4028235e38)],";
+        assert!(extents.contains(nothing), "{text}");
         assert!(
             extents.contains("2: [(-0.5, -0.5, 0), (0.5, 0.5, 0)],"),
             "{text}"

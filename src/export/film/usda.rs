@@ -1,5 +1,5 @@
 //! A film as USD in its text form: attributes with time samples (Pixar, *UsdGeom schemas*, *USD
-//! Glossary: Time Sample*), a frame a time code, from 1 on. Topology and counts change from frame to
+//! Glossary: Time Sample*), a frame a time code. Topology and counts change from frame to
 //! frame, which importers have to expect of a mesh whose `faceVertexIndices` vary.
 
 use std::fmt::Display;
@@ -7,17 +7,20 @@ use std::io::{self, Write};
 
 use super::{Spool, Spools};
 use crate::color::to_linear;
-use crate::export::usda::{Frames, Number, Stage, Tuple, VERTEX, write_list};
+use crate::export::usda::{Frames, NO_EXTENT, Number, Stage, Tuple, VERTEX, write_list};
 use crate::export::{AgeColor, Scene, TriMesh, UpAxis, What};
 
 /// A prim, its attributes so far, and where it lies.
 #[derive(Debug)]
 pub(super) struct Usda {
     spools: Spools,
+    pub(super) first: u32,
     frames: u32,
     prim: Option<Prim>,
     pub(super) origin: Option<[f64; 3]>,
     tracks: Vec<Track>,
+    /// Vertices of the frame before, as they were written, and its triangles.
+    before: (usize, Vec<[u32; 3]>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +44,27 @@ impl Usda {
     pub(super) fn new(spools: Spools) -> Self {
         Self {
             spools,
+            first: 1,
             frames: 0,
             prim: None,
             origin: None,
             tracks: Vec::new(),
+            before: (0, Vec::new()),
         }
+    }
+
+    /// The vertices of a frame that are written: the last of them twice where there would be as many as in the frame
+    /// before, but in other triangles.
+    ///
+    /// Between frames programs interpolate arrays of one length, though vertices have nothing to do with those before,
+    /// and hold others (Pixar, *USD Glossary: Value Interpolation*).
+    fn vertices(&mut self, mesh: &TriMesh) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..mesh.positions.len()).collect();
+        if all.len() == self.before.0 && mesh.triangles != self.before.1 {
+            all.extend(all.last().copied());
+        }
+        self.before = (all.len(), mesh.triangles.clone());
+        all
     }
 
     pub(super) fn add_skin(&mut self, mesh: &TriMesh) -> io::Result<()> {
@@ -61,26 +80,27 @@ impl Usda {
             self.origin = Some(mesh.origin());
         }
         let origin = self.origin.unwrap_or_default();
-        let local = |p: &[f64; 3]| Tuple([0, 1, 2].map(|k| (p[k] - origin[k]) as f32));
+        let local = |p: [f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
+        let vertices = self.vertices(mesh);
+        let vertices = || vertices.iter().copied();
         let counts = mesh.triangles.iter().map(|_| 3);
         self.sample("int[] faceVertexCounts", "", counts)?;
         let corners = mesh.triangles.as_flattened().iter();
         self.sample("int[] faceVertexIndices", "", corners)?;
-        // A box about nothing lies where the film does, not at the far origin of its file.
         let extent = match mesh.positions.is_empty() {
-            true => [origin; 2],
-            false => mesh.bounds(),
+            true => NO_EXTENT,
+            false => mesh.bounds().map(local),
         };
-        self.sample("float3[] extent", "", extent.iter().map(local))?;
-        self.sample("point3f[] points", "", mesh.positions.iter().map(local))?;
-        let normals = mesh.normals.iter().map(|n| Tuple(*n));
+        self.sample("float3[] extent", "", extent.into_iter().map(Tuple))?;
+        let points = vertices().map(|v| Tuple(local(mesh.positions[v])));
+        self.sample("point3f[] points", "", points)?;
+        let normals = vertices().map(|v| Tuple(mesh.normals[v]));
         self.sample("normal3f[] normals", VERTEX, normals)?;
-        let linear = |c: &[u8; 3]| Tuple(c.map(to_linear));
-        let colors = mesh.colors.iter().map(linear);
+        let colors = vertices().map(|v| Tuple(mesh.colors[v].map(to_linear)));
         self.sample("color3f[] primvars:displayColor", VERTEX, colors)?;
         for attribute in &mesh.attributes {
             let declared = format!("float[] primvars:{}", attribute.name);
-            let values = attribute.values.iter().map(|x| Number(*x));
+            let values = vertices().map(|v| Number(attribute.values[v]));
             self.sample(&declared, VERTEX, values)?;
         }
         Ok(())
@@ -182,7 +202,7 @@ impl Usda {
             }
         };
         let out = &mut self.tracks[track].samples.0;
-        write!(out, "            {}: ", self.frames)?;
+        write!(out, "            {}: ", self.first + self.frames - 1)?;
         write_list(out, values)?;
         writeln!(out, ",")
     }
@@ -193,7 +213,8 @@ impl Usda {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         };
         let frames = Frames {
-            last: self.frames,
+            first: self.first,
+            last: self.first + self.frames - 1,
             fps,
         };
         let origin = self.origin.unwrap_or_default();
@@ -215,18 +236,14 @@ impl Usda {
     }
 }
 
-/// The box about spheres; of none, that of the origin.
+/// The box about spheres.
 fn extent(
     points: impl Iterator<Item = [f32; 3]>,
     radii: impl Iterator<Item = f32>,
-) -> Vec<[f32; 3]> {
+) -> [[f32; 3]; 2] {
     let grow = |[low, high]: [[f32; 3]; 2], (p, r): ([f32; 3], f32)| {
         let low = [0, 1, 2].map(|k| low[k].min(p[k] - r));
         [low, [0, 1, 2].map(|k| high[k].max(p[k] + r))]
     };
-    let empty = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    match points.zip(radii).fold(empty, grow) {
-        nothing if nothing == empty => vec![[0.0; 3]; 2],
-        found => found.to_vec(),
-    }
+    points.zip(radii).fold(NO_EXTENT, grow)
 }

@@ -49,6 +49,9 @@ pub struct TriMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Which axis of `positions` points up.
     pub up: UpAxis,
+    /// Where files with 32-bit positions and a translation put their own origin: none to choose by these positions
+    /// alone. See [`TriMesh::lie_with`].
+    pub origin: Option<[f64; 3]>,
 }
 
 /// What makes a mesh unfit to be written.
@@ -79,6 +82,9 @@ pub enum MeshError {
         /// The vertex.
         vertex: usize,
     },
+    /// An origin that is not finite.
+    #[error("its origin is not at a finite place")]
+    Origin,
     /// Lengths that attributes and most files cannot say.
     #[error("its lengths are beyond what 32-bit numbers hold: bring them nearer to 1 with --scale")]
     Range,
@@ -242,6 +248,9 @@ impl TriMesh {
         if !self.fits_single() {
             return Err(MeshError::Range);
         }
+        if !self.origin.iter().flatten().all(|x| x.is_finite()) {
+            return Err(MeshError::Origin);
+        }
         let there = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < expected);
         let stray = self.triangles.iter().position(|t| !there(t));
         stray.map_or(Ok(()), |triangle| Err(MeshError::Corner(triangle)))
@@ -266,11 +275,21 @@ impl TriMesh {
         let lengths = self.attributes.iter_mut().filter(|a| a.is_length);
         let scaled = |x: &mut f32| *x = (f64::from(*x) * placement.scale) as f32;
         lengths.for_each(|a| a.values.iter_mut().for_each(scaled));
+        self.origin = self.origin.map(|origin| placement.point(origin));
         self.up = placement.to;
+    }
+
+    /// Gives it the origin in files that another mesh has: so the frames of an animation have one, whatever there is in
+    /// each.
+    pub fn lie_with(&mut self, whole: &TriMesh) {
+        self.origin = Some(whole.origin());
     }
 
     /// What files with float32 positions and a translation store positions relative to.
     pub(super) fn origin(&self) -> [f64; 3] {
+        if let Some(origin) = self.origin {
+            return origin;
+        }
         let [low, high] = self.bounds();
         match self.needs_doubles() {
             true => [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]),

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 
 use super::TriMesh;
 use crate::color::to_linear;
-use crate::export::usda::{Stage, VERTEX};
+use crate::export::usda::{NO_EXTENT, Stage, VERTEX};
 
 pub(super) fn write(mesh: &TriMesh, meters_per_unit: f64, out: &mut dyn Write) -> io::Result<()> {
     let origin = mesh.origin();
@@ -18,7 +18,10 @@ pub(super) fn write(mesh: &TriMesh, meters_per_unit: f64, out: &mut dyn Write) -
     stage.list("int[] faceVertexCounts", "", counts)?;
     let corners = mesh.triangles.as_flattened().iter();
     stage.list("int[] faceVertexIndices", "", corners)?;
-    let extent = mesh.bounds().map(|corner| local(&corner));
+    let extent = match mesh.positions.is_empty() {
+        true => NO_EXTENT,
+        false => mesh.bounds().map(|corner| local(&corner)),
+    };
     stage.vectors("float3[] extent", "", extent.into_iter())?;
     let points = mesh.positions.iter().map(local);
     stage.vectors("point3f[] points", "", points)?;
