@@ -378,7 +378,7 @@ fn interrupted_it_leaves_nothing() {
     for words in [
         "out -o f --frames 100000 --what points",
         "out -o f --frames 100000 --what picture --width 16",
-        "out -o f.glb --frames 100000",
+        "out -o f.glb --frames 100000 --threads 1",
         "out -o f.gif --frames 100000 --width 16",
     ] {
         let mut command = desk.call("animate", words);
@@ -449,7 +449,7 @@ fn interrupted_twice_a_movie_leaves_nothing() {
         .spawn()
         .unwrap();
     let hidden = || names(desk.0.path()).len() > 3;
-    for _ in 0..300 {
+    for _ in 0..6000 {
         std::thread::sleep(Duration::from_millis(10));
         if hidden() {
             break;

@@ -572,7 +572,7 @@ fn a_run_that_nobody_listens_to_can_be_ended() {
         let mut command = desk.command(&format!("{ENDLESS} {quiet} -o {folder}"));
         let mut child = command.stderr(OwnedFd::from(full)).spawn().unwrap();
         match quiet {
-            "" => std::thread::sleep(Duration::from_secs(1)),
+            "" => std::thread::sleep(Duration::from_secs(3)),
             _ => wait_for_more(&desk.path(&folder).join("run.log"), 100),
         }
         let id = child.id().to_string();

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use desk::{Desk, RUN, names, said};
+use desk::{Desk, RUN, assert_refused, names, said};
 use thallus::cluster::Element;
 use thallus::growth::Counts;
 use thallus::log::{LOG, Log};
@@ -22,11 +22,12 @@ fn shares(n: usize) -> impl Iterator<Item = f64> {
     (1..=n).map(|i| (i as f64 * 0.618_033_988_749_895).fract())
 }
 
-/// Waits until some elements of a run are durable.
-fn wait_for_elements(folder: &Path) {
-    let some = || Log::read(&folder.join(LOG)).is_ok_and(|log| !log.begun.elements.is_empty());
-    let patience = Instant::now() + Duration::from_secs(30);
-    while !some() {
+/// Waits until so many elements of a run are durable.
+fn wait_for_elements(folder: &Path, elements: usize) {
+    let are_there =
+        || Log::read(&folder.join(LOG)).is_ok_and(|log| log.begun.elements.len() >= elements);
+    let patience = Instant::now() + Duration::from_secs(60);
+    while !are_there() {
         assert!(Instant::now() < patience, "nothing became durable");
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -125,7 +126,7 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
     let run = RUN.replace("3000", "40000");
     desk.done(&format!("{run} -o whole --quiet"));
     let child = desk.start(&format!("{run} -o out"));
-    wait_for_elements(&desk.path("out"));
+    wait_for_elements(&desk.path("out"), 1);
     let id = child.id().to_string();
     let kill = Command::new("kill").args(["-INT", &id]).status();
     assert!(kill.unwrap().success());
@@ -145,12 +146,9 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
 /// `report.json` comes after it: so it is being taken when the log has all elements.
 #[cfg(unix)]
 fn stopped_at_the_picture(desk: &Desk, words: &str, signal: &str) -> Output {
-    let mut large = desk.call("grow --preview 8192", words);
+    let mut large = desk.call("grow --preview 8192 --threads 2", words);
     let child = large.stderr(Stdio::piped()).spawn().unwrap();
-    wait_for_elements(&desk.path("out"));
-    while desk.log("out").begun.elements.len() < 500 {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for_elements(&desk.path("out"), 500);
     std::thread::sleep(Duration::from_millis(500));
     let id = child.id().to_string();
     let kill = Command::new("kill").args([signal, &id]).status();
@@ -374,7 +372,7 @@ fn a_run_whose_folder_is_gone_leaves_alone_the_next_one_of_its_name() {
     let said = said_without_folder(&desk, || {
         fs::rename(desk.path("out"), desk.path("moved")).unwrap();
         next = Some(desk.start(&format!("{ENDLESS} -o out --quiet --seed 2")));
-        wait_for_elements(&desk.path("out"));
+        wait_for_elements(&desk.path("out"), 1);
     });
     assert!(
         said.contains("went with it, unless out was moved"),
@@ -396,7 +394,7 @@ const ENDLESS: &str = "rock.obj --radius 0.02% --elements 5000000";
 fn a_second_run_into_the_folder_is_refused() {
     let desk = Desk::new();
     let mut first = desk.start(&format!("{ENDLESS} -o out"));
-    wait_for_elements(&desk.path("out"));
+    wait_for_elements(&desk.path("out"), 1);
     desk.fails("--resume out", 1, &["out is being written by another run"]);
     desk.fails(
         "rock.obj -o out --force",
@@ -417,7 +415,9 @@ fn a_forced_run_leaves_nothing_of_the_run_before() {
     let mut child = desk.start(&format!("{ENDLESS} -o out --force"));
     let goal = Some(StopSetting::Elements(5_000_000));
     let begun = |log: Log| log.recipe.stop == goal && !log.begun.elements.is_empty();
+    let patience = Instant::now() + Duration::from_secs(60);
     while !Log::read(&desk.path("out/run.log")).is_ok_and(begun) {
+        assert!(Instant::now() < patience, "nothing became durable");
         std::thread::sleep(Duration::from_millis(5));
     }
     child.kill().unwrap();
@@ -437,7 +437,7 @@ fn a_forced_run_leaves_nothing_of_the_run_before() {
 fn said_without_folder(desk: &Desk, take: impl FnOnce()) -> String {
     let mut command = desk.command(&format!("{ENDLESS} -o out --quiet"));
     let child = command.stderr(Stdio::piped()).spawn().unwrap();
-    wait_for_elements(&desk.path("out"));
+    wait_for_elements(&desk.path("out"), 1);
     take();
     let output = child.wait_with_output().unwrap();
     let said = said(&output);
@@ -524,7 +524,7 @@ fn permission_lost_on_the_way_ends_the_run_and_loses_nothing() {
         Err(error) if is_root => return eprintln!("skipped: no other user may run it: {error}"),
         Err(error) => panic!("{error}"),
     };
-    wait_for_elements(&desk.path("out"));
+    wait_for_elements(&desk.path("out"), 1);
     allow(&desk.path("out"), 0o555).unwrap();
     let output = child.wait_with_output().unwrap();
     let said = said(&output);
@@ -575,36 +575,34 @@ fn what_was_written_before_the_disk_was_full_goes_on() {
     }
 }
 
+/// A run under a limit on address space, in thousands of bytes.
+#[cfg(target_os = "linux")]
+fn in_little_memory(desk: &Desk, limit: u64, words: &str) -> Output {
+    let program = env!("CARGO_BIN_EXE_thallus");
+    let script = format!("ulimit -v {limit}; exec {program} grow {words}");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).current_dir(desk.0.path());
+    shell.output().unwrap()
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn what_does_not_fit_into_memory_is_refused_with_the_number() {
     let desk = Desk::new();
-    let run = "rock.obj --radius 0.0001% --elements 1000000000";
-    desk.fails(
-        &format!("{run} -o out"),
-        1,
-        &["1,000,000,000 elements", "450 GB", "free"],
-    );
+    let run = "rock.obj --radius 0.0001% --elements 1000000000 -o out";
+    let output = in_little_memory(&desk, 4_000_000, run);
+    assert_refused(&output, 1, &["1,000,000,000 elements", "450 GB", "free"]);
     assert!(!desk.path("out").exists());
 }
 
-/// More elements are asked for than have a place: room that is made for them leaves enough for all
-/// else under a limit on address space.
+/// More elements are asked for than have a place: room that is made for them leaves enough for all else.
 #[cfg(target_os = "linux")]
 #[test]
 fn room_made_ahead_leaves_room() {
     let desk = Desk::new();
+    let run = "rock.obj --radius 1% --threads 1 --preview 32 --quiet -o out --force";
     for elements in [5_000_000, 40_000_000] {
-        let program = env!("CARGO_BIN_EXE_thallus");
-        let script = format!(
-            "ulimit -v 500000; exec {program} grow rock.obj --radius 1% --elements {elements} \
-             --threads 1 --preview 32 --quiet -o out --force"
-        );
-        let shell = Command::new("sh")
-            .args(["-c", &script])
-            .current_dir(desk.0.path())
-            .output();
-        let output = shell.unwrap();
+        let output = in_little_memory(&desk, 500_000, &format!("{run} --elements {elements}"));
         assert!(output.status.success(), "{elements}: {}", said(&output));
     }
 }

@@ -8,7 +8,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use desk::{Desk, RUN, fields, said};
 use serde_json::Value;
@@ -32,8 +32,10 @@ fn first_line(mut child: Child) -> String {
 /// All that a run says until some of its elements are durable.
 fn said_while_growing(desk: &Desk, folder: &str, mut child: Child) -> String {
     let log = desk.path(folder).join("run.log");
+    let patience = Instant::now() + Duration::from_secs(60);
     while !count_elements(&log).is_ok_and(|elements| elements > 1) {
         assert!(child.try_wait().unwrap().is_none(), "it ended");
+        assert!(Instant::now() < patience, "nothing became durable");
         std::thread::sleep(Duration::from_millis(5));
     }
     child.kill().unwrap();
@@ -168,18 +170,19 @@ fn the_report_says_how_threads_shared_the_work() {
         let parallel = &report["parallel"];
         let number = |name: &str| parallel[name].as_u64().unwrap();
         let walkers = report["counts"]["walkers"].as_u64().unwrap();
-        assert!((1..=walkers).contains(&number("walks")), "{report}");
+        // On a single core it may never be tried.
+        let least =
+            std::thread::available_parallelism().map_or(1, |cores| cores.get().min(2) as u64 - 1);
+        assert!((least..=walkers).contains(&number("walks")), "{report}");
         assert!((1..=threads).contains(&number("threads")), "{report}");
-        assert!(
-            (1..=number("walks")).contains(&number("conflicts")),
-            "{report}"
-        );
+        assert!(number("conflicts") <= number("walks"), "{report}");
         let seconds = parallel["seconds"].as_f64().unwrap();
         let grow = report["seconds"]["grow"].as_f64().unwrap();
-        assert!(0.0 < seconds && seconds < grow, "{report}");
+        assert_eq!(seconds > 0.0, number("walks") > 0, "{report}");
+        assert!(seconds < grow, "{report}");
         let share = report["serial_share"].as_f64().unwrap();
         assert!((share - (1.0 - seconds / grow)).abs() < 1e-9, "{report}");
-        assert!(0.0 < share && share < 1.0, "{report}");
+        assert!(0.0 < share && share <= 1.0, "{report}");
     }
 }
 

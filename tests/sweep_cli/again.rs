@@ -110,7 +110,7 @@ fn a_finished_run_that_goes_while_others_grow_is_missed() {
 fn ctrl_c_ends_a_picture_that_is_being_taken() {
     let desk = desk();
     let grid = "plane.obj --L 5r,1r --radius 0.4% --elements 60 --size 2000x2000 --samples 64";
-    let mut child = command(&desk, &format!("{grid} -o out"));
+    let mut child = command(&desk, &format!("{grid} --threads 2 -o out"));
     let child = child.stdout(Stdio::piped()).stderr(Stdio::piped());
     let child = child.spawn().unwrap();
     wait_for(|| desk.path("out/results.parquet").exists());
