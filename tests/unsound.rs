@@ -85,7 +85,7 @@ type Wrong<T> = fn(&mut T);
 
 /// Scenes with one thing wrong.
 fn unsound_scenes(sound: &Scene) -> Vec<Scene> {
-    let wrongs: [Wrong<Scene>; 7] = [
+    let wrongs: [Wrong<Scene>; 8] = [
         |scene| scene.streams[0].push(20),
         |scene| scene.orientations.truncate(19),
         |scene| scene.orientations[3][1] = f32::NAN,
@@ -93,6 +93,7 @@ fn unsound_scenes(sound: &Scene) -> Vec<Scene> {
         |scene| scene.branch_radii[3] = f32::INFINITY,
         |scene| scene.elements.uv.truncate(2),
         |scene| scene.elements.parent[3] = 900,
+        |scene| scene.origin = Some([0.0, f64::INFINITY, 0.0]),
     ];
     let with = |wrong: Wrong<Scene>| {
         let mut scene = sound.clone();

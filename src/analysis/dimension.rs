@@ -32,13 +32,16 @@ use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use super::boxes::count_boxes;
-use super::fit::Scaling;
+use super::fit::{Fit, Scaling};
 use super::mass::{Metric, distances, ladder, mean_mass};
 use super::space::Space;
 use crate::morphometry::Sample;
 
 /// The least distance of a fit, in element radii: four diameters. A large lichen leaves out more.
 pub const FINEST: f64 = 8.0;
+
+/// The greatest error with which a dimension says anything.
+const MOST_ERROR: f64 = 1.0;
 
 /// How a dimension was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -78,7 +81,8 @@ pub struct Dimension {
     pub method: Method,
     /// Which way.
     pub through: Through,
-    /// The dimension; none where there is no range to fit.
+    /// The dimension; none where there is no range to fit, and where its error would be above 1: from a line to a
+    /// surface is no more.
     pub dimension: Option<f64>,
     /// Its error, at a confidence of two thirds: see [`Fit::error`](super::Fit::error).
     pub error: Option<f64>,
@@ -91,16 +95,15 @@ pub struct Dimension {
 
 impl Dimension {
     fn new(method: Method, through: Through, scaling: Scaling) -> Self {
-        let read = |slope: f64| method.dimension(slope);
+        let error = |fit: &Fit| fit.error * method.sensitivity(fit.slope);
+        let fit = scaling.fit.filter(|fit| error(fit) <= MOST_ERROR);
+        let is_correlation = method == Method::Correlation;
         Self {
             method,
             through,
-            dimension: scaling.fit.map(|f| read(f.slope)),
-            error: scaling.fit.map(|f| f.error * method.sensitivity(f.slope)),
-            alpha: scaling
-                .fit
-                .filter(|_| method == Method::Correlation)
-                .map(|f| -f.slope),
+            dimension: fit.map(|fit| method.dimension(fit.slope)),
+            error: fit.as_ref().map(error),
+            alpha: fit.filter(|_| is_correlation).map(|fit| -fit.slope),
             scaling,
         }
     }
@@ -375,4 +378,26 @@ pub(super) fn prefixes(all: usize) -> Vec<usize> {
     counts.reverse();
     counts.dedup();
     counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One over a slope of nearly nothing is some number, with an error larger still.
+    #[test]
+    fn what_may_be_anything_is_no_dimension() {
+        let births = || (3..14).map(|k| f64::from(1 << k));
+        let dimension = |size: &dyn Fn(f64) -> f64| {
+            let scaling = Scaling::of_growth(births().map(|n| [n, size(n)]), 1e-3);
+            Dimension::new(Method::Gyration, Through::Space, scaling)
+        };
+        let lichen = dimension(&|n| n.powf(1.0 / 1.71));
+        assert!((lichen.dimension.unwrap() - 1.71).abs() < 1e-9);
+        assert!(lichen.error.unwrap() < 1e-9);
+        let scattered = dimension(&|n| 1.0 + 0.1 * n.ln().sin());
+        let fit = scattered.scaling.fit.unwrap();
+        assert!(fit.error / (fit.slope * fit.slope) > 1.0, "{fit:?}");
+        assert_eq!((scattered.dimension, scattered.error), (None, None));
+    }
 }

@@ -16,7 +16,7 @@ pub struct Outline {
     pub length: f64,
     /// Its area.
     pub area: f64,
-    /// 4π·area/length² (Cox 1927): 1 for a disc, less for anything else. None without an edge.
+    /// 4π·area/length² (Cox 1927): 1 for a flat disc, and less for anything else that is flat. None without an edge.
     pub circularity: Option<f64>,
 }
 

@@ -41,7 +41,7 @@ pub const SCALARS: &[Scalar] = &[
     Scalar { name: "density", unit: "1", meaning: "mean share of the surface within 6.4 r of an element that elements cover, as (1 + n)/40.96 for n neighbours there", read: |a| Some(a.density) },
     Scalar { name: "outline_length", unit: "unit", meaning: "length of the outline, gaps below 4.4 r closed", read: |a| Some(a.outline.length) },
     Scalar { name: "outline_area", unit: "unit^2", meaning: "area of discs of 3.2 r about the elements: more than the lichen by a rim of 2.2 r", read: |a| Some(a.outline.area) },
-    Scalar { name: "circularity", unit: "1", meaning: "4 pi area/length^2 of the outline; 1 for a disc", read: |a| a.outline.circularity },
+    Scalar { name: "circularity", unit: "1", meaning: "4 pi area/length^2 of the outline; 1 for a flat disc", read: |a| a.outline.circularity },
     Scalar { name: "branch_width", unit: "unit", meaning: "mean width of branches, by area", read: |a| width(a).map(|w| w.mean) },
     Scalar { name: "branch_width_deviation", unit: "unit", meaning: "standard deviation of the widths", read: |a| width(a)?.spread() },
     Scalar { name: "branch_width_p5", unit: "unit", meaning: "width that 5 % of the area is below", read: |a| width(a).map(|w| w.percentiles[0]) },

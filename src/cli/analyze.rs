@@ -106,7 +106,8 @@ fn ground(
     let substrate = load(&mesh)?;
     grown.tell_of_change(args.mesh.as_deref(), &mesh, &substrate);
     let found = smooth_on(&mut grown.elements, &substrate);
-    let (places, _) = found.with_context(|| mesh.display().to_string())?;
+    let (places, is_turned) = found.with_context(|| mesh.display().to_string())?;
+    grown.tell_of_turn(&mesh, is_turned);
     Ok(Some((substrate, places)))
 }
 

@@ -84,6 +84,7 @@ fn place(
     grown.tell_of_change(mesh.file.as_deref(), file, &substrate);
     let found = smooth_on(&mut grown.elements, &substrate);
     let (places, is_turned) = found.with_context(|| file.display().to_string())?;
+    grown.tell_of_turn(file, is_turned);
     number_on(&mut grown.elements, &substrate, &places);
     let up = if is_turned { mesh.up } else { up };
     Ok(substrate.with_up(up).up_axis())

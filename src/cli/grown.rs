@@ -250,6 +250,16 @@ impl Grown {
         }
     }
 
+    /// Says so where the mesh is the one that this grew on but for its axes.
+    pub(crate) fn tell_of_turn(&self, file: &Path, is_turned: bool) {
+        if is_turned {
+            self.voice.note(&format!(
+                "{} is turned against what this grew on, between z up and y up: the elements are turned with it",
+                file.display()
+            ));
+        }
+    }
+
     /// A mesh that came from this file, with its up axis, and the elements on it: a program that it went through
     /// since may have turned it.
     pub(crate) fn on_turned(
@@ -261,6 +271,7 @@ impl Grown {
         self.tell_of_change(mesh.file.as_deref(), file, &substrate);
         let found = self.elements.to_cluster_on_turned(&substrate);
         let (cluster, is_turned) = found.with_context(|| file.display().to_string())?;
+        self.tell_of_turn(file, is_turned);
         let up = match is_turned {
             true => mesh.up,
             false => self.up(mesh),

@@ -115,6 +115,9 @@ pub enum TableError {
         /// What is wrong, as the end of a sentence.
         problem: &'static str,
     },
+    /// The origin of a [`Scene`](super::Scene) is not finite.
+    #[error("its origin is not at a finite place")]
+    Origin,
     /// A stream of a [`Scene`](super::Scene) has an element that is none.
     #[error("stream {0} leads through an element that there is not")]
     Stream(usize),

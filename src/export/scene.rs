@@ -73,8 +73,9 @@ pub struct Scene {
     pub up: UpAxis,
     /// Size of a unit of all of this, for files that say it.
     pub meters_per_unit: f64,
-    /// The [origin](Self::origin) in files of the scene that this is a moment of.
-    pub(super) whole_origin: Option<[f64; 3]>,
+    /// Where files with 32-bit positions and a translation put their own origin: none to choose by these positions
+    /// alone. A [moment](Self::at) has that of the scene that it is one of.
+    pub origin: Option<[f64; 3]>,
 }
 
 impl Elements {
@@ -133,7 +134,7 @@ impl Scene {
             branch_radii,
             up: placement.to,
             meters_per_unit,
-            whole_origin: None,
+            origin: None,
         }
     }
 
@@ -152,6 +153,9 @@ impl Scene {
         check_column("orientation", orientations, expected)?;
         let radii = self.branch_radii.iter().map(|x| x.is_finite());
         check_column("branch_radius", radii, expected)?;
+        if !self.origin.iter().flatten().all(|x| x.is_finite()) {
+            return Err(TableError::Origin);
+        }
         let strays = |stream: &Vec<u32>| stream.iter().any(|&i| i as usize >= expected);
         match self.streams.iter().position(strays) {
             None => Ok(()),
@@ -162,7 +166,7 @@ impl Scene {
     /// Where files with float32 positions and a double translation put their own origin: zero,
     /// unless float32 would move elements by more than a hundredth of their radius.
     pub(super) fn origin(&self) -> [f64; 3] {
-        if let Some(origin) = self.whole_origin {
+        if let Some(origin) = self.origin {
             return origin;
         }
         if !ply::Wide::of(&self.elements).positions {
