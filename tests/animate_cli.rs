@@ -2,6 +2,8 @@
 
 #[path = "common/desk.rs"]
 mod desk;
+#[path = "animate_cli/usd.rs"]
+mod usd;
 
 use std::fs;
 use std::io::Cursor;
@@ -195,32 +197,6 @@ fn points_are_those_that_have_any_influence() {
         let born = (count + count / 40 - 1).min(400);
         assert_eq!(frame.len(), born, "frame {}", k + 1);
     }
-}
-
-#[test]
-fn usd_has_time_samples() {
-    let desk = desk();
-    made(
-        &desk,
-        "out -o a.usda --frames 3 --fps 30 --what points --window 0",
-    );
-    let text = String::from_utf8(desk.read("a.usda")).unwrap();
-    for line in [
-        "startTimeCode = 1",
-        "endTimeCode = 3",
-        "timeCodesPerSecond = 30",
-        "framesPerSecond = 30",
-    ] {
-        assert!(text.contains(line), "{line}");
-    }
-    let ids = text.split("int64[] ids.timeSamples = {").nth(1).unwrap();
-    let ids = ids.split('}').next().unwrap();
-    let counts: Vec<usize> = ids
-        .lines()
-        .filter(|l| l.contains('['))
-        .map(|l| l.split(',').count() - 1)
-        .collect();
-    assert_eq!(counts, [133, 266, 400]);
 }
 
 #[test]
@@ -589,117 +565,4 @@ fn curves_may_begin_with_a_byte_order_mark() {
         desk.read(&format!("{name}.glb"))
     });
     assert_eq!(plain, marked);
-}
-
-/// Far from its origin a film's places are stored from one of its own: where the film lies, not where the elements
-/// lay before a program turned the mesh.
-#[test]
-fn a_film_on_a_turned_mesh_far_away_is_as_fine_as_on_the_other() {
-    let desk = desk();
-    let [upright, turned] = [[0, 1, 2], [0, 2, 1]].map(|axes| {
-        let far = [500_000.0, 112.0, -5_400_000.0];
-        let place = |line: &str| {
-            let numbers: Vec<f64> = line[2..].split(' ').map(|x| x.parse().unwrap()).collect();
-            let there = [0, 1, 2].map(|k| numbers[k] + far[k]);
-            let sign = if axes[1] == 2 { -1.0 } else { 1.0 };
-            let [x, y, z] = [there[0], sign * there[axes[1]], there[axes[2]]];
-            format!("v {x} {y} {z}")
-        };
-        let file = String::from_utf8(desk.read("rock.obj")).unwrap();
-        let lines = file.lines().map(|line| match line.starts_with("v ") {
-            true => place(line),
-            false => line.to_owned(),
-        });
-        lines.collect::<Vec<_>>().join("\n")
-    });
-    fs::write(desk.path("far.obj"), upright).unwrap();
-    fs::write(desk.path("turned.obj"), turned).unwrap();
-    desk.done("far.obj --radius 0.4% --elements 60 -o far");
-    made(&desk, "far -o far.usda --frames 2 --up y");
-    made(
-        &desk,
-        "far -o turned.usda --frames 2 --mesh turned.obj --up y",
-    );
-    let size = |file: &str| {
-        let text = String::from_utf8(desk.read(file)).unwrap();
-        let after = text.split("float3[] extent").nth(1).unwrap();
-        let line = after.lines().find(|line| line.contains("2: ")).unwrap();
-        let numbers: Vec<f64> = line
-            .split(|c: char| !(c.is_ascii_digit() || ".-e".contains(c)))
-            .filter_map(|x| x.parse().ok())
-            .collect();
-        let [low, high] = [&numbers[1..4], &numbers[4..7]];
-        [0, 1, 2].map(|k| high[k] - low[k])
-    };
-    let [[x, y, z], turned] = ["far.usda", "turned.usda"].map(size);
-    let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-3 * a;
-    let pairs = std::iter::zip([x, z, y], turned);
-    assert!(pairs.into_iter().all(near), "{x} {z} {y} {turned:?}");
-}
-
-#[test]
-fn frames_are_numbered_from_where_they_are_to_start() {
-    let desk = desk();
-    made(
-        &desk,
-        "out -o f --format csv --what points --frames 3 --start 1001",
-    );
-    let frames = |numbers: &[u32]| -> Vec<String> {
-        numbers
-            .iter()
-            .map(|n| format!("frame_{n:04}.csv"))
-            .collect()
-    };
-    assert_eq!(names(&desk.path("f")), frames(&[1001, 1002, 1003]));
-    made(
-        &desk,
-        "out -o f --format csv --what points --frames 2 --start 0 --force",
-    );
-    assert_eq!(names(&desk.path("f")), frames(&[0, 1]));
-    made(
-        &desk,
-        "out -o film.usda --what points --frames 2 --start 1001",
-    );
-    let film = String::from_utf8(desk.read("film.usda")).unwrap();
-    for part in [
-        "startTimeCode = 1001\n",
-        "endTimeCode = 1002\n",
-        " 1001: [",
-        " 1002: [",
-    ] {
-        assert!(film.contains(part), "{part}");
-    }
-    assert!(!film.contains(" 1: [") && !film.contains(" 1003: ["));
-    for out in ["film.glb", "film.gif"] {
-        let words = format!("out -o {out} --frames 2 --start 2");
-        refused(&desk, &words, 2, &["--start", out]);
-    }
-}
-
-/// What is small needs an origin of its own sooner than what it is part of.
-#[test]
-fn numbered_frames_lie_about_one_origin() {
-    let desk = desk();
-    for what in ["skin", "points"] {
-        made(
-            &desk,
-            &format!(
-                "out -o {what} --what {what} --format usda --frames 12 --clock 0:0,1:2%,2:100%"
-            ),
-        );
-        let frames = names(&desk.path(what));
-        let moved = frames.iter().map(|frame| {
-            let text = String::from_utf8(desk.read(&format!("{what}/{frame}"))).unwrap();
-            let line = text
-                .lines()
-                .find(|line| line.contains("xformOp:translate ="));
-            line.map(str::to_owned)
-        });
-        let moved: Vec<Option<String>> = moved.collect();
-        assert_eq!(moved.len(), 12);
-        assert!(
-            moved.iter().all(|origin| *origin == moved[0]),
-            "{what}: {moved:?}"
-        );
-    }
 }

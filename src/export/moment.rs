@@ -48,11 +48,16 @@ impl Scene {
 
     /// How much of each element there is, by the attribute `influence`: 1 where there is none.
     pub(super) fn influences(&self) -> Vec<f32> {
-        let attributes = &self.elements.attributes;
-        let named = attributes.iter().find(|a| a.name == "influence");
-        match named.map(|a| &a.values) {
-            Some(Values::F32(column)) => column.clone(),
-            _ => vec![1.0; self.elements.len()],
+        let all = || vec![1.0; self.elements.len()];
+        self.floats("influence").map_or_else(all, <[f32]>::to_vec)
+    }
+
+    /// The attribute of this name, if there is one of such numbers.
+    pub(super) fn floats(&self, name: &str) -> Option<&[f32]> {
+        let mut attributes = self.elements.attributes.iter();
+        match &attributes.find(|a| a.name == name)?.values {
+            Values::F32(column) => Some(column),
+            _ => None,
         }
     }
 

@@ -155,6 +155,8 @@ impl Usda {
         self.sample("float3[] extent", "", extent.into_iter().map(Tuple))?;
         let widths = of.iter().map(|&i| Number(diameter(i)));
         self.sample("float[] widths", VERTEX, widths)?;
+        let radii = of.iter().map(|&i| Number(0.5 * diameter(i)));
+        self.sample("float[] primvars:pscale", VERTEX, radii)?;
         self.primvars(scene, color, &of, &influence)
     }
 
@@ -178,6 +180,12 @@ impl Usda {
         });
         self.sample("quatf[] primvars:orient", VERTEX, orient)?;
         self.sample("int[] primvars:birth", VERTEX, of.iter())?;
+        let colonies = of.iter().map(|&i| elements.colony[i]);
+        self.sample("int[] primvars:colony", VERTEX, colonies)?;
+        if let Some(nage) = scene.floats("nage") {
+            let nage = of.iter().map(|&i| Number(nage[i]));
+            self.sample("float[] primvars:nage", VERTEX, nage)?;
+        }
         let influences = of.iter().map(|&i| Number(influence[i]));
         self.sample("float[] primvars:influence", VERTEX, influences)
     }
