@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::desk::names;
+use super::desk::{Desk, names};
 use super::{desk, made, refused};
 
 #[test]
@@ -81,32 +81,51 @@ fn frames_are_numbered_from_where_they_are_to_start() {
     }
 }
 
-/// What is small needs an origin of its own sooner than what it is part of.
+/// What is small needs an origin of its own sooner than what it is part of, and farther away each has another middle.
 #[test]
 fn numbered_frames_lie_about_one_origin() {
     let desk = desk();
-    for what in ["skin", "points"] {
-        made(
-            &desk,
-            &format!(
-                "out -o {what} --what {what} --format usda --frames 12 --clock 0:0,1:2%,2:100%"
-            ),
-        );
-        let frames = names(&desk.path(what));
+    fs::write(desk.path("far.obj"), far_rock(&desk, [0, 1, 2])).unwrap();
+    desk.done("rock.obj --radius 0.1% --elements 400 -o small");
+    desk.done("far.obj --radius 0.4% --elements 400 -o far");
+    for (lichen, what, lies_far) in [
+        ("small", "skin", false),
+        ("far", "skin", true),
+        ("far", "points", true),
+    ] {
+        let out = format!("{lichen}-{what}");
+        let words = format!("{lichen} -o {out} --what {what} --format usda --frames 12");
+        made(&desk, &words);
+        let frames = names(&desk.path(&out));
         let moved = frames.iter().map(|frame| {
-            let text = String::from_utf8(desk.read(&format!("{what}/{frame}"))).unwrap();
-            let line = text
-                .lines()
-                .find(|line| line.contains("xformOp:translate ="));
-            line.map(str::to_owned)
+            let text = String::from_utf8(desk.read(&format!("{out}/{frame}"))).unwrap();
+            let mut lines = text.lines();
+            let moved = lines.find(|line| line.contains("xformOp:translate ="));
+            moved.map(str::to_owned)
         });
         let moved: Vec<Option<String>> = moved.collect();
-        assert_eq!(moved.len(), 12);
-        assert!(
-            moved.iter().all(|origin| *origin == moved[0]),
-            "{what}: {moved:?}"
-        );
+        assert_eq!((moved.len(), moved[0].is_some()), (12, lies_far), "{out}");
+        let same = moved.iter().all(|origin| *origin == moved[0]);
+        assert!(same, "{out}: {moved:?}");
     }
+}
+
+/// The rock in map coordinates, with its axes in this order.
+fn far_rock(desk: &Desk, axes: [usize; 3]) -> String {
+    let far = [500_000.0, 112.0, -5_400_000.0];
+    let place = |line: &str| {
+        let numbers: Vec<f64> = line[2..].split(' ').map(|x| x.parse().unwrap()).collect();
+        let there = [0, 1, 2].map(|k| numbers[k] + far[k]);
+        let sign = if axes[1] == 2 { -1.0 } else { 1.0 };
+        let [x, y, z] = [there[0], sign * there[axes[1]], there[axes[2]]];
+        format!("v {x} {y} {z}")
+    };
+    let file = String::from_utf8(desk.read("rock.obj")).unwrap();
+    let lines = file.lines().map(|line| match line.starts_with("v ") {
+        true => place(line),
+        false => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// Far from its origin a film's places are stored from one of its own: where the film lies, not where the elements
@@ -114,22 +133,7 @@ fn numbered_frames_lie_about_one_origin() {
 #[test]
 fn a_film_on_a_turned_mesh_far_away_is_as_fine_as_on_the_other() {
     let desk = desk();
-    let [upright, turned] = [[0, 1, 2], [0, 2, 1]].map(|axes| {
-        let far = [500_000.0, 112.0, -5_400_000.0];
-        let place = |line: &str| {
-            let numbers: Vec<f64> = line[2..].split(' ').map(|x| x.parse().unwrap()).collect();
-            let there = [0, 1, 2].map(|k| numbers[k] + far[k]);
-            let sign = if axes[1] == 2 { -1.0 } else { 1.0 };
-            let [x, y, z] = [there[0], sign * there[axes[1]], there[axes[2]]];
-            format!("v {x} {y} {z}")
-        };
-        let file = String::from_utf8(desk.read("rock.obj")).unwrap();
-        let lines = file.lines().map(|line| match line.starts_with("v ") {
-            true => place(line),
-            false => line.to_owned(),
-        });
-        lines.collect::<Vec<_>>().join("\n")
-    });
+    let [upright, turned] = [[0, 1, 2], [0, 2, 1]].map(|axes| far_rock(&desk, axes));
     fs::write(desk.path("far.obj"), upright).unwrap();
     fs::write(desk.path("turned.obj"), turned).unwrap();
     desk.done("far.obj --radius 0.4% --elements 60 -o far");
