@@ -84,7 +84,7 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
     let other: String = cube().lines().map(turned).collect();
     fs::write(desk.path("turned.obj"), other).unwrap();
     made(&desk, "out -o as-grown --size 128");
-    made(&desk, "out -o turned --size 128 --mesh turned.obj");
+    made(&desk, "out -o turned --size 128 --mesh turned.obj --quiet");
     for map in ["mask", "height", "birth"] {
         let [a, b] = ["as-grown", "turned"].map(|folder| desk.read(&format!("{folder}/{map}.png")));
         assert_eq!(a, b, "{map}");
@@ -96,9 +96,11 @@ fn a_mesh_that_a_program_has_turned_is_baked() {
         ("animate", "--what points --frames 2 -o t.usda"),
         ("analyze", "--colony 0"),
     ] {
-        let words = format!("out {words} --mesh turned.obj --quiet");
+        let words = format!("out {words} --mesh turned.obj");
         let output = desk.call(command, &words).output().unwrap();
         assert!(output.status.success(), "{command}: {}", said(&output));
+        let note = "turned.obj is turned against what this grew on";
+        assert!(said(&output).contains(note), "{command}: {}", said(&output));
     }
     let table = String::from_utf8(desk.read("t.csv")).unwrap();
     let first: Vec<f64> = table
