@@ -76,7 +76,8 @@ fn packed_lichen_is_the_same_on_any_number_of_threads() {
     let rock = common::rock(24);
     let recipe = common::recipe(rock.auto_radius(), 6000);
     let conflicts = check("rock", &rock, &recipe);
-    assert!(conflicts > 0, "no walker was in another's way");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    assert!(conflicts > 0 || cores == 1, "none in another's way");
     let plane = common::plane(2.0);
     let recipe = common::recipe(plane.auto_radius(), 4000);
     assert_eq!(recipe.join, Join::Pack);

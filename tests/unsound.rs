@@ -93,7 +93,7 @@ fn unsound_scenes(sound: &Scene) -> Vec<Scene> {
         |scene| scene.branch_radii[3] = f32::INFINITY,
         |scene| scene.elements.uv.truncate(2),
         |scene| scene.elements.parent[3] = 900,
-        |scene| scene.origin = Some([0.0, f64::INFINITY, 0.0]),
+        |scene| scene.fixed_origin = Some([0.0, f64::INFINITY, 0.0]),
     ];
     let with = |wrong: Wrong<Scene>| {
         let mut scene = sound.clone();

@@ -108,6 +108,11 @@ impl Dimension {
         }
     }
 
+    /// The line that the dimension is read from; none where there is no dimension.
+    pub fn fit(&self) -> Option<Fit> {
+        self.dimension.and(self.scaling.fit)
+    }
+
     /// The local slopes as dimensions: the curve that is level where there is scaling.
     pub fn local(&self) -> impl Iterator<Item = [f64; 2]> {
         let read = |&[x, slope]: &[f64; 2]| [x, self.method.dimension(slope)];
@@ -399,5 +404,6 @@ mod tests {
         let fit = scattered.scaling.fit.unwrap();
         assert!(fit.error / (fit.slope * fit.slope) > 1.0, "{fit:?}");
         assert_eq!((scattered.dimension, scattered.error), (None, None));
+        assert_eq!((lichen.fit(), scattered.fit()), (lichen.scaling.fit, None));
     }
 }

@@ -236,7 +236,7 @@ where
             color: color(d.method),
             dashed: d.through == Through::Surface,
             points: vec![pairs(&d.scaling.points)],
-            fit: vec![line(&d.scaling)],
+            fit: d.fit().map(|_| line(&d.scaling)).into_iter().collect(),
         };
         let curves: Vec<_> = analysis
             .dimensions
@@ -260,7 +260,7 @@ where
     let curve = |d: &Dimension| {
         let is_there = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
         let points: Vec<_> = d.local().map(|[x, y]| (x, y)).filter(is_there).collect();
-        let range = d.scaling.fit.and(d.scaling.range);
+        let range = d.fit().and(d.scaling.range);
         let fitted = |p: &&(f64, f64)| range.is_some_and(|[from, to]| p.0 >= from && p.0 <= to);
         Curve {
             label: label(d),

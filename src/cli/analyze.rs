@@ -177,9 +177,10 @@ fn dimension_line(dimension: &Dimension) -> String {
     };
     let [from, to] = dimension.scaling.range.unwrap_or_default().map(short);
     let points = dimension.scaling.fit.map_or(0, |fit| fit.points);
-    let range = match points {
-        0 => "too small a lichen to fit".to_owned(),
-        n => format!("{n} points from {from} to {to}"),
+    let range = match (points, dimension.dimension) {
+        (0, _) => "too small a lichen to fit".to_owned(),
+        (n, None) => format!("{n} points from {from} to {to}, which leave more than 1 open"),
+        (n, _) => format!("{n} points from {from} to {to}"),
     };
     let alpha = dimension
         .alpha

@@ -77,7 +77,7 @@ pub(crate) struct TimeArgs {
     /// How many frames, up to 100000; the last shows the whole lichen, or what the curve of --clock ends at
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub(crate) frames: u32,
-    /// Number of the first frame, up to 1000000: in the names of numbered files, and as its time in USD
+    /// Number of the first frame, up to 1000000: in the names of numbered files and of nodes in GLB, and as its time in USD
     #[arg(long, value_name = "N", default_value_t = FIRST, value_parser = clap::value_parser!(u32).range(0..=1_000_000), allow_negative_numbers = true)]
     pub(crate) start: u32,
     /// Frames a second, 0.1 to 1000

@@ -67,20 +67,17 @@ impl Target {
         }
     }
 
-    /// Some files have times, and no numbers of frames.
+    /// Moving pictures have times, and no numbers of frames.
     fn refuse_start(self, args: &AnimateArgs) -> Result<Self, Failure> {
-        let numbers = match self {
-            Self::Skin(Shapes::Film(film)) | Self::Scene(_, Shapes::Film(film)) => film.numbers,
-            Self::Picture(Pictures::Movie(_)) => false,
-            _ => true,
-        };
-        match numbers || args.time.start == FIRST {
-            true => Ok(self),
-            false => Err(Failure::usage(format!(
-                "--start numbers frames, and those of {} have no numbers: leave it away, or write numbered files in a \
-                 folder, or a .usda",
-                args.output.display()
-            ))),
+        match self {
+            Self::Picture(Pictures::Movie(_)) if args.time.start != FIRST => {
+                Err(Failure::usage(format!(
+                    "--start numbers frames, and those of {} have no numbers: leave it away, or write numbered files in \
+                     a folder",
+                    args.output.display()
+                )))
+            }
+            _ => Ok(self),
         }
     }
 

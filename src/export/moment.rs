@@ -41,7 +41,7 @@ impl Scene {
             orientations: self.orientations[..born].to_vec(),
             streams: tree.streams(),
             branch_radii: widths,
-            origin: Some(self.origin()),
+            fixed_origin: Some(self.origin()),
             ..*self
         }
     }

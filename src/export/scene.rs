@@ -75,7 +75,7 @@ pub struct Scene {
     pub meters_per_unit: f64,
     /// Where files with 32-bit positions and a translation put their own origin: none to choose by these positions
     /// alone. A [moment](Self::at) has that of the scene that it is one of.
-    pub origin: Option<[f64; 3]>,
+    pub fixed_origin: Option<[f64; 3]>,
 }
 
 impl Elements {
@@ -134,7 +134,7 @@ impl Scene {
             branch_radii,
             up: placement.to,
             meters_per_unit,
-            origin: None,
+            fixed_origin: None,
         }
     }
 
@@ -153,7 +153,7 @@ impl Scene {
         check_column("orientation", orientations, expected)?;
         let radii = self.branch_radii.iter().map(|x| x.is_finite());
         check_column("branch_radius", radii, expected)?;
-        if !self.origin.iter().flatten().all(|x| x.is_finite()) {
+        if !self.fixed_origin.iter().flatten().all(|x| x.is_finite()) {
             return Err(TableError::Origin);
         }
         let strays = |stream: &Vec<u32>| stream.iter().any(|&i| i as usize >= expected);
@@ -166,7 +166,7 @@ impl Scene {
     /// Where files with float32 positions and a double translation put their own origin: zero,
     /// unless float32 would move elements by more than a hundredth of their radius.
     pub(super) fn origin(&self) -> [f64; 3] {
-        if let Some(origin) = self.origin {
+        if let Some(origin) = self.fixed_origin {
             return origin;
         }
         if !ply::Wide::of(&self.elements).positions {

@@ -96,8 +96,8 @@ pub(super) fn write_curves(
 /// A time code each.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
-    pub(super) first: u32,
-    pub(super) last: u32,
+    pub(super) first: u64,
+    pub(super) last: u64,
     /// Time codes per second.
     pub(super) fps: f64,
 }

@@ -225,6 +225,6 @@ fn picked(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
             .collect(),
         triangles,
         up: mesh.up,
-        origin: mesh.origin,
+        fixed_origin: mesh.fixed_origin,
     }
 }

@@ -477,7 +477,7 @@ fn finish(
         attributes,
         triangles: marched.triangles,
         up: substrate.up_axis(),
-        origin: None,
+        fixed_origin: None,
     };
     outwards::face_outwards(&mut mesh);
     mesh

@@ -66,7 +66,7 @@ fn in_order(a: &DVec3, b: &DVec3) -> std::cmp::Ordering {
 
 /// A direction that looks the way that all of these do, and whether there is one: that which looks away most is added
 /// until none does (the perceptron, Rosenblatt 1958). Where that finds none, the one that looks away least: of what
-/// looks the way of two or three to the same degree, as the best one does.
+/// looks the way of two or three to the same degree, as the best one does. Of many faces that is nearly so.
 fn facing(mut faces: Vec<DVec3>) -> (DVec3, bool) {
     const TURNS: i32 = 100;
     // Less would be lost in the 32 bits of files.
@@ -89,6 +89,7 @@ fn facing(mut faces: Vec<DVec3>) -> (DVec3, bool) {
     // So many triples of all would be too many.
     let mut away = faces.clone();
     away.sort_by(|a, b| a.dot(best.1).total_cmp(&b.dot(best.1)));
+    away.dedup();
     away.truncate(MOST_BALANCED);
     for direction in balanced(&away) {
         let (least, _) = least(&faces, direction);

@@ -19,6 +19,8 @@ pub(super) struct Glb {
     spools: Spools,
     body: Option<Spool>,
     parts: Parts,
+    /// The number of the first frame.
+    pub(super) first: u32,
     /// Where hidden frames are.
     origin: Option<[f64; 3]>,
     meshes: Vec<Value>,
@@ -36,6 +38,7 @@ impl Glb {
             spools,
             body: None,
             parts: Parts::default(),
+            first: 1,
             origin: None,
             meshes: Vec::new(),
             frames: Vec::new(),
@@ -66,8 +69,7 @@ impl Glb {
         primitive: Value,
         body: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> io::Result<()> {
-        let number = self.frames.len() + 1;
-        let name = format!("frame {number:04}");
+        let name = self.frame_name(self.frames.len());
         self.frames.push(Some(self.meshes.len()));
         self.meshes
             .push(json!({"name": name, "primitives": [primitive]}));
@@ -78,6 +80,10 @@ impl Glb {
             Some(spool) => body(&mut spool.0),
             None => Ok(()),
         }
+    }
+
+    fn frame_name(&self, frame: usize) -> String {
+        format!("frame {:04}", u64::from(self.first) + frame as u64)
     }
 
     pub(super) fn add_scene(
@@ -136,7 +142,7 @@ impl Glb {
                 }));
                 samplers.push(json!({"input": input, "output": output, "interpolation": "STEP"}));
             }
-            let mut node = json!({"name": format!("frame {:04}", frame + 1), "mesh": mesh});
+            let mut node = json!({"name": self.frame_name(frame), "mesh": mesh});
             if !remains {
                 node["scale"] = json!([0, 0, 0]);
             }

@@ -26,8 +26,6 @@ pub struct FilmFormat {
     pub axes: Axes,
     /// Whether its unit is the metre by specification.
     pub metres: bool,
-    /// Whether its frames have numbers, and not only times.
-    pub numbers: bool,
 }
 
 /// Every format that films are written in.
@@ -37,7 +35,6 @@ pub const FILM_FORMATS: &[FilmFormat] = &[
         purpose: "one glTF with an animation that viewers play; in Blender from frame 0 on",
         axes: Axes::Fixed(UpAxis::Y),
         metres: true,
-        numbers: false,
     },
     USDA,
     FilmFormat {
@@ -52,7 +49,6 @@ const USDA: FilmFormat = FilmFormat {
     purpose: "one USD with time samples: Houdini, Blender, usdview",
     axes: Axes::Declared,
     metres: false,
-    numbers: true,
 };
 
 impl Extension for FilmFormat {
@@ -114,6 +110,7 @@ impl Film {
 
     /// This film of skins that come to lie where these vertices do: in glTF, and where 32 bits would not say
     /// these places, the film's lie about their middle, and are moved there.
+    #[must_use]
     pub fn about(mut self, whole: &TriMesh) -> Self {
         match &mut self.form {
             Form::Usda(film) => film.origin = Some(whole.origin()),
@@ -122,12 +119,13 @@ impl Film {
         self
     }
 
-    /// This film with numbers of frames from this one on, where the format has any: time codes in USD, which are from 1
-    /// on otherwise.
+    /// This film, as long as it has no frames, with numbers of frames from this one on, not from 1: time codes in USD, names
+    /// of nodes in glTF.
     #[must_use]
     pub fn starting_at(mut self, first: u32) -> Self {
-        if let Form::Usda(film) = &mut self.form {
-            film.first = first;
+        match &mut self.form {
+            Form::Usda(film) => film.first = first,
+            Form::Glb(film) => film.first = first,
         }
         self
     }

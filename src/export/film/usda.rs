@@ -7,6 +7,7 @@ use std::io::{self, Write};
 
 use super::{Spool, Spools};
 use crate::color::to_linear;
+use crate::export::mesh::usda;
 use crate::export::usda::{Frames, NO_EXTENT, Number, Stage, Tuple, VERTEX, write_list};
 use crate::export::{AgeColor, Scene, TriMesh, UpAxis, What};
 
@@ -87,11 +88,8 @@ impl Usda {
         self.sample("int[] faceVertexCounts", "", counts)?;
         let corners = mesh.triangles.as_flattened().iter();
         self.sample("int[] faceVertexIndices", "", corners)?;
-        let extent = match mesh.positions.is_empty() {
-            true => NO_EXTENT,
-            false => mesh.bounds().map(local),
-        };
-        self.sample("float3[] extent", "", extent.into_iter().map(Tuple))?;
+        let extent = usda::extent(mesh, origin).map(Tuple);
+        self.sample("float3[] extent", "", extent.into_iter())?;
         let points = vertices().map(|v| Tuple(local(mesh.positions[v])));
         self.sample("point3f[] points", "", points)?;
         let normals = vertices().map(|v| Tuple(mesh.normals[v]));
@@ -210,7 +208,8 @@ impl Usda {
             }
         };
         let out = &mut self.tracks[track].samples.0;
-        write!(out, "            {}: ", self.first + self.frames - 1)?;
+        let number = u64::from(self.first) + u64::from(self.frames) - 1;
+        write!(out, "            {number}: ")?;
         write_list(out, values)?;
         writeln!(out, ",")
     }
@@ -221,8 +220,8 @@ impl Usda {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         };
         let frames = Frames {
-            first: self.first,
-            last: self.first + self.frames - 1,
+            first: self.first.into(),
+            last: u64::from(self.first) + u64::from(self.frames) - 1,
             fps,
         };
         let origin = self.origin.unwrap_or_default();

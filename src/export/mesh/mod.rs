@@ -5,7 +5,7 @@ mod obj;
 mod ply;
 mod stance;
 mod textured;
-mod usda;
+pub(super) mod usda;
 mod worn;
 
 use std::io::{self, BufWriter, Write};
@@ -51,7 +51,7 @@ pub struct TriMesh {
     pub up: UpAxis,
     /// Where files with 32-bit positions and a translation put their own origin: none to choose by these positions
     /// alone. See [`TriMesh::lie_with`].
-    pub origin: Option<[f64; 3]>,
+    pub fixed_origin: Option<[f64; 3]>,
 }
 
 /// What makes a mesh unfit to be written.
@@ -248,7 +248,7 @@ impl TriMesh {
         if !self.fits_single() {
             return Err(MeshError::Range);
         }
-        if !self.origin.iter().flatten().all(|x| x.is_finite()) {
+        if !self.fixed_origin.iter().flatten().all(|x| x.is_finite()) {
             return Err(MeshError::Origin);
         }
         let there = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < expected);
@@ -275,19 +275,19 @@ impl TriMesh {
         let lengths = self.attributes.iter_mut().filter(|a| a.is_length);
         let scaled = |x: &mut f32| *x = (f64::from(*x) * placement.scale) as f32;
         lengths.for_each(|a| a.values.iter_mut().for_each(scaled));
-        self.origin = self.origin.map(|origin| placement.point(origin));
+        self.fixed_origin = self.fixed_origin.map(|origin| placement.point(origin));
         self.up = placement.to;
     }
 
     /// Gives it the origin in files that another mesh has: so the frames of an animation have one, whatever there is in
     /// each.
     pub fn lie_with(&mut self, whole: &TriMesh) {
-        self.origin = Some(whole.origin());
+        self.fixed_origin = Some(whole.origin());
     }
 
     /// What files with float32 positions and a translation store positions relative to.
     pub(super) fn origin(&self) -> [f64; 3] {
-        if let Some(origin) = self.origin {
+        if let Some(origin) = self.fixed_origin {
             return origin;
         }
         let [low, high] = self.bounds();

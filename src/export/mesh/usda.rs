@@ -8,6 +8,16 @@ use super::TriMesh;
 use crate::color::to_linear;
 use crate::export::usda::{NO_EXTENT, Stage, VERTEX};
 
+/// Its box from an origin.
+pub(in crate::export) fn extent(mesh: &TriMesh, origin: [f64; 3]) -> [[f32; 3]; 2] {
+    match mesh.positions.is_empty() {
+        true => NO_EXTENT,
+        false => mesh
+            .bounds()
+            .map(|p| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32)),
+    }
+}
+
 pub(super) fn write(mesh: &TriMesh, meters_per_unit: f64, out: &mut dyn Write) -> io::Result<()> {
     let origin = mesh.origin();
     let local = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32);
@@ -18,11 +28,7 @@ pub(super) fn write(mesh: &TriMesh, meters_per_unit: f64, out: &mut dyn Write) -
     stage.list("int[] faceVertexCounts", "", counts)?;
     let corners = mesh.triangles.as_flattened().iter();
     stage.list("int[] faceVertexIndices", "", corners)?;
-    let extent = match mesh.positions.is_empty() {
-        true => NO_EXTENT,
-        false => mesh.bounds().map(|corner| local(&corner)),
-    };
-    stage.vectors("float3[] extent", "", extent.into_iter())?;
+    stage.vectors("float3[] extent", "", extent(mesh, origin).into_iter())?;
     let points = mesh.positions.iter().map(local);
     stage.vectors("point3f[] points", "", points)?;
     let normals = mesh.normals.iter().copied();
