@@ -17,7 +17,7 @@ use thallus::rng::{Purpose, Stream};
 use thallus::run::{
     Begun, Execution, GrowError, Growth, MaskId, Recipe, Run, StopRule, Stopped, grow,
 };
-use thallus::substrate::{Mask, MaskError, Soup, Substrate, Texturing};
+use thallus::substrate::{Mask, MaskError, Soup, Substrate, SurfacePoint, Texturing};
 
 /// A square of side 1 in the plane y = 0, of 2 cells² triangles; u is x and v is z, from 0 to 1.
 fn square(cells: u32) -> (Substrate, Texturing) {
@@ -612,6 +612,24 @@ fn a_cover_is_of_what_may_be_covered() {
     let each = 0.002f64.powi(2) / 0.2f64.powi(2);
     let covered = each * growth.cluster.len() as f64;
     assert!((0.38..0.42).contains(&covered), "{covered}");
+}
+
+/// Against a share by four million places; 0.07 is three standard deviations of what 2,000 suited ones tell.
+#[test]
+fn small_habitats_are_measured_too() {
+    let mut stream = Stream::new(5, Purpose::Walker, 0);
+    for radius in [0.02, 0.03, 0.05] {
+        let substrate = masked(1, disc(radius));
+        let habitat = Habitat::new(&substrate, None, 1e-4);
+        let is_suited = |k: &u32| {
+            let (across, up) = (stream.uniform().sqrt(), stream.uniform());
+            let (triangle, u, v) = (k % 2, (1.0 - up) * across, up * across);
+            habitat.at(&SurfacePoint { triangle, u, v }) > 0.0
+        };
+        let expected = (0..4_000_000).filter(is_suited).count() as f64 / 4e6;
+        let share = habitat.share([0].into_iter());
+        assert!((share / expected - 1.0).abs() < 0.07, "{share} {expected}");
+    }
 }
 
 #[test]

@@ -212,6 +212,11 @@ fn of_several_layers_of_a_name_the_right_one_is_found() {
     fs::write(desk.path("left.png"), image(|_, _| 1.0)).unwrap();
     desk.done("--recipe a/second -o again");
     desk.assert_same_elements("again", "a/second");
+    desk.fails(
+        "--resume again --elements 120 --mask a/left.png",
+        1,
+        &["a/left.png: these are 1 of the 2 masks"],
+    );
 }
 
 #[test]
@@ -441,6 +446,26 @@ fn what_is_no_mask_is_refused_in_a_line() {
             ["none.png: reading the mask failed", ""],
         ),
         (
+            "square.obj --mask left.png,left.png",
+            1,
+            ["left.png,left.png: ", "each with a --mask of its own"],
+        ),
+        (
+            "square.obj --mask UV0:left.png",
+            1,
+            ["UV0:left.png: ", "the second is uv1:"],
+        ),
+        (
+            "square.obj --mask uv1:vertex-colors",
+            2,
+            ["--mask uv1:vertex-colors: uv1: stands before an image", ""],
+        ),
+        (
+            "square.obj --mask uv1:",
+            2,
+            ["--mask uv1:: uv1: stands before an image", ""],
+        ),
+        (
             "square.obj --mask text.png",
             1,
             ["text.png: ", "neither PNG nor JPEG"],
@@ -509,6 +534,31 @@ fn colours_of_vertices_are_masks() {
     assert_eq!(recipe["mask"].as_str(), Some("vertex-colors"));
     desk.done("--recipe painted -o again");
     desk.assert_same("again", "painted");
+}
+
+#[test]
+fn an_image_that_is_the_mask_of_several_tiles_is_told_of() {
+    let desk = desk();
+    let square = String::from_utf8(desk.read("square.obj")).unwrap();
+    let doubled = |line: &str| match line.strip_prefix("vt ") {
+        Some(uv) => {
+            let uv = uv.split(' ').map(|x| 2.0 * x.parse::<f64>().unwrap());
+            let uv: Vec<String> = uv.map(|x| x.to_string()).collect();
+            format!("vt {}\n", uv.join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    let tiled: String = square.lines().map(doubled).collect();
+    fs::write(desk.path("tiled.obj"), tiled).unwrap();
+    for (mesh, is_told) in [("square.obj", false), ("tiled.obj", true)] {
+        let words = format!(
+            "{mesh} --mask left.png --radius 0.004 --elements 20 --at random -o {mesh}-run"
+        );
+        let output = desk.command(&words).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let note = "left.png: the mesh's UVs reach over 2 squares";
+        assert_eq!(said(&output).contains(note), is_told, "{}", said(&output));
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The mask that settings name: where lichen may grow.
 
+use std::collections::HashSet;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -108,6 +109,15 @@ fn layer_among(
 }
 
 fn other(named: &str, mask: &Mask, expected: &[String]) -> Failure {
+    let hashes = mask.hashes();
+    let is_part = hashes.iter().all(|hash| expected.iter().any(|e| e == hash));
+    if is_part && hashes.len() < expected.len() {
+        return Failure::Failed(anyhow::anyhow!(
+            "{named}: these are {} of the {} masks that the recipe was made for: name all of them, each with --mask",
+            hashes.len(),
+            expected.len()
+        ));
+    }
     let other = SettingsError::OtherMask {
         file: named.to_owned(),
         found: mask.hashes().join(", "),
@@ -133,6 +143,15 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
             "--mask is empty: name an image (uv1:IMAGE in the second set of UVs), vertex-colors, object:NAME, material:NAME, exposed, opaque, the folder of a run, or \
              none",
         ));
+    }
+    let is_no_image = |layer: &&String| match split(layer) {
+        ("", _) => false,
+        (_, name) => name.is_empty() || is_of_mesh(name) || Path::new(name).is_dir(),
+    };
+    if let Some(layer) = layers.iter().find(is_no_image) {
+        return Err(Failure::usage(format!(
+            "--mask {layer}: {SECOND_UVS} stands before an image that is laid out in the mesh's second set of UVs"
+        )));
     }
     for layer in layers.iter().filter(|layer| Selection::is_meant(layer)) {
         let read = layer.parse::<Selection>();
@@ -182,6 +201,7 @@ fn layer_of(
         SECOND_UVS => Mask::from_second_image(substrate, texturing, &bytes),
         _ => Mask::from_image(substrate, texturing, &bytes),
     };
+    tell_of_tiles(layer, substrate, texturing, voice);
     if set.is_empty() && texturing.second_uvs.iter().any(Option::is_some) {
         voice.note(&format!(
             "{layer}: the mesh has two sets of UVs, and masks are laid out in the first; {SECOND_UVS}{layer} is one in the \
@@ -189,6 +209,25 @@ fn layer_of(
         ));
     }
     Ok(mask.with_context(|| layer.to_owned())?)
+}
+
+/// Says so where the image is the mask of several tiles, or repeated.
+fn tell_of_tiles(layer: &str, substrate: &Substrate, texturing: &Texturing, voice: Voice) {
+    let uvs = |t: u32| match split(layer) {
+        (SECOND_UVS, _) => texturing.second_uvs_of(substrate, t),
+        _ => texturing.uvs_of(substrate, t),
+    };
+    let all = 0..substrate.triangles().len() as u32;
+    let tile =
+        |[a, b, c]: [[f64; 2]; 3]| [0, 1].map(|k| ((a[k] + b[k] + c[k]) / 3.0).floor() as i64);
+    let tiles: HashSet<[i64; 2]> = all.filter_map(uvs).map(tile).collect();
+    if tiles.len() > 1 {
+        voice.note(&format!(
+            "{layer}: the mesh's UVs reach over {} squares of the size of the image (UDIM tiles, or repetition), and it is the \
+             mask in each",
+            tiles.len()
+        ));
+    }
 }
 
 const SECOND: &str = "vertex-colors: the first colours of the mesh (COLOR_0) are white, so the second are the mask (COLOR_1)";
@@ -215,10 +254,22 @@ fn tell_of_unpainted(layer: &str, mask: &Mask, substrate: &Substrate, voice: Voi
     }
 }
 
+/// Whether a name begins as if with a set of UVs.
+fn names_a_set(name: &str) -> bool {
+    let set = name.split_once(':').map(|(set, _)| set.to_lowercase());
+    set.is_some_and(|set| set.strip_prefix("uv").is_some_and(|n| n.len() < 2))
+}
+
 fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
     let is_colors = |name: &str| name.to_lowercase().starts_with("vertex");
     let cure = match (file.to_str(), problem.kind()) {
         (Some(name), _) if is_colors(name) => format!("did you mean {VERTEX_COLORS}?"),
+        (Some(name), ErrorKind::NotFound) if names_a_set(name) => {
+            format!("the first set of UVs needs no name, and the second is {SECOND_UVS}")
+        }
+        (Some(name), ErrorKind::NotFound) if name.contains(',') => {
+            "of several masks give each with a --mask of its own".to_owned()
+        }
         (_, ErrorKind::NotFound) => {
             format!(
                 "give the path of an image or of a run's folder, {VERTEX_COLORS}, object:NAME, material:NAME, {EXPOSED}, \

@@ -19,7 +19,10 @@ use crate::walk::trace;
 /// Places looked at to measure how much of a surface is habitat.
 const PLACES: usize = 20_000;
 
-/// Places looked at where none of these is.
+/// Suited ones that tell its area, to some 2 %: where fewer are, more places are looked at.
+const ENOUGH: usize = 2_000;
+
+/// Places looked at then, at most.
 pub(super) const MOST_PLACES: usize = 1 << 20;
 
 /// As many where each is looked for in other pieces of the mesh, which takes some ten microseconds.
@@ -149,8 +152,8 @@ impl<'a> Habitat<'a> {
     }
 
     /// Share of the area of the pieces that some triangles are in on which lichen may grow, as far as 20,000 places
-    /// tell; 0 only where it may on none of a million, or of 32,768 if it has to be
-    /// [exposed](Mask::exposed).
+    /// tell, and as many more as it takes for 2,000 of them to be suited; 0 only where none of a million is, or of
+    /// 32,768 if it has to be [exposed](Mask::exposed).
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -258,22 +261,23 @@ impl<'a> Habitat<'a> {
             || ways.all(|way| self.at(&trace(self.substrate, at, way, false).point) > 0.0)
     }
 
-    /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried; one of a
-    /// million if there is none among them, or of 32,768 if it has to be exposed.
+    /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried: more
+    /// where few are suited, up to a million, or 32,768 if it has to be exposed.
     fn suited_places(&self, among: impl Iterator<Item = u32>) -> (Vec<SurfacePoint>, usize) {
         let area = AreaSampler::new(self.substrate, among);
         let mut stream = Stream::new(0, Purpose::Habitat, 0);
-        let mut place = || area.sample(&mut stream);
-        let is_suited = |at: &SurfacePoint| self.at(at) > 0.0;
-        let suited: Vec<_> = (0..PLACES).map(|_| place()).filter(is_suited).collect();
-        if !suited.is_empty() {
-            return (suited, PLACES);
-        }
         let most = match self.is_exposed {
             true => MOST_EXPOSED,
             false => MOST_PLACES,
         };
-        let mut more = (PLACES..most).map(|_| place());
-        (more.find(is_suited).into_iter().collect(), most)
+        let (mut suited, mut tried) = (Vec::new(), 0);
+        while suited.len() < ENOUGH && tried < most {
+            // Whole lots, for to stop at a suited one would count too many.
+            let lot = PLACES.min(most - tried);
+            let places = (0..lot).map(|_| area.sample(&mut stream));
+            suited.extend(places.filter(|at| self.at(at) > 0.0));
+            tried += lot;
+        }
+        (suited, tried)
     }
 }

@@ -70,6 +70,12 @@ pub enum MaskError {
          vertices and use their colours"
     )]
     NoUvs,
+    /// The mask is laid out in a second set of coordinates.
+    #[error(
+        "the mask is laid out in the mesh's second set of UVs (TEXCOORD_1 of glTF), and this mesh has none: lay it out in \
+         the first, without uv1:"
+    )]
+    NoSecondUvs,
     /// No vertex has a colour.
     #[error("the mesh has no colours at its vertices: export it with its colour attribute")]
     NoColors,
@@ -107,7 +113,11 @@ impl Mask {
         let uvs = |t| texturing.second_uvs_of(substrate, t);
         let mut hasher = blake3::Hasher::new();
         hasher.update(bytes).update(b"in the second set");
-        Self::of_image(substrate, uvs, (bytes, hasher.finalize()))
+        let mask = Self::of_image(substrate, uvs, (bytes, hasher.finalize()));
+        mask.map_err(|e| match e {
+            MaskError::NoUvs => MaskError::NoSecondUvs,
+            other => other,
+        })
     }
 
     fn of_image(

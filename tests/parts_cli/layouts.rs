@@ -151,7 +151,7 @@ fn a_mask_may_be_laid_out_in_the_second_set_of_uvs() {
     desk.fails(
         "rock.obj --mask uv1:left.png -o none",
         1,
-        &["uv1:left.png", "this one has none"],
+        &["uv1:left.png", "this mesh has none"],
     );
     desk.fails(
         "rock.obj --mask uv1:gone.png -o none",
