@@ -140,7 +140,7 @@ impl Selection {
             return Err(SelectionError::NoSuch {
                 kind: self.by.word(),
                 name: name.to_owned(),
-                there: listed(&counts),
+                there: listed(&counts) + &meant(name, names()),
             });
         }
         let parts = texturing.parts.iter();
@@ -165,6 +165,17 @@ impl Selection {
                 None => Wanted::Like(patterns(&self.text).collect()),
             },
         }
+    }
+}
+
+/// What may have been meant by a name that none of these is.
+fn meant<'a>(name: &str, mut names: impl Iterator<Item = &'a String>) -> String {
+    match names.find(|there| there.eq_ignore_ascii_case(name)) {
+        Some(there) => format!("; did you mean '{there}'?"),
+        None if name.starts_with('!') => {
+            "; a ! goes before the first name, for all but these".to_owned()
+        }
+        None => String::new(),
     }
 }
 
@@ -382,6 +393,15 @@ mod tests {
             brak.ends_with("no material called 'Brak': it has Bark, Leaves"),
             "{brak}"
         );
+        for (asked, hint) in [
+            ("material:bark", "Leaves; did you mean 'Bark'?"),
+            (
+                "material:Leaves,!Bark",
+                "a ! goes before the first name, for all but these",
+            ),
+        ] {
+            assert!(text(asked).ends_with(hint), "{}", text(asked));
+        }
         for unreadable in ["stone", "object:", "object:a,,b", "object:!", "Object:a"] {
             let told = text(unreadable);
             assert!(told.contains("chooses no triangles"), "{told}");
