@@ -17,7 +17,7 @@ import pyarrow.parquet
 import trimesh
 from pxr import Usd, UsdGeom, UsdValidation
 
-from common import FRAMES, SKINS, Lichen, check_frames, near
+from common import FRAMES, SKINS, SLOW, Lichen, check_frames, near
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -224,6 +224,20 @@ def check_fading(stem, lichen):
         near(get("pscale"), lichen.radius * influence, 1e-6, "fading: pscale")
 
 
+def check_slow_film(stem):
+    """Skins are held between frames, as many vertices as the next may have."""
+    stage = open_stage(f"{stem}_slow.usda")
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/lichen/skin"))
+    corners = [np.array(mesh.GetFaceVertexIndicesAttr().Get(frame)) for frame in range(1, SLOW + 1)]
+    doubled = 0
+    for frame, (now, later) in enumerate(zip(corners, corners[1:]), 1):
+        points = np.array(mesh.GetPointsAttr().Get(frame))
+        doubled += len(now) > 0 and now.max() + 1 < len(points)
+        if not np.array_equal(now, later):
+            near(np.array(mesh.GetPointsAttr().Get(frame + 0.5)), points, 0, f"slow film: frame {frame}")
+    assert doubled > 0, "slow film: no two frames have as many vertices"
+
+
 def check_obj(stem, lichen, curves):
     vertices, links = [], []
     with open(stem) as file:
@@ -251,6 +265,7 @@ def main(folder):
     check_usd_curves(f"{folder}/rock", lichen)
     check_films(f"{folder}/rock", lichen)
     check_fading(f"{folder}/rock", lichen)
+    check_slow_film(f"{folder}/rock")
     check_obj(f"{folder}/rock_curves.obj", lichen, True)
     edges = plyfile.PlyData.read(f"{folder}/rock_curves.ply")["edge"].data
     assert {tuple(edge) for edge in edges.tolist()} == lichen.links

@@ -27,6 +27,7 @@ SKINS = ["glb", "usda", "usd", "ply", "obj"]
 
 # Films of six frames at 24 a second, in which elements are there or not.
 FRAMES = 6
+SLOW = 240
 FILMS = {"skin": ["usda", "glb"], "points": ["usda", "glb"], "curves": ["usda", "glb"]}
 
 PLY_TYPES = {"float": "<f4", "double": "<f8", "int": "<i4", "uchar": "u1"}
@@ -84,6 +85,7 @@ def make(program, rock, folder):
             "-o", f"{folder}/rock_frames", "--quiet")
     thallus(program, "animate", f"{folder}/rock", "--frames", FRAMES, "--what", "points", "--format", "usda",
             "-o", f"{folder}/rock_fading", "--quiet")
+    thallus(program, "animate", f"{folder}/rock", "--frames", SLOW, "-o", f"{folder}/rock_slow.usda", "--quiet")
     make_maps(program, folder)
 
 
