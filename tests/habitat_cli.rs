@@ -536,27 +536,82 @@ fn colours_of_vertices_are_masks() {
     desk.assert_same("again", "painted");
 }
 
+/// Three squares of side 1 in a row, along x, laid out just inside the tiles 1001, 1002 and 1012.
+fn write_tiles(desk: &Desk) {
+    let mut mesh = String::new();
+    for (x, [column, row]) in [[0, 0], [1, 0], [1, 1]].into_iter().enumerate() {
+        for (i, j) in [(0, 0), (0, 1), (1, 1), (1, 0)] {
+            let inside = |tile: usize, k: usize| tile as f64 + 0.001 + 0.998 * k as f64;
+            let [u, v] = [inside(column, i), inside(row, 1 - j)];
+            mesh += &format!("v {} 0 {j}\nvt {u} {v}\n", x + i);
+        }
+        let [a, b, c, d] = [1, 2, 3, 4].map(|corner| 4 * x + corner);
+        mesh += &format!("f {a}/{a} {b}/{b} {c}/{c}\nf {a}/{a} {c}/{c} {d}/{d}\n");
+    }
+    fs::write(desk.path("tiled.obj"), mesh).unwrap();
+}
+
+#[test]
+fn tiles_have_masks_of_their_own() {
+    let desk = desk();
+    write_tiles(&desk);
+    let half = |is_left: bool| move |u: f64, _| f64::from((u < 0.5) == is_left);
+    fs::write(desk.path("damp.1001.png"), image(half(true))).unwrap();
+    fs::write(desk.path("damp.1002.png"), image(half(false))).unwrap();
+    let run =
+        "tiled.obj --mask damp.<UDIM>.png --radius 0.006 --at random --colonies 9 --elements 500";
+    let output = desk.command(&format!("{run} -o out")).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let note = "damp.<UDIM>.png: 2 triangles (33.33 %) have nothing to go by";
+    assert!(said(&output).contains(note), "{}", said(&output));
+    let [mut first, mut second] = [0, 0];
+    for [x, ..] in elements(&desk, "out").positions {
+        let fuzz = 0.01;
+        assert!(x < 0.5 + fuzz || (1.5 - fuzz..2.0).contains(&x), "{x}");
+        first += u32::from(x < 1.0);
+        second += u32::from(x > 1.0);
+    }
+    assert!(first > 50 && second > 50, "{first} {second}");
+    // From another folder, and gone on with.
+    fs::create_dir(desk.path("away")).unwrap();
+    let words = "--recipe ../out/recipe.toml --elements 600 -o ../more --quiet";
+    let mut away = desk.call("grow --preview 32", words);
+    let output = away.current_dir(desk.path("away")).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    desk.done("--resume out --elements 600 --quiet");
+    desk.assert_same_elements("out", "more");
+    fs::write(desk.path("damp.1002.png"), image(|_, _| 1.0)).unwrap();
+    desk.fails(
+        "--resume out --elements 700",
+        1,
+        &["damp.<UDIM>.png is not the mask"],
+    );
+    let none = "tiled.obj --mask wet.<UDIM>.png -o none";
+    desk.fails(
+        none,
+        1,
+        &[
+            "the tiles 1001, 1002, 1012, and none of them",
+            "wet.1001.png",
+        ],
+    );
+    let bare = "rock.obj --mask damp.<UDIM>.png -o none";
+    desk.fails(bare, 1, &["damp.<UDIM>.png: ", "UVs"]);
+    let second = "tiled.obj --mask uv1:damp.<UDIM>.png -o none";
+    desk.fails(second, 2, &["uv1: stands before an image, a single one"]);
+}
+
 #[test]
 fn an_image_that_is_the_mask_of_several_tiles_is_told_of() {
     let desk = desk();
-    let square = String::from_utf8(desk.read("square.obj")).unwrap();
-    let doubled = |line: &str| match line.strip_prefix("vt ") {
-        Some(uv) => {
-            let uv = uv.split(' ').map(|x| 2.0 * x.parse::<f64>().unwrap());
-            let uv: Vec<String> = uv.map(|x| x.to_string()).collect();
-            format!("vt {}\n", uv.join(" "))
-        }
-        None => format!("{line}\n"),
-    };
-    let tiled: String = square.lines().map(doubled).collect();
-    fs::write(desk.path("tiled.obj"), tiled).unwrap();
+    write_tiles(&desk);
     for (mesh, is_told) in [("square.obj", false), ("tiled.obj", true)] {
         let words = format!(
             "{mesh} --mask left.png --radius 0.004 --elements 20 --at random -o {mesh}-run"
         );
         let output = desk.command(&words).output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
-        let note = "left.png: the mesh's UVs reach over 2 squares";
+        let note = "left.png: the mesh's UVs reach over 3 squares";
         assert_eq!(said(&output).contains(note), is_told, "{}", said(&output));
     }
 }

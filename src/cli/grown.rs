@@ -12,6 +12,7 @@ use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 use super::dress::{Dress, load_dressed};
 use super::failure::Failure;
 use super::mask_layer::{is_lichen, split};
+use super::mask_tiles;
 use super::mesh_args::MeshArgs;
 use super::mesh_file::load;
 use super::named_mesh::{self, named_mesh};
@@ -195,6 +196,7 @@ impl Grown {
             let places = named_mesh::places(&self.recipe_file, split(layer).1);
             places.into_iter().next()
         });
+        let masks = masks.flat_map(|mask| mask_tiles::files(&mask));
         let read = [self.table.clone()].into_iter().chain(beside);
         read.chain(self.file_of(mesh).ok()).chain(masks).collect()
     }

@@ -1,17 +1,18 @@
 //! The mask that settings name: where lichen may grow.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use thallus::input;
 use thallus::run::{EXPOSED, NO_MASK, OPAQUE, SECOND_UVS, Settings, SettingsError, VERTEX_COLORS};
-use thallus::substrate::{Mask, Selection, Substrate, Texturing};
+use thallus::substrate::{Mask, MaskError, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
 use super::mask_layer::{is_lichen, is_of_mesh, split};
+use super::mask_tiles;
 use super::named_mesh;
 use super::number::{percent, plural};
 use super::output::FILES;
@@ -146,11 +147,14 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
     }
     let is_no_image = |layer: &&String| match split(layer) {
         ("", _) => false,
-        (_, name) => name.is_empty() || is_of_mesh(name) || Path::new(name).is_dir(),
+        (_, name) => {
+            let is_file = !name.is_empty() && !Path::new(name).is_dir();
+            !is_file || is_of_mesh(name) || mask_tiles::is_tiled(name)
+        }
     };
     if let Some(layer) = layers.iter().find(is_no_image) {
         return Err(Failure::usage(format!(
-            "--mask {layer}: {SECOND_UVS} stands before an image that is laid out in the mesh's second set of UVs"
+            "--mask {layer}: {SECOND_UVS} stands before an image, a single one, that is laid out in the mesh's second set of UVs"
         )));
     }
     for layer in layers.iter().filter(|layer| Selection::is_meant(layer)) {
@@ -193,6 +197,9 @@ fn layer_of(
     }
     let (set, name) = split(layer);
     let file = Path::new(name);
+    if mask_tiles::is_tiled(name) {
+        return of_tiles(name, (substrate, texturing));
+    }
     if set.is_empty() && is_lichen(file) {
         return beside(file, substrate, voice).map_err(|failure| failure.at("--mask".to_owned()));
     }
@@ -209,6 +216,33 @@ fn layer_of(
         ));
     }
     Ok(mask.with_context(|| layer.to_owned())?)
+}
+
+/// The mask of an image for each tile that the mesh is laid out in, as far as there are any.
+fn of_tiles(name: &str, (substrate, texturing): (&Substrate, &Texturing)) -> Result<Mask, Failure> {
+    let laid_out = texturing.tiles(substrate);
+    let mut tiles = BTreeMap::new();
+    for &tile in &laid_out {
+        let file = mask_tiles::file_of(name, tile);
+        match input::bytes(&file) {
+            Ok(bytes) => drop(tiles.insert(tile, bytes)),
+            Err(e) if e.kind() == ErrorKind::NotFound => {}
+            Err(e) => return Err(unread(&file, &e).into()),
+        }
+    }
+    if let (Some(first), true) = (laid_out.first(), tiles.is_empty()) {
+        let numbers: Vec<String> = laid_out.iter().take(10).map(u32::to_string).collect();
+        return Err(Failure::Failed(anyhow::anyhow!(
+            "{name}: the mesh is laid out in the tiles {}, and none of them has an image: name that of the first {}",
+            numbers.join(", "),
+            mask_tiles::file_of(name, *first).display()
+        )));
+    }
+    let mask = match laid_out.is_empty() {
+        true => Err(MaskError::NoUvs),
+        false => Mask::from_tiles(substrate, texturing, &tiles),
+    };
+    Ok(mask.with_context(|| name.to_owned())?)
 }
 
 /// Says so where the image is the mask of several tiles, or repeated.
@@ -285,7 +319,7 @@ fn unread(file: &Path, problem: &io::Error) -> anyhow::Error {
 /// The layers as a file names them that names the mesh too: as the settings do, where they are found from that file, or
 /// else from the folder that the program is called from.
 pub(super) fn named(settings: &Settings, found: &[String], by: &Path) -> Option<Vec<String>> {
-    let place = |layer: &str| Path::new(split(layer).1).canonicalize().ok();
+    let place = |layer: &str| mask_tiles::canonical(Path::new(split(layer).1));
     let name = |(named, found): (&String, &String)| {
         let seen = places(named, &[by.to_owned()]);
         let is_seen = seen.first().is_some_and(|seen| place(seen) == place(found));

@@ -38,6 +38,7 @@ mod grown;
 mod interrupt;
 mod mask;
 mod mask_layer;
+mod mask_tiles;
 mod memory;
 mod mesh_args;
 mod mesh_file;

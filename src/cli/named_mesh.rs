@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use thallus::input;
 use thallus::substrate::{Format, load_soup};
 
+use super::mask_tiles;
 use super::output::RECIPE;
 use super::terminal::Voice;
 
@@ -86,7 +87,7 @@ fn around(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
 fn first_names(places: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
     let mut seen = Vec::new();
     let is_new = |path: &PathBuf| {
-        let Ok(place) = path.canonicalize() else {
+        let Some(place) = mask_tiles::canonical(path) else {
             return false;
         };
         let is_new = !seen.contains(&place);

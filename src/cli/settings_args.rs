@@ -76,14 +76,15 @@ pub(crate) struct PlaceArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Place")]
 pub(crate) struct MaskArgs {
-    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, 'uv1:IMAGE' in that of its
-    /// second set, or 'vertex-colors' for the colours in the mesh file. White is as without a mask, on black and where
-    /// it is transparent nothing grows, and grey is a factor on the chance to stick: growth is slower and denser there.
-    /// 'object:NAME' and 'material:NAME' are those parts of the mesh ('check' lists them): 'material:Bark,Stone*' any
-    /// of these, 'material:!Leaves' all but one. 'exposed' is what is not inside another piece of the mesh or right
-    /// beneath one, as mortar is behind bricks; 'opaque' what materials do not leave open, as leaves are cut out of an
-    /// image. The folder of another run on the same mesh is one too: this lichen grows beside that one, not over it.
-    /// May be given several times, for where all of them let it; 'none' is for a recipe that has one
+    /// Where lichen may grow, painted: a PNG or JPEG image in the layout of the mesh's UVs, 'damp.<UDIM>.png' one for
+    /// each of its tiles, 'uv1:IMAGE' one in the layout of its second set, or 'vertex-colors' for the colours in the
+    /// mesh file. White is as without a mask, on black and where it is transparent nothing grows, and grey is a factor
+    /// on the chance to stick: growth is slower and denser there. 'object:NAME' and 'material:NAME' are those parts of
+    /// the mesh ('check' lists them): 'material:Bark,Stone*' any of these, 'material:!Leaves' all but one. 'exposed' is
+    /// what is not inside another piece of the mesh or right beneath one, as mortar is behind bricks; 'opaque' what
+    /// materials do not leave open, as leaves are cut out of an image. The folder of another run on the same mesh is
+    /// one too: this lichen grows beside that one, not over it. May be given several times, for where all of them let
+    /// it; 'none' is for a recipe that has one
     #[arg(
         long,
         value_name = "IMAGE|uv1:IMAGE|vertex-colors|object:NAME|material:NAME|exposed|opaque|DIR|none"

@@ -1,9 +1,11 @@
 //! Where on a surface lichen may grow, as somebody has painted it or other lichens leave room.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::division::Tile;
 use super::neighbour::Neighbour;
 use super::openings::Openings;
 use super::{Selection, SelectionError, Substrate, SurfacePoint, Texturing};
@@ -47,14 +49,22 @@ enum Paint {
     Corners(Vec<Option<[f32; 3]>>),
     /// Whether it is chosen.
     Faces(Vec<bool>),
-    /// Coordinates of the corners in an image.
-    Image(Image, Vec<Option<[[f32; 2]; 3]>>),
+    /// Where the corners are in one of the images.
+    Images(Vec<Image>, Vec<Option<Laid>>),
     /// Another lichen: of the room that it leaves.
     Lichen(Neighbour),
     /// What is not inside another piece of the mesh.
     Exposed,
     /// What its materials do not leave open.
     Seen(Openings),
+}
+
+/// Where a triangle lies in an image.
+#[derive(Clone, Copy)]
+struct Laid {
+    /// The place of the image in a list.
+    image: usize,
+    uvs: [[f32; 2]; 3],
 }
 
 /// Why something is no mask for a substrate.
@@ -76,6 +86,9 @@ pub enum MaskError {
          the first, without uv1:"
     )]
     NoSecondUvs,
+    /// Nothing is laid out in any of the tiles.
+    #[error("no triangle of the mesh is laid out in any of the tiles that have an image")]
+    NoTile,
     /// No vertex has a colour.
     #[error("the mesh has no colours at its vertices: export it with its colour attribute")]
     NoColors,
@@ -120,25 +133,69 @@ impl Mask {
         })
     }
 
+    /// A mask of several images, each in the layout of the UDIM tile of its number, as [one image](Self::from_image)
+    /// is in the first, 1001. Nothing grows on tiles that have none.
+    ///
+    /// # Errors
+    /// When one is no such image, or no triangle lies in any of these tiles.
+    pub fn from_tiles(
+        substrate: &Substrate,
+        texturing: &Texturing,
+        tiles: &BTreeMap<u32, Vec<u8>>,
+    ) -> Result<Self, MaskError> {
+        let decode = |(number, bytes): (&u32, &Vec<u8>)| {
+            let image = Image::decode_mask(bytes);
+            image.map_err(|problem| MaskError::Image(format!("tile {number}: {problem}")))
+        };
+        let images = tiles.iter().map(decode).collect::<Result<Vec<_>, _>>()?;
+        let laid = |t| {
+            let uvs = texturing.uvs_of(substrate, t)?;
+            let tile = Tile::of(&uvs);
+            let [column, row] = tile.place().map(|x| x as f64);
+            Some(Laid {
+                image: tiles.keys().position(|key| tile.number() == Some(*key))?,
+                // v counts from above.
+                uvs: uvs.map(|[u, v]| [u - column, v + row].map(|x| x as f32)),
+            })
+        };
+        let mut hasher = blake3::Hasher::new();
+        for (number, bytes) in tiles {
+            hasher.update(&number.to_le_bytes());
+            hasher.update(blake3::hash(bytes).as_bytes());
+        }
+        let mask = Self::of_images(substrate, images, laid, hasher.finalize());
+        mask.ok_or(MaskError::NoTile)
+    }
+
     fn of_image(
         substrate: &Substrate,
         uvs: impl Fn(u32) -> Option<[[f64; 2]; 3]>,
         (bytes, hash): (&[u8], blake3::Hash),
     ) -> Result<Self, MaskError> {
         let image = Image::decode_mask(bytes).map_err(MaskError::Image)?;
-        let uvs = |t| Some(uvs(t)?.map(|uv| uv.map(|x| x as f32)));
-        let uvs: Vec<_> = all(substrate).map(uvs).collect();
-        match uvs.iter().all(Option::is_none) {
-            true => Err(MaskError::NoUvs),
-            false => Ok(Self::of_layer(
-                substrate,
-                Layer {
-                    is_white: image.least() > WHITE && uvs.iter().all(Option::is_some),
-                    paint: Paint::Image(image, uvs),
-                    hash: hash.to_hex().to_string(),
-                },
-            )),
-        }
+        let laid = |t| {
+            let uvs = uvs(t)?.map(|uv| uv.map(|x| x as f32));
+            Some(Laid { image: 0, uvs })
+        };
+        Self::of_images(substrate, vec![image], laid, hash).ok_or(MaskError::NoUvs)
+    }
+
+    /// None where no triangle lies in an image.
+    fn of_images(
+        substrate: &Substrate,
+        images: Vec<Image>,
+        laid: impl Fn(u32) -> Option<Laid>,
+        hash: blake3::Hash,
+    ) -> Option<Self> {
+        let laid: Vec<_> = all(substrate).map(laid).collect();
+        let is_white = |image: &Image| image.least() > WHITE;
+        let layer = Layer {
+            is_white: images.iter().all(is_white) && laid.iter().all(Option::is_some),
+            hash: hash.to_hex().to_string(),
+            paint: Paint::Images(images, laid),
+        };
+        let is_some = (0..substrate.triangles().len()).any(|t| layer.paint.covers(t));
+        is_some.then(|| Self::of_layer(substrate, layer))
     }
 
     /// A mask of the colours at the mesh's vertices: how bright they are, as of an [image](Self::from_image), but of
@@ -266,7 +323,7 @@ impl Mask {
     }
 
     /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the
-    /// second set of UVs, of the brightness at the corners, of which triangles are chosen, of the positions and the
+    /// second set of UVs, of the numbers and files of tiles, of the brightness at the corners, of which triangles are chosen, of the positions and the
     /// radius of another lichen, of what says where materials are open, or of the word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
@@ -322,7 +379,7 @@ impl Paint {
     fn covers(&self, triangle: usize) -> bool {
         match self {
             Self::Corners(corners) => corners[triangle].is_some(),
-            Self::Image(_, uvs) => uvs[triangle].is_some(),
+            Self::Images(_, laid) => laid[triangle].is_some(),
             Self::Faces(_) | Self::Lichen(_) | Self::Exposed | Self::Seen(_) => true,
         }
     }
@@ -331,7 +388,8 @@ impl Paint {
         let triangle = at.triangle as usize;
         let brightness = match self {
             Self::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
-            Self::Image(image, uvs) => uvs[triangle].map(|uvs| {
+            Self::Images(images, laid) => laid[triangle].map(|Laid { image, uvs }| {
+                let image = &images[image];
                 let place = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
                 // Only what is laid out beyond its borders is meant to repeat it.
                 let is_within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));

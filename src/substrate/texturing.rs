@@ -1,10 +1,11 @@
 //! What a mesh file says about the texture of its triangles.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::division::Tile;
 use super::{Part, Substrate};
 use crate::image::{Image, Wrap};
 
@@ -171,6 +172,14 @@ impl Texturing {
     /// Coordinates of the corners of a substrate's triangle, as far as the file has any.
     pub fn uvs_of(&self, substrate: &Substrate, triangle: u32) -> Option<[[f64; 2]; 3]> {
         uvs_at(&self.uvs, substrate, triangle)
+    }
+
+    /// The numbers of the UDIM tiles in which triangles of a substrate are laid out: 1001 is the square of u and v from
+    /// 0 to 1. Some tiles have none.
+    pub fn tiles(&self, substrate: &Substrate) -> BTreeSet<u32> {
+        let all = 0..substrate.triangles().len() as u32;
+        let uvs = all.filter_map(|t| self.uvs_of(substrate, t));
+        uvs.filter_map(|uvs| Tile::of(&uvs).number()).collect()
     }
 
     /// As [`uvs_of`](Self::uvs_of), of the second set.
