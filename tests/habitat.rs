@@ -645,6 +645,8 @@ fn masks_are_told_from_one_another() {
     assert!(Run::new(&left, &of_left, Begun::default()).is_ok());
     let no_uvs = Mask::from_image(&bare, &Texturing::default(), &image(|_, _| 1.0));
     assert_eq!(no_uvs.err(), Some(MaskError::NoUvs));
+    let no_tile = Mask::from_tiles(&bare, &texturing, &[(1002, image(|_, _| 1.0))].into());
+    assert_eq!(no_tile.err(), Some(MaskError::NoTile));
     let no_image = Mask::from_image(&bare, &texturing, b"P5 1 1 255 0");
     assert!(matches!(no_image, Err(MaskError::Image(_))));
     let no_colors = Mask::from_colors(&bare, &texturing);
