@@ -12,7 +12,7 @@ use thallus::substrate::{Mask, MaskError, Selection, Substrate, Texturing};
 use super::failure::Failure;
 use super::grown::Grown;
 use super::mask_layer::{is_lichen, is_of_mesh, split};
-use super::mask_tiles;
+use super::mask_tiles::{self, Tiled};
 use super::named_mesh;
 use super::number::{percent, plural};
 use super::output::FILES;
@@ -100,6 +100,7 @@ fn layer_among(
         found.next().ok_or(problem)
     })?;
     tell_of_unpainted(&found.0, &found.1, on.1, voice);
+    tell_of_tiles(&found.0, on.1, on.2, voice);
     if found.1.is_white() {
         let layer = &found.0;
         voice.warn(&format!(
@@ -149,7 +150,7 @@ pub(super) fn check_words(settings: &Settings) -> Result<(), Failure> {
         ("", _) => false,
         (_, name) => {
             let is_file = !name.is_empty() && !Path::new(name).is_dir();
-            !is_file || is_of_mesh(name) || mask_tiles::is_tiled(name)
+            !is_file || is_of_mesh(name) || Tiled::of(Path::new(name)).is_some()
         }
     };
     if let Some(layer) = layers.iter().find(is_no_image) {
@@ -197,8 +198,8 @@ fn layer_of(
     }
     let (set, name) = split(layer);
     let file = Path::new(name);
-    if mask_tiles::is_tiled(name) {
-        return of_tiles(name, (substrate, texturing));
+    if let Some(tiled) = Tiled::of(file).filter(|_| set.is_empty()) {
+        return of_tiles((name, &tiled), (substrate, texturing), voice);
     }
     if set.is_empty() && is_lichen(file) {
         return beside(file, substrate, voice).map_err(|failure| failure.at("--mask".to_owned()));
@@ -208,7 +209,6 @@ fn layer_of(
         SECOND_UVS => Mask::from_second_image(substrate, texturing, &bytes),
         _ => Mask::from_image(substrate, texturing, &bytes),
     };
-    tell_of_tiles(layer, substrate, texturing, voice);
     if set.is_empty() && texturing.second_uvs.iter().any(Option::is_some) {
         voice.note(&format!(
             "{layer}: the mesh has two sets of UVs, and masks are laid out in the first; {SECOND_UVS}{layer} is one in the \
@@ -219,46 +219,67 @@ fn layer_of(
 }
 
 /// The mask of an image for each tile that the mesh is laid out in, as far as there are any.
-fn of_tiles(name: &str, (substrate, texturing): (&Substrate, &Texturing)) -> Result<Mask, Failure> {
+fn of_tiles(
+    (name, tiled): (&str, &Tiled<'_>),
+    (substrate, texturing): (&Substrate, &Texturing),
+    voice: Voice,
+) -> Result<Mask, Failure> {
     let laid_out = texturing.tiles(substrate);
-    let mut tiles = BTreeMap::new();
+    let (mut tiles, mut without) = (BTreeMap::new(), Vec::new());
     for &tile in &laid_out {
-        let file = mask_tiles::file_of(name, tile);
+        let file = tiled.file(tile);
         match input::bytes(&file) {
             Ok(bytes) => drop(tiles.insert(tile, bytes)),
-            Err(e) if e.kind() == ErrorKind::NotFound => {}
+            Err(e) if e.kind() == ErrorKind::NotFound => without.push(tile.to_string()),
             Err(e) => return Err(unread(&file, &e).into()),
         }
     }
+    without.truncate(MOST_NAMED);
+    let without = without.join(", ");
     if let (Some(first), true) = (laid_out.first(), tiles.is_empty()) {
-        let numbers: Vec<String> = laid_out.iter().take(10).map(u32::to_string).collect();
         return Err(Failure::Failed(anyhow::anyhow!(
-            "{name}: the mesh is laid out in the tiles {}, and none of them has an image: name that of the first {}",
-            numbers.join(", "),
-            mask_tiles::file_of(name, *first).display()
+            "{name}: the mesh is laid out in the tiles {without}, and none of them has an image: name that of the first {}",
+            tiled.file(*first).display()
         )));
     }
-    let mask = match laid_out.is_empty() {
-        true => Err(MaskError::NoUvs),
-        false => Mask::from_tiles(substrate, texturing, &tiles),
+    if !without.is_empty() {
+        voice.warn(&format!(
+            "{name}: there is no image for these of the mesh's tiles: {without}"
+        ));
+    }
+    let all = 0..substrate.triangles().len() as u32;
+    let has_uvs = all
+        .into_iter()
+        .any(|t| texturing.uvs_of(substrate, t).is_some());
+    let mask = match (laid_out.is_empty(), has_uvs) {
+        (true, false) => Err(MaskError::NoUvs),
+        _ => Mask::from_tiles(substrate, texturing, &tiles),
     };
     Ok(mask.with_context(|| name.to_owned())?)
 }
 
-/// Says so where the image is the mask of several tiles, or repeated.
+/// Tiles that are named, at most.
+const MOST_NAMED: usize = 10;
+
+/// Says so where an image is the mask of several tiles, or repeated.
 fn tell_of_tiles(layer: &str, substrate: &Substrate, texturing: &Texturing, voice: Voice) {
-    let uvs = |t: u32| match split(layer) {
-        (SECOND_UVS, _) => texturing.second_uvs_of(substrate, t),
+    let (set, name) = split(layer);
+    let uvs = |t: u32| match set {
+        SECOND_UVS => texturing.second_uvs_of(substrate, t),
         _ => texturing.uvs_of(substrate, t),
     };
     let all = 0..substrate.triangles().len() as u32;
     let tile =
         |[a, b, c]: [[f64; 2]; 3]| [0, 1].map(|k| ((a[k] + b[k] + c[k]) / 3.0).floor() as i64);
     let tiles: HashSet<[i64; 2]> = all.filter_map(uvs).map(tile).collect();
-    if tiles.len() > 1 {
+    if tiles.len() > 1
+        && !is_of_mesh(layer)
+        && !is_lichen(Path::new(name))
+        && Tiled::of(Path::new(name)).is_none()
+    {
         voice.note(&format!(
-            "{layer}: the mesh's UVs reach over {} squares of the size of the image (UDIM tiles, or repetition), and it is the \
-             mask in each",
+            "{layer}: the mesh's UVs reach over {} squares of the size of the image, and it is the mask in each; where these \
+             are UDIM tiles, name an image for each by <UDIM>, as in damp.<UDIM>.png",
             tiles.len()
         ));
     }
@@ -337,8 +358,12 @@ pub(super) fn check_spares(folder: &Path, layers: &[String]) -> Result<(), Failu
     let own = [folder.to_owned()].into_iter();
     let own = own.chain(FILES.iter().map(|name| folder.join(name)));
     let own: Vec<_> = own.filter_map(|file| place(&file)).collect();
-    let is_own =
-        |layer: &&String| place(Path::new(split(layer).1)).is_some_and(|at| own.contains(&at));
+    let is_own = |layer: &&String| {
+        let files = mask_tiles::files(Path::new(split(layer).1)).into_iter();
+        files
+            .filter_map(|file| place(&file))
+            .any(|at| own.contains(&at))
+    };
     let mut files = layers.iter().filter(|layer| !is_of_mesh(layer));
     match files.find(is_own) {
         None => Ok(()),

@@ -1,46 +1,77 @@
 //! Masks of UDIM tiles, an image each, which are named all at once: `damp.<UDIM>.png` is `damp.1001.png` in the first.
 
-use std::ops::RangeInclusive;
+use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What stands for a tile's number.
+/// What stands for a tile's number, once in the name of a file.
 const MARK: &str = "<UDIM>";
 
-/// Every number that a tile may have: ten to a row.
-const NUMBERS: RangeInclusive<u32> = 1001..=10000;
-
-/// Where a name has the mark.
-fn mark_in(name: &str) -> Option<usize> {
-    name.to_ascii_uppercase().find(MARK)
+/// A name of several images.
+pub(super) struct Tiled<'a> {
+    folder: &'a Path,
+    /// What stands before the number in a file's name, and after it.
+    around: [&'a str; 2],
 }
 
-/// Whether a name is that of several images.
-pub(super) fn is_tiled(name: &str) -> bool {
-    mark_in(name).is_some()
-}
+impl<'a> Tiled<'a> {
+    /// None where a name has no such mark, or where there is something of just that name.
+    pub(super) fn of(name: &'a Path) -> Option<Self> {
+        let file = name.file_name()?.to_str()?;
+        let marks = file.to_ascii_uppercase();
+        let mut marks = marks.match_indices(MARK).map(|(at, _)| at);
+        let (at, None) = (marks.next()?, marks.next()) else {
+            return None;
+        };
+        let tiled = Self {
+            folder: name.parent()?,
+            around: [&file[..at], &file[at + MARK.len()..]],
+        };
+        name.symlink_metadata().is_err().then_some(tiled)
+    }
 
-/// The image of a tile; of another name the file itself.
-pub(super) fn file_of(name: &str, tile: u32) -> PathBuf {
-    match mark_in(name) {
-        Some(at) => PathBuf::from(format!("{}{tile}{}", &name[..at], &name[at + MARK.len()..])),
-        None => PathBuf::from(name),
+    /// The image of a tile.
+    pub(super) fn file(&self, tile: u32) -> PathBuf {
+        let [before, after] = self.around;
+        self.folder.join(format!("{before}{tile}{after}"))
+    }
+
+    /// The images that there are, by their numbers.
+    fn files(&self) -> Vec<PathBuf> {
+        let [before, after] = self.around;
+        let folder = match self.folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => self.folder,
+        };
+        let names = fs::read_dir(folder).into_iter().flatten().flatten();
+        let number = |name: String| {
+            let number = name.strip_prefix(before)?.strip_suffix(after)?;
+            let tile: u32 = number.parse().ok()?;
+            let is_one = (1001..=10_000).contains(&tile) && tile.to_string() == number;
+            is_one.then_some(tile)
+        };
+        let names = names.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut tiles: Vec<u32> = names.filter_map(number).collect();
+        tiles.sort_unstable();
+        tiles.into_iter().map(|tile| self.file(tile)).collect()
     }
 }
 
-/// The files that there are of a name; of one without the mark the file itself, wherever it is.
+/// The files that a name stands for: itself, unless it is that of images of tiles.
 pub(super) fn files(named: &Path) -> Vec<PathBuf> {
-    match named.to_str().filter(|name| is_tiled(name)) {
-        Some(name) => {
-            let all = NUMBERS.map(|tile| file_of(name, tile));
-            all.filter(|file| file.is_file()).collect()
-        }
-        None => vec![named.to_owned()],
-    }
+    Tiled::of(named).map_or_else(|| vec![named.to_owned()], |tiled| tiled.files())
 }
 
-/// Where the first of its files is, without links: it tells a name from others.
+/// Where that is which a name stands for, without links: it tells it from others.
 pub(super) fn canonical(named: &Path) -> Option<PathBuf> {
-    files(named).first()?.canonicalize().ok()
+    let Some(tiled) = Tiled::of(named) else {
+        return named.canonicalize().ok();
+    };
+    let folder = tiled.files().first()?.parent()?.to_owned();
+    let folder = match folder.as_os_str().is_empty() {
+        true => PathBuf::from("."),
+        false => folder,
+    };
+    Some(folder.canonicalize().ok()?.join(named.file_name()?))
 }
 
 #[cfg(test)]
@@ -50,18 +81,32 @@ mod tests {
     #[test]
     fn a_name_with_the_mark_is_that_of_the_files_that_there_are() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["damp.1002.png", "damp.1011.png", "damp.12.png", "other.png"] {
-            std::fs::write(folder.path().join(name), "").unwrap();
+        let all = [
+            "ä.1011.png",
+            "ä.1002.png",
+            "ä.12.png",
+            "ä.01003.png",
+            "ä.png",
+            "lit<UDIM>.png",
+        ];
+        for name in all {
+            fs::write(folder.path().join(name), "").unwrap();
         }
         let of = |name: &str| {
             let files = files(&folder.path().join(name)).into_iter();
             let name = |file: PathBuf| file.file_name().unwrap().to_str().unwrap().to_owned();
             files.map(name).collect::<Vec<_>>()
         };
-        assert_eq!(of("damp.<UDIM>.png"), ["damp.1002.png", "damp.1011.png"]);
-        assert_eq!(of("damp.<udim>.png"), ["damp.1002.png", "damp.1011.png"]);
+        assert_eq!(of("ä.<UDIM>.png"), ["ä.1002.png", "ä.1011.png"]);
+        assert_eq!(of("ä.<udim>.png"), ["ä.1002.png", "ä.1011.png"]);
         assert_eq!(of("none.<UDIM>.png"), [""; 0]);
-        assert_eq!(of("other.png"), ["other.png"]);
-        assert_eq!(file_of("a/ä<UDIM>.png", 1021), Path::new("a/ä1021.png"));
+        // As they stand.
+        for name in ["ä.png", "lit<UDIM>.png", "<UDIM>.<UDIM>.png"] {
+            assert_eq!(of(name), [name]);
+        }
+        let place = folder.path().canonicalize().unwrap();
+        let tiled = canonical(&folder.path().join("ä.<UDIM>.png"));
+        assert_eq!(tiled, Some(place.join("ä.<UDIM>.png")));
+        assert_eq!(canonical(&folder.path().join("none.<UDIM>.png")), None);
     }
 }

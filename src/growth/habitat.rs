@@ -6,6 +6,7 @@
 //! where something may the law is that of the thesis, but for a mask that is grey.
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 
 use glam::DVec2;
@@ -13,7 +14,7 @@ use libm::cos;
 
 use super::launch::AreaSampler;
 use crate::rng::{Purpose, Stream};
-use crate::substrate::{Component, Mask, Substrate, SurfacePoint};
+use crate::substrate::{Component, Found, Mask, Substrate, SurfacePoint};
 use crate::walk::trace;
 
 /// Places looked at to measure how much of a surface is habitat.
@@ -23,6 +24,9 @@ const PLACES: usize = 20_000;
 const ENOUGH: usize = 2_000;
 
 /// Places looked at then, at most.
+const MOST_MEASURED: usize = 1 << 19;
+
+/// The same where none is suited.
 pub(super) const MOST_PLACES: usize = 1 << 20;
 
 /// As many where each is looked for in other pieces of the mesh, which takes some ten microseconds.
@@ -152,8 +156,8 @@ impl<'a> Habitat<'a> {
     }
 
     /// Share of the area of the pieces that some triangles are in on which lichen may grow, as far as 20,000 places
-    /// tell, and as many more as it takes for 2,000 of them to be suited; 0 only where none of a million is, or of
-    /// 32,768 if it has to be [exposed](Mask::exposed).
+    /// tell, and as many more, up to half a million, as it takes for 2,000 of them to be suited; 0 only where none of a
+    /// million is, or of 32,768 if it has to be [exposed](Mask::exposed).
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -176,9 +180,9 @@ impl<'a> Habitat<'a> {
             return 1.0;
         }
         let pieces = self.substrate.pieces_of(triangles);
-        let among = pieces.iter().flat_map(|piece| piece.triangles.clone());
-        let (suited, tried) = self.suited_places(among);
-        suited.iter().map(counted).sum::<f64>() / tried as f64
+        let among: Vec<_> = pieces.iter().map(|piece| piece.triangles.clone()).collect();
+        let (suited, tried) = &*self.suited_places(&among);
+        suited.iter().map(counted).sum::<f64>() / *tried as f64
     }
 
     /// The share of the pieces that these triangles are on where lichen may grow, and its area, or that of a
@@ -218,7 +222,7 @@ impl<'a> Habitat<'a> {
         is_chosen: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<SurfacePoint> {
         let among = goal.among(self.substrate).into_iter();
-        let mut places = among.map(|among| self.suited_places(among).0);
+        let mut places = among.map(|among| self.suited_places(&[among]).0.clone());
         let mut places = places.find(|places| !places.is_empty())?;
         let off = |at: &SurfacePoint| goal.distance(self.substrate, at);
         places.sort_by(|a, b| off(a).total_cmp(&off(b)));
@@ -238,7 +242,7 @@ impl<'a> Habitat<'a> {
     pub(super) fn widest_piece(&self) -> Option<&'a Component> {
         let all = 0..self.substrate.triangles().len() as u32;
         let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
-        for at in self.suited_places(all).0 {
+        for at in &self.suited_places(&[all]).0 {
             let piece = self.substrate.component_of(at.triangle);
             *counts.entry(piece.triangles.start).or_default() += 1;
         }
@@ -262,18 +266,37 @@ impl<'a> Habitat<'a> {
     }
 
     /// Those of some places, uniform by area on triangles, on which lichen may grow, and how many were tried: more
-    /// where few are suited, up to a million, or 32,768 if it has to be exposed.
-    fn suited_places(&self, among: impl Iterator<Item = u32>) -> (Vec<SurfacePoint>, usize) {
-        let area = AreaSampler::new(self.substrate, among);
+    /// where few are suited.
+    fn suited_places(&self, among: &[Range<u32>]) -> Found {
+        let look = || self.look_for_places(among);
+        self.substrate
+            .known_places()
+            .get_or(self.asked(among), look)
+    }
+
+    /// A number for all that the suited places among these triangles depend on.
+    fn asked(&self, among: &[Range<u32>]) -> u64 {
+        let mut asked = DefaultHasher::new();
+        among.hash(&mut asked);
+        let slope = self.cosines.map(|cosines| cosines.map(f64::to_bits));
+        let up = self.substrate.up().to_array().map(f64::to_bits);
+        (slope, up, self.radius.to_bits()).hash(&mut asked);
+        self.substrate.mask().map(Mask::hashes).hash(&mut asked);
+        asked.finish()
+    }
+
+    fn look_for_places(&self, among: &[Range<u32>]) -> (Vec<SurfacePoint>, usize) {
+        let area = AreaSampler::new(self.substrate, among.iter().cloned().flatten());
         let mut stream = Stream::new(0, Purpose::Habitat, 0);
-        let most = match self.is_exposed {
-            true => MOST_EXPOSED,
-            false => MOST_PLACES,
+        let most = |suited: usize| match (self.is_exposed, suited) {
+            (true, _) => MOST_EXPOSED,
+            (false, 0) => MOST_PLACES,
+            (false, _) => MOST_MEASURED,
         };
         let (mut suited, mut tried) = (Vec::new(), 0);
-        while suited.len() < ENOUGH && tried < most {
+        while suited.len() < ENOUGH && tried < most(suited.len()) {
             // Whole lots, for to stop at a suited one would count too many.
-            let lot = PLACES.min(most - tried);
+            let lot = PLACES.min(most(suited.len()) - tried);
             let places = (0..lot).map(|_| area.sample(&mut stream));
             suited.extend(places.filter(|at| self.at(at) > 0.0));
             tried += lot;

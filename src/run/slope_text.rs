@@ -10,7 +10,7 @@ use crate::growth::Slope;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "'{0}' is not a slope; write the steepest that lichen grows on, as in 60, or the least steep and the steepest, as in \
-     30,90, which is more: degrees from 0 for level ground over 90 for a wall to 180 for an underside"
+     30,90, the second the greater: degrees from 0 for level ground over 90 for a wall to 180 for an underside"
 )]
 pub struct SlopeTextError(String);
 

@@ -63,7 +63,7 @@ enum Paint {
 #[derive(Clone, Copy)]
 struct Laid {
     /// The place of the image in a list.
-    image: usize,
+    image: u32,
     uvs: [[f32; 2]; 3],
 }
 
@@ -87,7 +87,10 @@ pub enum MaskError {
     )]
     NoSecondUvs,
     /// Nothing is laid out in any of the tiles.
-    #[error("no triangle of the mesh is laid out in any of the tiles that have an image")]
+    #[error(
+        "no triangle of the mesh is laid out in any of the UDIM tiles that have an image: they are squares with u from 0 to 10 \
+         and v from 0 on"
+    )]
     NoTile,
     /// No vertex has a colour.
     #[error("the mesh has no colours at its vertices: export it with its colour attribute")]
@@ -153,7 +156,7 @@ impl Mask {
             let tile = Tile::of(&uvs);
             let [column, row] = tile.place().map(|x| x as f64);
             Some(Laid {
-                image: tiles.keys().position(|key| tile.number() == Some(*key))?,
+                image: tiles.keys().position(|key| tile.number() == Some(*key))? as u32,
                 // v counts from above.
                 uvs: uvs.map(|[u, v]| [u - column, v + row].map(|x| x as f32)),
             })
@@ -323,7 +326,7 @@ impl Mask {
     }
 
     /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the
-    /// second set of UVs, of the numbers and files of tiles, of the brightness at the corners, of which triangles are chosen, of the positions and the
+    /// second set of UVs, of tiles' numbers and files, of the brightness at the corners, of which triangles are chosen, of the positions and the
     /// radius of another lichen, of what says where materials are open, or of the word `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
@@ -389,7 +392,7 @@ impl Paint {
         let brightness = match self {
             Self::Corners(corners) => corners[triangle].map(|corners| mean(corners, at)),
             Self::Images(images, laid) => laid[triangle].map(|Laid { image, uvs }| {
-                let image = &images[image];
+                let image = &images[image as usize];
                 let place = [0, 1].map(|axis| f64::from(mean(uvs.map(|uv| uv[axis]), at)));
                 // Only what is laid out beyond its borders is meant to repeat it.
                 let is_within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));

@@ -17,6 +17,7 @@ mod division;
 mod geometry;
 mod inside;
 mod junctions;
+mod known_places;
 mod load;
 mod lying;
 mod mask;
@@ -54,6 +55,7 @@ pub use division::{Division, NAMELESS};
 pub(crate) use geometry::Unscaled;
 pub use geometry::{Chart, Crossing, Facet, Frame};
 pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment};
+pub(crate) use known_places::Found;
 pub use load::{
     Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
 };
@@ -73,6 +75,7 @@ pub(crate) use winding::Winding;
 
 use adjacency::{Adjacency, VertexCorners};
 use bvh::Bvh;
+use known_places::KnownPlaces;
 
 use crate::ahead::fetch;
 
@@ -179,6 +182,7 @@ pub struct Substrate {
     /// That of the file's format.
     usual_up: UpAxis,
     coarser: coarse::Kept,
+    known_places: KnownPlaces,
     /// Whether some neighbours are wound differently.
     winds_differently: bool,
     winding: OnceLock<Winding>,
@@ -248,6 +252,11 @@ impl Substrate {
         let is_for_it = mask.as_ref().is_none_or(|mask| mask.is_for(&self));
         assert!(is_for_it, "another mesh's mask");
         Self { mask, ..self }
+    }
+
+    /// What has been found where lichen may grow.
+    pub(crate) fn known_places(&self) -> &KnownPlaces {
+        &self.known_places
     }
 
     /// Where lichen may grow, if not everywhere.
@@ -324,6 +333,7 @@ impl Substrate {
             up: UpAxis::Y,
             usual_up: UpAxis::Y,
             coarser: coarse::Kept::default(),
+            known_places: KnownPlaces::default(),
             winds_differently: adjacency.winds_differently,
             winding: OnceLock::new(),
             slope_normals: OnceLock::new(),
