@@ -326,8 +326,9 @@ impl Mask {
     }
 
     /// A BLAKE3 hash of each layer, ascending: of the image's file, of that and words where it is laid out in the
-    /// second set of UVs, of tiles' numbers and files, of the brightness at the corners, of which triangles are chosen, of the positions and the
-    /// radius of another lichen, of what says where materials are open, or of the word `exposed`. Hexadecimal.
+    /// second set of UVs, of tiles' numbers and files, of the brightness at the corners, of which triangles are chosen,
+    /// of the positions and the radius of another lichen, of what says where materials are open, or of the word
+    /// `exposed`. Hexadecimal.
     pub fn hashes(&self) -> Vec<&str> {
         self.layers
             .iter()
