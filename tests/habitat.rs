@@ -647,6 +647,8 @@ fn masks_are_told_from_one_another() {
     assert_eq!(no_uvs.err(), Some(MaskError::NoUvs));
     let no_tile = Mask::from_tiles(&bare, &texturing, &[(1002, image(|_, _| 1.0))].into());
     assert_eq!(no_tile.err(), Some(MaskError::NoTile));
+    let nowhere = Mask::from_tiles(&bare, &Texturing::default(), &[].into());
+    assert_eq!(nowhere.err(), Some(MaskError::NoUvs));
     let no_image = Mask::from_image(&bare, &texturing, b"P5 1 1 255 0");
     assert!(matches!(no_image, Err(MaskError::Image(_))));
     let no_colors = Mask::from_colors(&bare, &texturing);

@@ -496,6 +496,8 @@ fn what_is_no_mask_is_refused_in_a_line() {
         assert_refused_in_a_line(&desk.command(&words).output().unwrap(), code, &parts);
         assert!(!desk.path("refused").exists(), "{words}");
     }
+    let both = "square.obj --mask left.png --mask black.png -o refused";
+    desk.fails(both, 2, &["only where all masks let it"]);
     desk.fails("square.obj --slope 60,30", 2, &["'60,30' is not a slope"]);
     fs::write(
         desk.path("r.toml"),

@@ -179,7 +179,7 @@ fn dimension_line(dimension: &Dimension) -> String {
     let points = dimension.scaling.fit.map_or(0, |fit| fit.points);
     let range = match (points, dimension.dimension) {
         (0, _) => "too small a lichen to fit".to_owned(),
-        (n, None) => format!("{n} points from {from} to {to}, which leave more than 1 open"),
+        (n, None) => format!("{n} points from {from} to {to}: its error would be above 1"),
         (n, _) => format!("{n} points from {from} to {to}"),
     };
     let alpha = dimension

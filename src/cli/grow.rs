@@ -471,11 +471,15 @@ fn recipe(
         Ok(()) => {}
     }
     let limits = mask::limits(&settings);
+    let cure = match settings.mask_layers() {
+        [_, _, ..] => " Lichen grows only where all masks let it",
+        _ => "",
+    };
     settings
         .resolve(substrate, &file)
         .map_err(|error| match error {
             SettingsError::Place(PlaceError::NoHabitat) => {
-                Failure::usage(format!("{limits}: {error}"))
+                Failure::usage(format!("{limits}: {error}{cure}"))
             }
             other => other.into(),
         })

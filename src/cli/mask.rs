@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use thallus::input;
 use thallus::run::{EXPOSED, NO_MASK, OPAQUE, SECOND_UVS, Settings, SettingsError, VERTEX_COLORS};
-use thallus::substrate::{Mask, MaskError, Selection, Substrate, Texturing};
+use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
@@ -247,14 +247,7 @@ fn of_tiles(
             "{name}: there is no image for these of the mesh's tiles: {without}"
         ));
     }
-    let all = 0..substrate.triangles().len() as u32;
-    let has_uvs = all
-        .into_iter()
-        .any(|t| texturing.uvs_of(substrate, t).is_some());
-    let mask = match (laid_out.is_empty(), has_uvs) {
-        (true, false) => Err(MaskError::NoUvs),
-        _ => Mask::from_tiles(substrate, texturing, &tiles),
-    };
+    let mask = Mask::from_tiles(substrate, texturing, &tiles);
     Ok(mask.with_context(|| name.to_owned())?)
 }
 
@@ -264,6 +257,10 @@ const MOST_NAMED: usize = 10;
 /// Says so where an image is the mask of several tiles, or repeated.
 fn tell_of_tiles(layer: &str, substrate: &Substrate, texturing: &Texturing, voice: Voice) {
     let (set, name) = split(layer);
+    let file = Path::new(name);
+    if is_of_mesh(layer) || is_lichen(file) || Tiled::of(file).is_some() {
+        return;
+    }
     let uvs = |t: u32| match set {
         SECOND_UVS => texturing.second_uvs_of(substrate, t),
         _ => texturing.uvs_of(substrate, t),
@@ -272,11 +269,7 @@ fn tell_of_tiles(layer: &str, substrate: &Substrate, texturing: &Texturing, voic
     let tile =
         |[a, b, c]: [[f64; 2]; 3]| [0, 1].map(|k| ((a[k] + b[k] + c[k]) / 3.0).floor() as i64);
     let tiles: HashSet<[i64; 2]> = all.filter_map(uvs).map(tile).collect();
-    if tiles.len() > 1
-        && !is_of_mesh(layer)
-        && !is_lichen(Path::new(name))
-        && Tiled::of(Path::new(name)).is_none()
-    {
+    if tiles.len() > 1 {
         voice.note(&format!(
             "{layer}: the mesh's UVs reach over {} squares of the size of the image, and it is the mask in each; where these \
              are UDIM tiles, name an image for each by <UDIM>, as in damp.<UDIM>.png",

@@ -3,8 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What stands for a tile's number, once in the name of a file.
-const MARK: &str = "<UDIM>";
+use thallus::substrate::udim_mark;
 
 /// A name of several images.
 pub(super) struct Tiled<'a> {
@@ -14,19 +13,17 @@ pub(super) struct Tiled<'a> {
 }
 
 impl<'a> Tiled<'a> {
-    /// None where a name has no such mark, or where there is something of just that name.
+    /// None where the name of a file has no such mark, or several, or where there is something of just that name.
     pub(super) fn of(name: &'a Path) -> Option<Self> {
         let file = name.file_name()?.to_str()?;
-        let marks = file.to_ascii_uppercase();
-        let mut marks = marks.match_indices(MARK).map(|(at, _)| at);
-        let (at, None) = (marks.next()?, marks.next()) else {
-            return None;
-        };
+        let mark = udim_mark(file.as_bytes())?;
         let tiled = Self {
             folder: name.parent()?,
-            around: [&file[..at], &file[at + MARK.len()..]],
+            around: [&file[..mark.start], &file[mark.end..]],
         };
-        name.symlink_metadata().is_err().then_some(tiled)
+        let has_another = udim_mark(tiled.around[1].as_bytes()).is_some();
+        let is_there = name.symlink_metadata().is_ok();
+        (!has_another && !is_there).then_some(tiled)
     }
 
     /// The image of a tile.

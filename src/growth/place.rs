@@ -116,7 +116,7 @@ pub enum PlaceError {
     /// Nothing may grow anywhere.
     #[error(
         "nothing may grow anywhere, by mask and slope: of a million places none was suited; is the mask black or made for \
-         another layout, or another axis up? Where there are several masks, things grow where all of them let them"
+         another layout, or another axis up?"
     )]
     NoHabitat,
     /// Chance finds no room.

@@ -140,7 +140,7 @@ impl Mask {
     /// is in the first, 1001. Nothing grows on tiles that have none.
     ///
     /// # Errors
-    /// When one is no such image, or no triangle lies in any of these tiles.
+    /// When one is no such image, no triangle has UVs, or none lies in any of these tiles.
     pub fn from_tiles(
         substrate: &Substrate,
         texturing: &Texturing,
@@ -167,7 +167,11 @@ impl Mask {
             hasher.update(blake3::hash(bytes).as_bytes());
         }
         let mask = Self::of_images(substrate, images, laid, hasher.finalize());
-        mask.ok_or(MaskError::NoTile)
+        let has_uvs = || all(substrate).any(|t| texturing.uvs_of(substrate, t).is_some());
+        mask.ok_or_else(|| match has_uvs() {
+            true => MaskError::NoTile,
+            false => MaskError::NoUvs,
+        })
     }
 
     fn of_image(

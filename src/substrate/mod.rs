@@ -58,6 +58,7 @@ pub(crate) use geometry::{nearest_weights, segment_distance_sq, way_from_segment
 pub(crate) use known_places::Found;
 pub use load::{
     Format, LoadError, LoadFault, Loaded, load_soup, load_textured, parse_soup, parse_textured,
+    udim_mark,
 };
 pub use mask::{Mask, MaskError};
 pub(crate) use order::along_curve;

@@ -34,6 +34,7 @@ use crate::substrate::{Soup, Texturing};
 
 use error::Parsed;
 pub use error::{LoadError, LoadFault};
+pub use udim::udim_mark;
 
 /// Bytes from the beginning of a file that are enough to tell its format, OBJ excepted.
 const HEAD: usize = 1024;

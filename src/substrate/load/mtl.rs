@@ -15,7 +15,7 @@ use crate::substrate::{Alpha, Material, Texture, Texturing, Wrap};
 
 use super::encoded_image;
 use super::text::{number, uncommented};
-use super::udim::{Tiled, mark_in};
+use super::udim::{Tiled, udim_mark};
 
 /// Faults that are told; of more only that there are.
 const MOST_NOTES: usize = 12;
@@ -313,7 +313,7 @@ impl Library<'_> {
         if slot == Slot::Color {
             self.colored.insert(number, file.clone());
         }
-        if mark_in(said.file).is_some() {
+        if udim_mark(said.file).is_some() {
             return self.tiled.push(Tiled {
                 material: number,
                 slot,

@@ -2,6 +2,7 @@
 //! u and v from 0 to 1, one more in each further one to the right, and ten more in each one above.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::substrate::division::Tile;
@@ -24,18 +25,20 @@ pub(super) struct Tiled {
     pub(super) name: Vec<u8>,
 }
 
-/// Where a name has the mark.
-pub(super) fn mark_in(name: &[u8]) -> Option<usize> {
+/// Where a name first has `<UDIM>`, in whatever case: that stands for the number of a tile.
+pub fn udim_mark(name: &[u8]) -> Option<Range<usize>> {
     let is_mark = |found: &[u8]| found.eq_ignore_ascii_case(MARK);
-    name.windows(MARK.len()).position(is_mark)
+    let at = name.windows(MARK.len()).position(is_mark)?;
+    Some(at..at + MARK.len())
 }
 
 impl Tiled {
     /// The name of a tile's image.
     fn name_of(&self, tile: u32) -> Vec<u8> {
-        let at = mark_in(&self.name).unwrap_or(self.name.len());
-        let after = self.name.get(at + MARK.len()..).unwrap_or_default();
-        [&self.name[..at], tile.to_string().as_bytes(), after].concat()
+        let end = self.name.len();
+        let mark = udim_mark(&self.name).unwrap_or(end..end);
+        let around = [&self.name[..mark.start], &self.name[mark.end..]];
+        around.join(tile.to_string().as_bytes())
     }
 }
 
