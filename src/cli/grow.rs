@@ -22,6 +22,7 @@ use super::mesh_file::{Looks, MeshFile};
 use super::named_mesh::{self, named_mesh};
 use super::number::{count, duration, elements, percent, short};
 use super::output::{FILES, Finished, RECIPE, check_names_folder, check_replaces_a_run};
+use super::paths::portable;
 use super::progress::{Display, Goal};
 use super::run_args::start_threads;
 use super::terminal::{self, Voice};
@@ -117,6 +118,7 @@ impl Job<'_> {
         if let Err(error) = log.finish() {
             return Err(resume::cut_short(error, (&folder, self.recipe), &log));
         }
+        log.close();
         ended::spare_finished(&folder, &growth)?;
         let finished = Finished {
             substrate: self.substrate,
@@ -446,7 +448,7 @@ fn name_for(
     };
     match named.filter(is_found) {
         Some(named) => named.to_owned(),
-        None => file.display().to_string(),
+        None => portable(file),
     }
 }
 

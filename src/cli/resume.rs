@@ -265,7 +265,8 @@ mod tests {
         let own = recipe(1);
         let folder = tempfile::tempdir().unwrap();
         let (path, away) = (folder.path().join(LOG), folder.path().join("away"));
-        let log = LogWriter::create(&path, &own).unwrap();
+        let mut log = LogWriter::create(&path, &own).unwrap();
+        log.close();
         let told = || {
             let error = OutputError::FileExists(path.clone());
             cut_short(error, (folder.path(), &own), &log).reason()

@@ -156,6 +156,7 @@ impl Sweep<'_> {
             ..Timings::default()
         };
         log.finish()?;
+        log.close();
         if growth.stopped == Stopped::Cancelled {
             return Ok(End::Interrupted);
         }

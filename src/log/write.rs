@@ -1,7 +1,7 @@
 //! Appends births to a log while a run goes.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,7 +28,8 @@ use crate::run::{Begun, Observer, Progress, Recipe, Settings};
 #[must_use = "births are logged by giving it to a run, and `finish` says whether they were"]
 pub struct LogWriter {
     path: PathBuf,
-    file: File,
+    /// None once it is closed.
+    file: Option<File>,
     /// Length that a power failure cannot touch.
     durable: u64,
     /// Length: more than that until what is not sound is cut off.
@@ -90,7 +91,7 @@ impl LogWriter {
         let next = log.begun.elements.len() as u64;
         let writer = Self {
             path: log.path,
-            file,
+            file: Some(file),
             durable: log.sound_bytes,
             length,
             durable_elements: next,
@@ -121,6 +122,12 @@ impl LogWriter {
             Some(error) => Err(error),
             None => self.flush(),
         }
+    }
+
+    /// Lets go of the file of a log that is [finished](Self::finish), so that another may take its place: on some file
+    /// systems none takes that of an open one. Nothing more can be logged.
+    pub fn close(&mut self) {
+        self.file = None;
     }
 
     /// The finished log of a whole run, as it is whenever and however often the run was stopped.
@@ -209,34 +216,44 @@ impl LogWriter {
         if self.length > self.durable {
             self.cut()?;
         }
-        self.file.write_all(&self.blocks)?;
-        self.file.sync_data()
+        let mut file = self.file()?;
+        file.seek(SeekFrom::Start(self.durable))?;
+        file.write_all(&self.blocks)?;
+        file.sync_data()
+    }
+
+    fn file(&self) -> io::Result<&File> {
+        let closed = || io::Error::new(io::ErrorKind::NotFound, "the log is closed");
+        self.file.as_ref().ok_or_else(closed)
     }
 
     /// Takes off what is not sound.
     fn cut(&mut self) -> io::Result<()> {
-        self.file.set_len(self.durable)?;
+        self.file()?.set_len(self.durable)?;
         self.length = self.durable;
         Ok(())
     }
 
-    /// Whether the log is still where it was opened; an error where that cannot be told.
+    /// Whether the log is still where it was opened, which is not known of one that is closed; an error where that
+    /// cannot be told.
     ///
     /// # Errors
     /// Those of the system.
     pub fn is_in_place(&self) -> io::Result<bool> {
-        is_still_at(&self.path, &self.file)
+        let in_place = |file| is_still_at(&self.path, file);
+        self.file.as_ref().map_or(Ok(false), in_place)
     }
 
     /// A file that was removed can be written, and is lost when it is closed. One that another program writes
     /// is no log any more; where no locks are, that may be another run.
     fn check_place(&self) -> io::Result<()> {
+        let file = self.file()?;
         if !self.is_in_place()? {
             let moved =
                 "the file or its folder was moved, replaced or removed while the run went on";
             return Err(io::Error::new(io::ErrorKind::NotFound, moved));
         }
-        match self.file.metadata()?.len() == self.length {
+        match file.metadata()?.len() == self.length {
             true => Ok(()),
             false => Err(io::Error::other(
                 "something else wrote into the file while the run went on",
@@ -274,9 +291,9 @@ impl Drop for LogWriter {
     }
 }
 
-/// The file, ready to append, and its length.
+/// The file, and its length. Not opened to append: Windows cuts nothing off such files.
 fn reopen(path: &Path) -> io::Result<(File, u64)> {
-    let file = OpenOptions::new().append(true).open(path)?;
+    let file = OpenOptions::new().write(true).open(path)?;
     file.sync_all()?;
     let length = file.metadata()?.len();
     Ok((file, length))
