@@ -330,11 +330,23 @@ pub(super) fn needed(substrate: &Substrate, recipe: &Recipe) -> f64 {
 /// Bytes of memory that are free, where the system says so: of the machine, of the container, and of what
 /// this process may take (`ulimit -v`).
 pub(super) fn available() -> Option<f64> {
-    let machine = number("/proc/meminfo", "MemAvailable:").map(|kilobytes| 1024.0 * kilobytes);
-    [machine, control_group::left(), address_space()]
+    [of_machine(), control_group::left(), address_space()]
         .into_iter()
         .flatten()
         .reduce(f64::min)
+}
+
+#[cfg(target_os = "linux")]
+fn of_machine() -> Option<f64> {
+    number("/proc/meminfo", "MemAvailable:").map(|kilobytes| 1024.0 * kilobytes)
+}
+
+/// Nought is what systems say that do not tell.
+#[cfg(not(target_os = "linux"))]
+fn of_machine() -> Option<f64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    Some(system.available_memory() as f64).filter(|&bytes| bytes > 0.0)
 }
 
 /// What is left of the limit on this process's addresses.

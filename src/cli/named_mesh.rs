@@ -72,8 +72,8 @@ fn around(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
     let folder = recipe.parent().unwrap_or(Path::new(""));
     let beside = folder.join(named);
     // A recipe that is still to be written has a folder.
-    let to_be = || Some(folder.canonicalize().ok()?.join(RECIPE));
-    let place = recipe.canonicalize().ok().or_else(to_be);
+    let to_be = || Some(dunce::canonicalize(folder).ok()?.join(RECIPE));
+    let place = dunce::canonicalize(recipe).ok().or_else(to_be);
     let place = place.unwrap_or_default();
     let above: Vec<_> = place
         .ancestors()

@@ -504,8 +504,31 @@ pub(crate) fn is_still_at(path: &Path, file: &File) -> io::Result<bool> {
     }
 }
 
-/// An open file cannot be removed here.
 #[cfg(not(unix))]
-pub(crate) fn is_still_at(_path: &Path, _file: &File) -> io::Result<bool> {
-    Ok(true)
+pub(crate) fn is_still_at(path: &Path, file: &File) -> io::Result<bool> {
+    match same_file::Handle::from_path(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+        named => Ok(named? == same_file::Handle::from_file(file.try_clone()?)?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_has_lost_its_name_is_told_from_the_one_that_has_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, away] = ["it", "away"].map(|name| folder.path().join(name));
+        let file = File::create(&path).unwrap();
+        let is_there = || is_still_at(&path, &file).unwrap();
+        assert!(is_there());
+        fs::rename(&path, &away).unwrap();
+        assert!(!is_there());
+        fs::write(&path, "another").unwrap();
+        assert!(!is_there());
+        fs::remove_file(&path).unwrap();
+        fs::rename(&away, &path).unwrap();
+        assert!(is_there());
+    }
 }
