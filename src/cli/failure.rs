@@ -260,10 +260,11 @@ impl From<GridFileError> for Failure {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
     use super::{
-        Failure, GrowError, LogError, OutputError, PlaceError, SettingsError, one_line, with_causes,
+        Failure, GrowError, LogError, OutputError, PlaceError, SettingsError, one_line, shell_path,
+        with_causes,
     };
 
     #[test]
@@ -296,11 +297,12 @@ mod tests {
             at: 99,
             elements: 7,
         };
-        assert_eq!(
-            told(damaged),
-            "my out/run.log is damaged at byte 99: the 7 elements before that are sound; thallus grow --resume 'my out' \
+        let folder = shell_path(Path::new("my out"));
+        let cure = format!(
+            "my out/run.log is damaged at byte 99: the 7 elements before that are sound; thallus grow --resume {folder} \
              --keep-sound goes on from them (the rest grows again as it was) and keeps the damaged log as run.log.damaged"
         );
+        assert_eq!(told(damaged), cure);
         let no_log = "my out/run.log is not a log of thallus: --resume goes on with the folder of a run; to begin anew \
                       name the mesh";
         assert_eq!(told(LogError::NoLog(log())), no_log);

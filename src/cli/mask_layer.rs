@@ -1,6 +1,6 @@
 //! What the layers of a mask are called.
 
-use std::path::Path;
+use std::path::{MAIN_SEPARATOR_STR, Path};
 
 use thallus::run::{EXPOSED, OPAQUE, SECOND_UVS, VERTEX_COLORS};
 use thallus::substrate::Selection;
@@ -27,4 +27,12 @@ pub(super) fn split(layer: &str) -> (&str, &str) {
             .strip_prefix(SECOND_UVS)
             .map_or(0, |_| SECOND_UVS.len()),
     )
+}
+
+/// A layer as a recipe names it, on any system.
+pub(super) fn portable(layer: &str) -> String {
+    match is_of_mesh(layer) {
+        true => layer.to_owned(),
+        false => layer.replace(MAIN_SEPARATOR_STR, "/"),
+    }
 }

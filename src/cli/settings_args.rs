@@ -7,6 +7,7 @@ use thallus::run::{self, Length, SeedPlace, SeedTextError, Settings, Slope, Stop
 use thallus::substrate::UpAxis;
 
 use super::choice::{choice, up};
+use super::mask_layer;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Look")]
@@ -92,6 +93,13 @@ pub(crate) struct MaskArgs {
     mask: Vec<String>,
 }
 
+impl MaskArgs {
+    fn layers(&self) -> Vec<String> {
+        let portable = |layer: &String| mask_layer::portable(layer);
+        self.mask.iter().map(portable).collect()
+    }
+}
+
 /// How the mesh stands.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Mesh")]
@@ -162,7 +170,7 @@ pub(super) fn settings(
 ) -> Settings {
     Settings {
         mesh_up: stand.mesh_up,
-        mask: (!mask.mask.is_empty()).then(|| mask.mask.clone()),
+        mask: (!mask.mask.is_empty()).then(|| mask.layers()),
         slope: place.slope,
         preset: look.preset.clone(),
         radius: look.radius,

@@ -9,6 +9,7 @@ use thallus::sweep::{Grid, Plan};
 use super::failure::Failure;
 use super::named_mesh;
 use super::number::plural;
+use super::paths::portable;
 use super::terminal::Voice;
 
 /// Says in the grid which mesh it is on.
@@ -34,7 +35,7 @@ pub(super) fn settle(
     }
     let is_same = grid.base.mesh_hash.as_deref() == Some(substrate.mesh_hash());
     let file = grid.base.mesh.take().filter(|_| is_same);
-    grid.base.mesh = Some(file.unwrap_or(shown));
+    grid.base.mesh = Some(file.unwrap_or_else(|| portable(mesh)));
     grid.base.mesh_hash = Some(substrate.mesh_hash().to_owned());
     let hashes =
         |mask: &thallus::substrate::Mask| mask.hashes().into_iter().map(str::to_owned).collect();

@@ -106,13 +106,17 @@ fn read(value: &str) -> Option<toml::Value> {
     table.ok()?.remove("v")
 }
 
-/// A path as one word of a POSIX shell: for commands that a message names. One that looks like a flag is named from
-/// the present folder.
+/// A path as one word of this system's shells: for commands that a message names. One that looks like a flag is named
+/// from the present folder.
 pub fn shell_path(path: &Path) -> String {
     let text = path.to_string_lossy();
-    match text.starts_with('-') {
-        true => shell_word(&format!("./{text}")),
-        false => shell_word(&text),
+    let word = match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text.into_owned(),
+    };
+    match cfg!(windows) {
+        true => windows_word(&word),
+        false => shell_word(&word),
     }
 }
 
@@ -122,6 +126,15 @@ pub fn shell_word(text: &str) -> String {
     match !text.is_empty() && text.chars().all(plain) {
         true => text.to_owned(),
         false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
+/// One word of `cmd` and of PowerShell, for a path: these have no double quotes.
+fn windows_word(path: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || r"-_./\:".contains(c);
+    match !path.is_empty() && path.chars().all(plain) {
+        true => path.to_owned(),
+        false => format!("\"{path}\""),
     }
 }
 
@@ -164,7 +177,11 @@ mod tests {
         assert_eq!(shell_word("out/a-b_1.5r"), "out/a-b_1.5r");
         assert_eq!(shell_word("my rock's.obj"), r"'my rock'\''s.obj'");
         assert_eq!(shell_word(""), "''");
-        assert_eq!(shell_path(Path::new("my runs/1")), "'my runs/1'");
+        assert_eq!(windows_word(r"C:\out\a-b"), r"C:\out\a-b");
+        assert_eq!(windows_word("my rock's.obj"), "\"my rock's.obj\"");
         assert_eq!(shell_path(Path::new("-o")), "./-o");
+        let quotes = if cfg!(windows) { '"' } else { '\'' };
+        let spaced = shell_path(Path::new("my runs/1"));
+        assert_eq!(spaced, format!("{quotes}my runs/1{quotes}"));
     }
 }
