@@ -168,9 +168,13 @@ fn open_at_once(path: &Path) -> io::Result<File> {
     options.read(true).custom_flags(libc::O_NONBLOCK).open(path)
 }
 
+/// Of a folder Windows would say that access is denied.
 #[cfg(not(unix))]
 fn open_at_once(path: &Path) -> io::Result<File> {
-    File::open(path)
+    match path.is_dir() {
+        true => Err(ErrorKind::IsADirectory.into()),
+        false => File::open(path),
+    }
 }
 
 #[cfg(unix)]

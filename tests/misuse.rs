@@ -5,6 +5,7 @@
 mod desk;
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -508,10 +509,15 @@ fn a_log_that_something_else_writes_ends_the_run() {
         let log = desk.path(name).join("run.log");
         wait_for_more(&log, 100);
         let bytes = fs::read(&log).unwrap();
-        let file = fs::File::options().append(true).open(&log).unwrap();
         match spoil.is_empty() {
-            true => file.set_len(bytes.len() as u64 - 10).unwrap(),
-            false => std::io::Write::write_all(&mut &file, spoil).unwrap(),
+            true => {
+                let file = fs::File::options().write(true).open(&log).unwrap();
+                file.set_len(bytes.len() as u64 - 10).unwrap();
+            }
+            false => {
+                let mut file = fs::File::options().append(true).open(&log).unwrap();
+                file.write_all(spoil).unwrap();
+            }
         }
         let output = ended(child);
         let parts = ["something else wrote into the file", "safe: go on with"];
@@ -556,7 +562,6 @@ fn a_log_that_is_emptied_while_it_grows_is_not_promised_to_go_on() {
 #[cfg(unix)]
 #[test]
 fn a_run_that_nobody_listens_to_can_be_ended() {
-    use std::io::Write;
     use std::os::fd::OwnedFd;
     use std::os::unix::net::UnixStream;
 

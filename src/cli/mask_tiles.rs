@@ -84,9 +84,14 @@ mod tests {
             "ä.12.png",
             "ä.01003.png",
             "ä.png",
-            "lit<UDIM>.png",
         ];
-        for name in all {
+        // Windows has no files of such names.
+        let marked: &[&str] = if cfg!(windows) {
+            &[]
+        } else {
+            &["lit<UDIM>.png"]
+        };
+        for name in all.iter().chain(marked) {
             fs::write(folder.path().join(name), "").unwrap();
         }
         let of = |name: &str| {
@@ -98,8 +103,8 @@ mod tests {
         assert_eq!(of("ä.<udim>.png"), ["ä.1002.png", "ä.1011.png"]);
         assert_eq!(of("none.<UDIM>.png"), [""; 0]);
         // As they stand.
-        for name in ["ä.png", "lit<UDIM>.png", "<UDIM>.<UDIM>.png"] {
-            assert_eq!(of(name), [name]);
+        for name in ["ä.png", "<UDIM>.<UDIM>.png"].iter().chain(marked) {
+            assert_eq!(of(name), [*name]);
         }
         let place = folder.path().canonicalize().unwrap();
         let tiled = canonical(&folder.path().join("ä.<UDIM>.png"));

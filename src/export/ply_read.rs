@@ -33,20 +33,17 @@ pub struct ReadError {
 /// When the file cannot be opened, is malformed or cut off, or is not a table of elements.
 pub fn read_elements(file: &Path) -> Result<Elements, ReadError> {
     let fail = |e: io::Error| error(file, "opening it", &e.to_string());
-    let opened = Stream::open(file).map_err(fail)?;
-    let metadata = opened.metadata().map_err(fail)?;
-    if metadata.is_dir() {
+    if file.is_dir() {
         return Err(error(
             file,
             "opening it",
             "this is a folder; name the elements.ply in it",
         ));
     }
-    read(
-        file,
-        &mut BufReader::with_capacity(1 << 16, opened),
-        metadata.len(),
-    )
+    let opened = Stream::open(file).map_err(fail)?;
+    let length = opened.metadata().map_err(fail)?.len();
+    let mut opened = BufReader::with_capacity(1 << 16, opened);
+    read(file, &mut opened, length)
 }
 
 /// Reads elements from the bytes of an `elements.ply`; `file` is named in errors.

@@ -12,6 +12,11 @@ use thallus::log::{Log, head};
 use thallus::run::{Recipe, Settings};
 use thallus::substrate::Substrate;
 
+#[path = "words.rs"]
+mod words;
+
+use words::as_elsewhere;
+
 /// A folder to work in, with a mesh.
 pub(crate) struct Desk(pub(crate) TempDir);
 
@@ -137,7 +142,7 @@ impl Desk {
 }
 
 pub(crate) fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    as_elsewhere(&output.stderr)
 }
 
 pub(crate) fn names(folder: &Path) -> Vec<String> {

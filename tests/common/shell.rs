@@ -7,6 +7,11 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
+#[path = "words.rs"]
+mod words;
+
+use words::as_elsewhere;
+
 /// A folder to work in, with a plane of two triangles and a bumpy sheet.
 pub(crate) struct Desk(pub(crate) TempDir);
 
@@ -92,7 +97,7 @@ impl From<Output> for Ran {
         Self {
             code: output.status.code().unwrap_or(-1),
             out: String::from_utf8(output.stdout).unwrap(),
-            err: String::from_utf8(output.stderr).unwrap(),
+            err: as_elsewhere(&output.stderr),
         }
     }
 }

@@ -460,7 +460,12 @@ fn a_buffer_may_be_named_as_its_file_is() {
     let expected = doc.load();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.gltf");
-    for name in ["100%.bin", "l%20it.bin", "q?v=2.bin"] {
+    let names = ["100%.bin", "l%20it.bin", "q?v=2.bin"];
+    // Windows has no files with a question mark.
+    for name in names
+        .iter()
+        .filter(|name| !cfg!(windows) || !name.contains('?'))
+    {
         std::fs::write(folder.path().join(name), &doc.bin).unwrap();
         std::fs::write(&path, doc.with_uri(name)).unwrap();
         assert_eq!(load_soup(&path).unwrap().soup, expected, "{name}");
