@@ -15,7 +15,7 @@ use thallus::substrate::Substrate;
 #[path = "words.rs"]
 mod words;
 
-use words::as_elsewhere;
+use words::{as_elsewhere, says};
 
 /// A folder to work in, with a mesh.
 pub(crate) struct Desk(pub(crate) TempDir);
@@ -158,7 +158,7 @@ pub(crate) fn assert_refused(output: &Output, code: i32, parts: &[&str]) {
     let said = said(output);
     assert_eq!(output.status.code(), Some(code), "{said}");
     for part in parts {
-        assert!(said.contains(part), "'{part}' not in: {said}");
+        assert!(says(&said, part), "'{part}' not in: {said}");
     }
     assert!(!said.contains("panicked"), "{said}");
 }

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 #[path = "words.rs"]
 mod words;
 
-use words::as_elsewhere;
+use words::{as_elsewhere, says};
 
 /// A folder to work in, with a plane of two triangles and a bumpy sheet.
 pub(crate) struct Desk(pub(crate) TempDir);
@@ -68,7 +68,7 @@ impl Desk {
         assert_eq!(ran.code, code, "thallus {words}\n{}", ran.err);
         for part in said {
             assert!(
-                ran.err.contains(part),
+                says(&ran.err, part),
                 "thallus {words}\n'{part}' not in: {}",
                 ran.err
             );

@@ -8,3 +8,8 @@ pub(crate) fn as_elsewhere(said: &[u8]) -> String {
         false => said.into_owned(),
     }
 }
+
+/// Whether such words have these among them.
+pub(crate) fn says(said: &str, words: &str) -> bool {
+    said.contains(&as_elsewhere(words.as_bytes()))
+}

@@ -197,7 +197,7 @@ fn wrong_grids_are_named_before_anything_is_written() {
         ),
         ("none.toml", 2, ["none.toml names no mesh", "--mesh"]),
         ("gone.toml", 1, ["gone.toml", "reading the grid failed"]),
-        ("gone.obj --B 0.2,0.3", 1, ["gone.obj", "No such file"]),
+        ("gone.obj --B 0.2,0.3", 1, ["gone.obj", "os error 2"]),
     ] {
         refused(&desk, &format!("{words} -o out"), code, &parts);
         assert!(!desk.path("out").exists(), "{words}");
