@@ -115,10 +115,9 @@ impl Job<'_> {
         let (growth, mut log) = self.watch(run, log);
         seconds.grow = started.elapsed().as_secs_f64();
         let folder = output.path().to_owned();
-        if let Err(error) = log.finish() {
+        if let Err(error) = log.close() {
             return Err(resume::cut_short(error, (&folder, self.recipe), &log));
         }
-        log.close();
         ended::spare_finished(&folder, &growth)?;
         let finished = Finished {
             substrate: self.substrate,

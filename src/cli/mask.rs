@@ -11,7 +11,7 @@ use thallus::substrate::{Mask, Selection, Substrate, Texturing};
 
 use super::failure::Failure;
 use super::grown::Grown;
-use super::mask_layer::{is_lichen, is_of_mesh, portable, split};
+use super::mask_layer::{is_lichen, is_of_mesh, named_portably, split};
 use super::mask_tiles::{self, Tiled};
 use super::named_mesh;
 use super::number::{percent, plural};
@@ -337,7 +337,7 @@ pub(super) fn named(settings: &Settings, found: &[String], by: &Path) -> Option<
     let name = |(named, found): (&String, &String)| {
         let seen = places(named, &[by.to_owned()]);
         let is_seen = seen.first().is_some_and(|seen| place(seen) == place(found));
-        portable(if is_seen { named } else { found })
+        named_portably(if is_seen { named } else { found })
     };
     match settings.mask_layers() {
         [] => settings.mask.clone(),

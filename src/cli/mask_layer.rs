@@ -1,9 +1,11 @@
 //! What the layers of a mask are called.
 
-use std::path::{MAIN_SEPARATOR_STR, Path};
+use std::path::Path;
 
 use thallus::run::{EXPOSED, OPAQUE, SECOND_UVS, VERTEX_COLORS};
 use thallus::substrate::Selection;
+
+use super::paths::portable;
 
 /// Whether a layer is another lichen: the folder of a run, or its elements.
 pub(super) fn is_lichen(layer: &Path) -> bool {
@@ -30,9 +32,9 @@ pub(super) fn split(layer: &str) -> (&str, &str) {
 }
 
 /// A layer as a recipe names it, on any system.
-pub(super) fn portable(layer: &str) -> String {
+pub(super) fn named_portably(layer: &str) -> String {
     match is_of_mesh(layer) {
         true => layer.to_owned(),
-        false => layer.replace(MAIN_SEPARATOR_STR, "/"),
+        false => portable(Path::new(layer)),
     }
 }

@@ -71,7 +71,7 @@ fn all_places(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
 fn around(recipe: &Path, named: &str) -> impl Iterator<Item = PathBuf> {
     let folder = recipe.parent().unwrap_or(Path::new(""));
     let beside = folder.join(named);
-    // A recipe that is still to be written has a folder.
+    // A recipe that is still to be written has a folder. Not as Windows has it, in a form that knows no slashes.
     let to_be = || Some(dunce::canonicalize(folder).ok()?.join(RECIPE));
     let place = dunce::canonicalize(recipe).ok().or_else(to_be);
     let place = place.unwrap_or_default();

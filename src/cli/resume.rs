@@ -116,9 +116,9 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
     match [ELEMENTS, REPORT, PREVIEW].into_iter().any(has) {
         false => Ok(()),
         true => Err(Failure::Failed(anyhow::anyhow!(
-            "{0} has a finished run whose {LOG} is gone: to grow it again, thallus grow --recipe \
-             {0}/{RECIPE} with another -o",
-            folder.display()
+            "{} has a finished run whose {LOG} is gone: to grow it again, thallus grow --recipe {} with another -o",
+            folder.display(),
+            shell_path(&folder.join(RECIPE))
         ))),
     }
 }
@@ -266,11 +266,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, away) = (folder.path().join(LOG), folder.path().join("away"));
         let mut log = LogWriter::create(&path, &own).unwrap();
-        log.close();
-        let told = || {
+        log.close().unwrap();
+        let told_of = |recipe: &Recipe| {
             let error = OutputError::FileExists(path.clone());
-            cut_short(error, (folder.path(), &own), &log).reason()
+            cut_short(error, (folder.path(), recipe), &log).reason()
         };
+        let told = || told_of(&own);
+        // In its place it is the run's, whatever size that was to have when the log began.
+        let said = told_of(&recipe(2));
+        assert!(said.contains("0 elements are safe: go on with"), "{said}");
         std::fs::copy(&path, &away).unwrap();
         std::fs::rename(&away, &path).unwrap();
         let said = told();

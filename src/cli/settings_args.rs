@@ -95,8 +95,8 @@ pub(crate) struct MaskArgs {
 
 impl MaskArgs {
     fn layers(&self) -> Vec<String> {
-        let portable = |layer: &String| mask_layer::portable(layer);
-        self.mask.iter().map(portable).collect()
+        let named = |layer: &String| mask_layer::named_portably(layer);
+        self.mask.iter().map(named).collect()
     }
 }
 

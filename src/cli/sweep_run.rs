@@ -155,8 +155,7 @@ impl Sweep<'_> {
             grow: started.elapsed().as_secs_f64(),
             ..Timings::default()
         };
-        log.finish()?;
-        log.close();
+        log.close()?;
         if growth.stopped == Stopped::Cancelled {
             return Ok(End::Interrupted);
         }

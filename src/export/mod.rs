@@ -16,6 +16,7 @@ pub(crate) mod base64;
 mod columns;
 mod csv;
 mod elements;
+mod file_id;
 mod film;
 mod from_cluster;
 mod glb;
@@ -48,6 +49,7 @@ pub use crate::substrate::UpAxis;
 pub use atomic::{discard_unfinished_files, write_file_atomically};
 pub(crate) use elements::LENGTHS;
 pub use elements::{Attribute, Elements, TableError, Values};
+pub(crate) use file_id::FileId;
 pub use film::{FILM_FORMATS, Film, FilmFormat};
 pub(crate) use mesh::volume;
 pub use mesh::{
@@ -56,7 +58,6 @@ pub use mesh::{
 };
 pub use on_mesh::NotOnMesh;
 pub use output_dir::OutputDir;
-pub(crate) use output_dir::is_still_at;
 pub use output_error::OutputError;
 pub use ply_read::{ReadError, parse_elements, read_elements};
 pub use scene::{Placement, Scene};

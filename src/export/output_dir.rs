@@ -20,6 +20,7 @@ use super::OutputError;
 use super::atomic::{
     NewFolders, Unfinished, forget_unfinished, make_folder, sync_folder, unfinished, write_new,
 };
+use super::file_id::FileId;
 
 const STAGE: &str = ".thallus-run";
 const LOCK: &str = "lock";
@@ -412,7 +413,7 @@ impl Drop for OutputDir {
 
 /// Whether a hidden folder is still the one with this lock.
 pub(super) fn is_locked_by(stage: &Path, lock: &File) -> io::Result<bool> {
-    is_still_at(&stage.join(LOCK), lock)
+    FileId::of(lock)?.is_still_at(&stage.join(LOCK))
 }
 
 fn check_vacant(folder: &Path, force: bool) -> Result<(), OutputError> {
@@ -464,7 +465,8 @@ fn lock(path: &Path, folder: &Path) -> Result<Option<File>, OutputError> {
         Err(TryLockError::WouldBlock) => return Err(locked(path, folder)),
         Err(TryLockError::Error(e)) => return Err(OutputError::io(folder, doing)(e)),
     }
-    if !is_still_at(path, &file).map_err(OutputError::io(folder, doing))? {
+    let is_still_there = FileId::of(&file).and_then(|id| id.is_still_at(path));
+    if !is_still_there.map_err(OutputError::io(folder, doing))? {
         return Ok(None);
     }
     let write = file
@@ -490,45 +492,4 @@ fn locked(path: &Path, folder: &Path) -> OutputError {
 /// The name under which a file waits for what takes its place.
 fn aside(name: &str) -> String {
     format!("{name}.earlier")
-}
-
-/// Whether an open file is still the one that others will find under its name; an error where that cannot be
-/// told.
-#[cfg(unix)]
-pub(crate) fn is_still_at(path: &Path, file: &File) -> io::Result<bool> {
-    use std::os::unix::fs::MetadataExt;
-    let identity = |m: fs::Metadata| (m.dev(), m.ino());
-    match fs::metadata(path).map(identity) {
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
-        named => Ok(named? == identity(file.metadata()?)),
-    }
-}
-
-#[cfg(not(unix))]
-pub(crate) fn is_still_at(path: &Path, file: &File) -> io::Result<bool> {
-    match same_file::Handle::from_path(path) {
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
-        named => Ok(named? == same_file::Handle::from_file(file.try_clone()?)?),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_that_has_lost_its_name_is_told_from_the_one_that_has_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let [path, away] = ["it", "away"].map(|name| folder.path().join(name));
-        let file = File::create(&path).unwrap();
-        let is_there = || is_still_at(&path, &file).unwrap();
-        assert!(is_there());
-        fs::rename(&path, &away).unwrap();
-        assert!(!is_there());
-        fs::write(&path, "another").unwrap();
-        assert!(!is_there());
-        fs::remove_file(&path).unwrap();
-        fs::rename(&away, &path).unwrap();
-        assert!(is_there());
-    }
 }

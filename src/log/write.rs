@@ -10,7 +10,7 @@ use super::block::{Draft, LARGEST_BLOCK};
 use super::rhythm::{Rhythm, Waiting};
 use super::{Log, head, write_whole};
 use crate::cluster::{Cluster, Element};
-use crate::export::{OutputError, is_still_at, write_file_atomically};
+use crate::export::{FileId, OutputError, write_file_atomically};
 use crate::growth::Counts;
 use crate::run::{Begun, Observer, Progress, Recipe, Settings};
 
@@ -30,6 +30,9 @@ pub struct LogWriter {
     path: PathBuf,
     /// None once it is closed.
     file: Option<File>,
+    /// Keeps the number of a closed file from being given to another; on Windows it would keep the file open.
+    held: Option<File>,
+    id: FileId,
     /// Length that a power failure cannot touch.
     durable: u64,
     /// Length: more than that until what is not sound is cut off.
@@ -83,7 +86,7 @@ impl LogWriter {
     }
 
     fn reopened(log: Log, started: Instant) -> Result<(Self, Begun), OutputError> {
-        let (file, length) = reopen(&log.path).map_err(failure(&log.path))?;
+        let (file, id, length) = reopen(&log.path).map_err(failure(&log.path))?;
         if length < log.sound_bytes {
             let cut = "the file was cut since it was read: read it again";
             return Err(failure(&log.path)(io::Error::other(cut)));
@@ -92,6 +95,8 @@ impl LogWriter {
         let writer = Self {
             path: log.path,
             file: Some(file),
+            held: None,
+            id,
             durable: log.sound_bytes,
             length,
             durable_elements: next,
@@ -124,10 +129,15 @@ impl LogWriter {
         }
     }
 
-    /// Lets go of the file of a log that is [finished](Self::finish), so that another may take its place: on some file
-    /// systems none takes that of an open one. Nothing more can be logged.
-    pub fn close(&mut self) {
-        self.file = None;
+    /// [Finishes](Self::finish) it and lets another file take its place, which on some file systems of Windows none can
+    /// while it is open. Nothing more can be logged.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`]; the file stays open then.
+    pub fn close(&mut self) -> Result<(), OutputError> {
+        self.finish()?;
+        self.held = self.file.take().filter(|_| !cfg!(windows));
+        Ok(())
     }
 
     /// The finished log of a whole run, as it is whenever and however often the run was stopped.
@@ -196,6 +206,9 @@ impl LogWriter {
     }
 
     fn write_waiting(&mut self) -> Result<(), OutputError> {
+        if self.file.is_none() && self.next == self.durable_elements {
+            return Ok(());
+        }
         self.close_block();
         self.check_place().map_err(failure(&self.path))?;
         let started = Instant::now();
@@ -234,14 +247,12 @@ impl LogWriter {
         Ok(())
     }
 
-    /// Whether the log is still where it was opened, which is not known of one that is closed; an error where that
-    /// cannot be told.
+    /// Whether the log is still where it was opened; an error where that cannot be told.
     ///
     /// # Errors
     /// Those of the system.
     pub fn is_in_place(&self) -> io::Result<bool> {
-        let in_place = |file| is_still_at(&self.path, file);
-        self.file.as_ref().map_or(Ok(false), in_place)
+        self.id.is_still_at(&self.path)
     }
 
     /// A file that was removed can be written, and is lost when it is closed. One that another program writes
@@ -291,12 +302,14 @@ impl Drop for LogWriter {
     }
 }
 
-/// The file, and its length. Not opened to append: Windows cuts nothing off such files.
-fn reopen(path: &Path) -> io::Result<(File, u64)> {
-    let file = OpenOptions::new().write(true).open(path)?;
+/// The file, which one it is, and its length. Appending, two that write the same log both make it longer, which is
+/// seen; but Windows cuts nothing off files that are open to append.
+fn reopen(path: &Path) -> io::Result<(File, FileId, u64)> {
+    let mut options = OpenOptions::new();
+    let file = options.write(true).append(cfg!(unix)).open(path)?;
     file.sync_all()?;
-    let length = file.metadata()?.len();
-    Ok((file, length))
+    let (id, length) = (FileId::of(&file)?, file.metadata()?.len());
+    Ok((file, id, length))
 }
 
 fn failure(path: &Path) -> impl FnOnce(io::Error) -> OutputError {

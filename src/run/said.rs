@@ -129,12 +129,12 @@ pub fn shell_word(text: &str) -> String {
     }
 }
 
-/// One word of `cmd` and of PowerShell, for a path: these have no double quotes.
+/// One word of `cmd` and of PowerShell, for a path: a backslash before the last quote would be of that quote.
 fn windows_word(path: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || r"-_./\:".contains(c);
     match !path.is_empty() && path.chars().all(plain) {
         true => path.to_owned(),
-        false => format!("\"{path}\""),
+        false => format!("\"{}\"", path.trim_end_matches('\\').replace('"', "\\\"")),
     }
 }
 
@@ -179,6 +179,7 @@ mod tests {
         assert_eq!(shell_word(""), "''");
         assert_eq!(windows_word(r"C:\out\a-b"), r"C:\out\a-b");
         assert_eq!(windows_word("my rock's.obj"), "\"my rock's.obj\"");
+        assert_eq!(windows_word(r"my runs\"), "\"my runs\"");
         assert_eq!(shell_path(Path::new("-o")), "./-o");
         let quotes = if cfg!(windows) { '"' } else { '\'' };
         let spaced = shell_path(Path::new("my runs/1"));
