@@ -64,6 +64,31 @@ fn a_writer_that_is_dropped_writes_what_waits() {
 }
 
 #[test]
+fn a_closed_log_has_all_births_takes_no_more_and_is_known_by_its_file() {
+    let desk = Desk::new();
+    let path = desk.path("closed.log");
+    let (square, recipe) = on_square(300);
+    let mut log = LogWriter::create(&path, &recipe).unwrap();
+    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    log.close().unwrap();
+    log.finish().unwrap();
+    let begun = Log::read(&path).unwrap().begun;
+    assert_eq!(begun.elements.len(), 300);
+    assert!(log.is_in_place().unwrap());
+
+    let run = Run::new(&square, &recipe_on(&square, 400), begun.clone()).unwrap();
+    run.grow(&Execution::default(), &mut log);
+    let message = log.finish().unwrap_err().to_string();
+    assert!(message.contains("the log is closed"), "{message}");
+    assert_eq!(Log::read(&path).unwrap().begun, begun);
+
+    let another = desk.path("another.log");
+    fs::copy(&path, &another).unwrap();
+    fs::rename(&another, &path).unwrap();
+    assert!(!log.is_in_place().unwrap());
+}
+
+#[test]
 fn a_log_is_begun_once() {
     let desk = Desk::new();
     let path = desk.path("begun.log");
