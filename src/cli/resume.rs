@@ -275,6 +275,8 @@ mod tests {
         // In its place it is the run's, whatever size that was to have when the log began.
         let said = told_of(&recipe(2));
         assert!(said.contains("0 elements are safe: go on with"), "{said}");
+        // Its number is given to no other file.
+        std::fs::hard_link(&path, folder.path().join("kept")).unwrap();
         std::fs::copy(&path, &away).unwrap();
         std::fs::rename(&away, &path).unwrap();
         let said = told();
