@@ -15,8 +15,8 @@ use thallus::glam::DVec3;
 use thallus::growth::Counts;
 use thallus::log::{LARGEST_BLOCK, Log, LogError, LogWriter, count_elements, head};
 use thallus::run::{
-    Begun, Execution, GrowError, Observer, Progress, Recipe, Run, Settings, StopRule, StopSetting,
-    Stopped, grow,
+    Begun, Execution, GrowError, Growth, Observer, Progress, Recipe, Run, Settings, StopRule,
+    StopSetting, Stopped, grow,
 };
 use thallus::substrate::{Mask, Soup, Substrate, UpAxis};
 
@@ -50,13 +50,19 @@ fn on_square(elements: u64) -> (Substrate, Recipe) {
     (square, recipe)
 }
 
+/// The log of 300 elements on a square, to be finished, and these.
+fn grown_log(path: &Path) -> (LogWriter, Growth) {
+    let (square, recipe) = on_square(300);
+    let mut log = LogWriter::create(path, &recipe).unwrap();
+    let growth = grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    (log, growth)
+}
+
 #[test]
 fn a_writer_that_is_dropped_writes_what_waits() {
     let desk = Desk::new();
     let path = desk.path("dropped.log");
-    let (square, recipe) = on_square(300);
-    let mut log = LogWriter::create(&path, &recipe).unwrap();
-    let growth = grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    let (log, growth) = grown_log(&path);
     drop(log);
     let read = Log::read(&path).unwrap();
     assert_eq!(read.begun.elements, growth.cluster.elements());
@@ -67,16 +73,15 @@ fn a_writer_that_is_dropped_writes_what_waits() {
 fn a_closed_log_has_all_births_takes_no_more_and_is_known_by_its_file() {
     let desk = Desk::new();
     let path = desk.path("closed.log");
-    let (square, recipe) = on_square(300);
-    let mut log = LogWriter::create(&path, &recipe).unwrap();
-    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    let (mut log, growth) = grown_log(&path);
     log.close().unwrap();
     log.finish().unwrap();
-    let begun = Log::read(&path).unwrap().begun;
-    assert_eq!(begun.elements.len(), 300);
+    let begun = growth.begun();
+    assert_eq!(Log::read(&path).unwrap().begun, begun);
     assert!(log.is_in_place().unwrap());
 
-    let run = Run::new(&square, &recipe_on(&square, 400), begun.clone()).unwrap();
+    let (square, further) = on_square(400);
+    let run = Run::new(&square, &further, begun.clone()).unwrap();
     run.grow(&Execution::default(), &mut log);
     let message = log.finish().unwrap_err().to_string();
     assert!(message.contains("the log is closed"), "{message}");
@@ -165,28 +170,26 @@ fn a_log_without_elements_gives_back_an_empty_lichen() {
 fn a_log_that_was_cut_after_it_was_read_is_not_gone_on_with() {
     let desk = Desk::new();
     let path = desk.path("cut.log");
-    let (square, recipe) = on_square(300);
-    let mut log = LogWriter::create(&path, &recipe).unwrap();
-    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    let (mut log, _) = grown_log(&path);
     log.finish().unwrap();
     let read = Log::read(&path).unwrap();
-    fs::write(&path, head(&recipe)).unwrap();
+    let head = head(&on_square(300).1);
+    fs::write(&path, &head).unwrap();
     let refused = LogWriter::open(read).unwrap_err().to_string();
     assert!(refused.contains("was cut since it was read"), "{refused}");
-    assert_eq!(fs::read(&path).unwrap(), head(&recipe));
+    assert_eq!(fs::read(&path).unwrap(), head);
 }
 
 #[test]
 fn births_of_a_run_begun_anew_are_kept_out_of_a_log_that_has_elements() {
     let desk = Desk::new();
     let path = desk.path("anew.log");
-    let (square, recipe) = on_square(300);
-    let mut log = LogWriter::create(&path, &recipe).unwrap();
-    grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
+    let (mut log, _) = grown_log(&path);
     log.finish().unwrap();
     drop(log);
     let whole = fs::read(&path).unwrap();
 
+    let (square, recipe) = on_square(300);
     let (mut log, _) = LogWriter::open(Log::read(&path).unwrap()).unwrap();
     let growth = grow(&square, &recipe, &Execution::default(), &mut log).unwrap();
     assert_eq!(growth.stopped, Stopped::Observer);

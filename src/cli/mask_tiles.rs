@@ -5,6 +5,11 @@ use std::path::{Path, PathBuf};
 
 use thallus::substrate::udim_mark;
 
+use super::paths::folder_of;
+
+/// The number of the first tile.
+const FIRST: u32 = 1001;
+
 /// A name of several images.
 pub(super) struct Tiled<'a> {
     folder: &'a Path,
@@ -35,15 +40,12 @@ impl<'a> Tiled<'a> {
     /// The images that there are, by their numbers.
     fn files(&self) -> Vec<PathBuf> {
         let [before, after] = self.around;
-        let folder = match self.folder.as_os_str().is_empty() {
-            true => Path::new("."),
-            false => self.folder,
-        };
-        let names = fs::read_dir(folder).into_iter().flatten().flatten();
+        let folder = fs::read_dir(folder_of(&self.file(FIRST)));
+        let names = folder.into_iter().flatten().flatten();
         let number = |name: String| {
             let number = name.strip_prefix(before)?.strip_suffix(after)?;
             let tile: u32 = number.parse().ok()?;
-            let is_one = (1001..=10_000).contains(&tile) && tile.to_string() == number;
+            let is_one = (FIRST..=10_000).contains(&tile) && tile.to_string() == number;
             is_one.then_some(tile)
         };
         let names = names.filter_map(|entry| entry.file_name().into_string().ok());
@@ -63,12 +65,9 @@ pub(super) fn canonical(named: &Path) -> Option<PathBuf> {
     let Some(tiled) = Tiled::of(named) else {
         return named.canonicalize().ok();
     };
-    let folder = tiled.files().first()?.parent()?.to_owned();
-    let folder = match folder.as_os_str().is_empty() {
-        true => PathBuf::from("."),
-        false => folder,
-    };
-    Some(folder.canonicalize().ok()?.join(named.file_name()?))
+    tiled.files().first()?;
+    let folder = folder_of(named).canonicalize().ok()?;
+    Some(folder.join(named.file_name()?))
 }
 
 #[cfg(test)]

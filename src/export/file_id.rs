@@ -13,9 +13,7 @@ impl FileId {
     /// When the system does not tell.
     #[cfg(unix)]
     pub(crate) fn of(file: &File) -> io::Result<Self> {
-        use std::os::unix::fs::MetadataExt;
-        let known = file.metadata()?;
-        Ok(Self(known.dev(), known.ino()))
+        file.metadata().map(Self::told_by)
     }
 
     #[cfg(windows)]
@@ -44,9 +42,13 @@ impl FileId {
     /// Not opened: a file that may not be read can be known.
     #[cfg(unix)]
     fn named(path: &Path) -> io::Result<Self> {
+        path.metadata().map(Self::told_by)
+    }
+
+    #[cfg(unix)]
+    fn told_by(known: std::fs::Metadata) -> Self {
         use std::os::unix::fs::MetadataExt;
-        let known = path.metadata()?;
-        Ok(Self(known.dev(), known.ino()))
+        Self(known.dev(), known.ino())
     }
 
     #[cfg(not(unix))]
