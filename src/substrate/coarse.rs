@@ -270,9 +270,15 @@ impl Coarse {
 impl Cells {
     /// The cell of a place given in shares of the triangle's first and last edge.
     fn index(self, shares: DVec2) -> usize {
+        let [x, y] = self.cell(shares);
+        (self.begin + y * self.along + x) as usize
+    }
+
+    /// The same by its column and row.
+    fn cell(self, shares: DVec2) -> [u32; 2] {
         let n = f64::from(self.along);
         let cell = (shares * n).clamp(DVec2::ZERO, DVec2::splat(n - 1.0));
-        (self.begin + cell.y as u32 * self.along + cell.x as u32) as usize
+        [cell.x as u32, cell.y as u32]
     }
 
     fn all(self) -> Range<usize> {
@@ -280,9 +286,9 @@ impl Cells {
     }
 
     /// The middle of a cell, as shares of the triangle's first and last edge.
-    fn middle(self, index: usize) -> DVec2 {
-        let (n, i) = (self.along as usize, index - self.begin as usize);
-        (DVec2::new((i % n) as f64, (i / n) as f64) + 0.5) / n as f64
+    fn middle(self, cell: [u32; 2]) -> DVec2 {
+        let [x, y] = cell.map(f64::from);
+        (DVec2::new(x, y) + 0.5) / f64::from(self.along)
     }
 }
 
@@ -503,9 +509,9 @@ fn begin_in(
     let mut nearest = vec![(f64::INFINITY, NONE); cells.all().len()];
     for &t in below {
         let shares = shares(t);
-        let index = cells.index(shares);
-        let away = cells.middle(index).distance_squared(shares);
-        let cell = &mut nearest[index - cells.begin as usize];
+        let [x, y] = cells.cell(shares);
+        let away = cells.middle([x, y]).distance_squared(shares);
+        let cell = &mut nearest[(y * cells.along + x) as usize];
         if away < cell.0 {
             *cell = (away, t);
         }

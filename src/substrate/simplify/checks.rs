@@ -42,8 +42,7 @@ impl Star {
     /// `is_ring` says that the triangles are one, and all run the same way round.
     pub(super) fn read(&mut self, surface: &Surface, vertex: u32, is_ring: bool) {
         self.vertex = vertex;
-        self.fan.clear();
-        self.fan.extend(surface.fan(vertex));
+        surface.list_fan(vertex, &mut self.fan);
         self.neighbours.clear();
         if is_ring {
             let firsts = self.fan.iter().map(|&[first, _]| (first, 2));
@@ -123,9 +122,10 @@ pub(super) fn keeps_topology(star: &Star, target: &Star, kind: Kind) -> bool {
 }
 
 fn common_neighbours(a: &Star, b: &Star) -> usize {
-    // So few that to compare each with each takes less time than to put them in order.
-    let is_of_b = |n: u32| b.neighbours().any(|m| m.0 == n);
-    a.neighbours().filter(|n| is_of_b(n.0)).count()
+    // So few that to compare each with each takes less time than to put them in order, or to leave off where one is
+    // found.
+    let times_of_b = |n: u32| b.neighbours().map(|m| usize::from(m.0 == n)).sum::<usize>();
+    a.neighbours().map(|n| times_of_b(n.0)).sum()
 }
 
 /// Whether no vertex gets more triangles than are good for it.
@@ -150,22 +150,33 @@ pub(super) fn keeps_triangles(
         let [a, b] = ends.map(|v| surface.place(v));
         let after = (a - new).cross(b - new);
         moved.push(after);
-        let lengths_sq = before.length_squared() * after.length_squared();
-        before.dot(after) > LEAST_COS_TURN * lengths_sq.sqrt()
-            && is_no_sliver(after, [new, a, b], before, old)
+        is_within(before, after, LEAST_COS_TURN) && is_no_sliver(after, [new, a, b], before, old)
     })
 }
 
 /// Whether a triangle is no sliver, or is one before its first corner moves, with what normal that was where.
 fn is_no_sliver(after: DVec3, corners: [DVec3; 3], before: DVec3, old: DVec3) -> bool {
     let [_, a, b] = corners;
-    let now = aspect(after, corners);
-    now >= LEAST_ASPECT || now >= aspect(before, [old, a, b])
+    let longest_sq = longest_sq(corners);
+    let is_wide = after.length_squared() >= LEAST_ASPECT * LEAST_ASPECT * longest_sq * longest_sq;
+    is_wide || {
+        let aspect = |normal: DVec3, longest_sq: f64| normal.length() / longest_sq;
+        aspect(after, longest_sq) >= aspect(before, self::longest_sq([old, a, b]))
+    }
 }
 
-fn aspect(normal: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+/// Of the sides.
+fn longest_sq([a, b, c]: [DVec3; 3]) -> f64 {
     let sides = [b - a, c - b, a - c].map(DVec3::length_squared);
-    normal.length() / larger(larger(sides[0], sides[1]), sides[2])
+    larger(larger(sides[0], sides[1]), sides[2])
+}
+
+/// Whether the angle between two vectors has a greater cosine than this positive one. Without a root, which would be
+/// waited for.
+fn is_within(a: DVec3, b: DVec3, least_cos: f64) -> bool {
+    let dot = a.dot(b);
+    let lengths_sq = a.length_squared() * b.length_squared();
+    dot > 0.0 && dot * dot > least_cos * least_cos * lengths_sq
 }
 
 /// f64::max may return either of two zeros.
@@ -229,8 +240,7 @@ pub(super) fn keeps_folds_open(
 /// cosine; so no two differ by more than twice that, and most fans need no closer look.
 fn face_one_way(mut normals: impl Iterator<Item = DVec3>, least_cos: f64) -> bool {
     let first = normals.next().unwrap_or(DVec3::ZERO);
-    let first_sq = first.length_squared();
-    normals.all(|n| n.dot(first) > least_cos * (n.length_squared() * first_sq).sqrt())
+    normals.all(|n| is_within(n, first, least_cos))
 }
 
 /// Lists, for each triangle of a fan, both edges from the middle with the corner across.

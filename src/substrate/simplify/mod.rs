@@ -290,23 +290,17 @@ fn quadric(surface: &Surface, v: u32, kind: Kind) -> Quadric {
     for ends in surface.fan(v) {
         let [a, b] = ends.map(|end| surface.place(end) - p);
         let normal = a.cross(b);
-        sum += plane(normal, normal.length());
+        let length_sq = normal.length_squared();
+        sum.add_plane(normal, length_sq, length_sq.sqrt());
         if kind == Kind::Border {
             for (end, side) in ends.into_iter().zip([a, b]) {
                 if surface.fan(v).filter(|f| f.contains(&end)).count() == 1 {
-                    sum += plane(side.cross(normal), BORDER * side.length_squared());
+                    let outwards = side.cross(normal);
+                    let weight = BORDER * side.length_squared();
+                    sum.add_plane(outwards, outwards.length_squared(), weight);
                 }
             }
         }
     }
     sum
-}
-
-fn plane(normal: DVec3, weight: f64) -> Quadric {
-    let length = normal.length();
-    if length > 0.0 {
-        Quadric::of_plane(normal / length, weight)
-    } else {
-        Quadric::default()
-    }
 }

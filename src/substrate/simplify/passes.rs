@@ -36,6 +36,30 @@ const NONE: Rank = Rank::MAX;
 /// A vertex has not been looked at since what is around it changed.
 const UNKNOWN: Rank = Rank::MAX - 1;
 
+/// A vertex by its rank first: numbers that sort as the pairs do, so that the least is found without a branch.
+fn ranked(rank: Rank, vertex: u32) -> u64 {
+    u64::from(rank) << 32 | u64::from(vertex)
+}
+
+/// Takes the least of those that are [`ranked`]. Few are taken, so to sort them all takes longer.
+fn take_cheapest(ranked: &mut Vec<u64>) -> Option<u32> {
+    let least = ranked.iter().copied().reduce(u64::min)?;
+    let at = ranked.iter().position(|&one| one == least)?;
+    ranked.swap_remove(at);
+    Some(least as u32)
+}
+
+/// Keeps those that are to stay, in their order, without a branch for each.
+fn keep(all: &mut Vec<u32>, stays: impl Fn(u32) -> bool) {
+    let mut kept = 0;
+    for i in 0..all.len() {
+        let one = all[i];
+        all[kept] = one;
+        kept += usize::from(stays(one));
+    }
+    all.truncate(kept);
+}
+
 /// A vertex that looks where to go.
 struct Mover {
     from: DVec3,
@@ -126,6 +150,8 @@ pub(super) struct Simplifier<'a> {
     run_alike: bool,
     vertices: Vec<Vertex>,
     onto: Vec<u32>,
+    /// The vertices that had not gone when candidates were last looked for.
+    alive: Vec<u32>,
     /// The lowest rank at which a vertex may go somewhere and has not been refused.
     next: Vec<Rank>,
     /// Vertices that a collapse of this pass has changed.
@@ -136,7 +162,8 @@ pub(super) struct Simplifier<'a> {
     take_all: bool,
     star: Star,
     target: Star,
-    targets: Vec<(Rank, u32)>,
+    /// Where a vertex may go, as [`ranked`].
+    targets: Vec<u64>,
     apexes: Vec<[u32; 2]>,
     moved_normals: Vec<DVec3>,
 }
@@ -151,6 +178,7 @@ impl<'a> Simplifier<'a> {
     ) -> Self {
         Self {
             onto: (0..vertices.len() as u32).collect(),
+            alive: (0..vertices.len() as u32).collect(),
             next: vec![UNKNOWN; vertices.len()],
             changed: vec![false; vertices.len()],
             surface,
@@ -194,10 +222,9 @@ impl<'a> Simplifier<'a> {
     /// Lists the vertices that have somewhere to go, with the rank of the cheapest way.
     fn find_candidates(&mut self) {
         self.candidates.clear();
-        for v in 0..self.next.len() as u32 {
-            if self.onto[v as usize] != v {
-                continue;
-            }
+        let mut alive = std::mem::take(&mut self.alive);
+        keep(&mut alive, |v| self.onto[v as usize] == v);
+        for &v in &alive {
             if self.next[v as usize] == UNKNOWN {
                 self.next[v as usize] = self.cheapest(v);
             }
@@ -206,6 +233,7 @@ impl<'a> Simplifier<'a> {
                 rank => self.candidates.push((rank, v)),
             }
         }
+        self.alive = alive;
     }
 
     /// The rank of the cheapest way for a vertex to go, or the least where all go in any order.
@@ -289,8 +317,7 @@ impl<'a> Simplifier<'a> {
             self.star.find_normals(&self.surface);
         }
         let mut waits = false;
-        for i in 0..self.targets.len() {
-            let w = self.targets[i].1;
+        while let Some(w) = take_cheapest(&mut self.targets) {
             if self.changed[w as usize] {
                 waits = true;
             } else if let Some(strayed) = self.try_target(v, w) {
@@ -302,8 +329,8 @@ impl<'a> Simplifier<'a> {
         }
     }
 
-    /// Lists where a vertex may go at a rank up to the limit, the cheapest first, unless that was
-    /// refused before; returns the lowest rank beyond.
+    /// Lists where a vertex may go at a rank up to the limit, unless that was refused before; returns the lowest
+    /// rank beyond.
     fn find_targets(&mut self, v: u32, limit: Rank) -> Rank {
         let mover = self.mover(v);
         let is_inner = self.kind(v) == Kind::Inner;
@@ -318,11 +345,10 @@ impl<'a> Simplifier<'a> {
         for (w, _) in self.star.neighbours().filter(may_go) {
             match mover.rank(self.surface.place(w)) {
                 rank if rank > limit => next = next.min(rank),
-                rank if rank >= refused_below => self.targets.push((rank, w)),
+                rank if rank >= refused_below => self.targets.push(ranked(rank, w)),
                 _ => {}
             }
         }
-        self.targets.sort_unstable();
         next
     }
 

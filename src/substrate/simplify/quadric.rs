@@ -19,15 +19,19 @@ pub(super) struct Quadric {
     weight: f64,
 }
 
+/// The square of a length by which a normal cannot be divided.
+const NO_LENGTH_SQ: f64 = 1e-300;
+
 impl Quadric {
-    /// A plane through the centre, from its unit normal.
-    pub(super) fn of_plane(normal: DVec3, weight: f64) -> Self {
-        let DVec3 { x, y, z } = normal;
-        Self {
-            diagonal: normal * normal * weight,
-            mixed: DVec3::new(y * z, z * x, x * y) * weight,
-            weight,
-            ..Self::default()
+    /// Adds a plane through the centre, from a normal and the square of how long that is; nothing where that is next to
+    /// nothing.
+    pub(super) fn add_plane(&mut self, normal: DVec3, length_sq: f64, weight: f64) {
+        if length_sq > NO_LENGTH_SQ {
+            let DVec3 { x, y, z } = normal;
+            let share = weight / length_sq;
+            self.diagonal += normal * normal * share;
+            self.mixed += DVec3::new(y * z, z * x, x * y) * share;
+            self.weight += weight;
         }
     }
 

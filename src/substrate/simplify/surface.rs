@@ -71,11 +71,10 @@ impl<'a> Surface<'a> {
     fn forget_gone(&mut self) {
         let mut kept = 0;
         for i in 0..self.triangles.len() {
-            if self.triangles[i] != GONE {
-                self.triangles[kept] = self.triangles[i];
-                self.source[kept] = self.source[i];
-                kept += 1;
-            }
+            let triangle = self.triangles[i];
+            self.triangles[kept] = triangle;
+            self.source[kept] = self.source[i];
+            kept += usize::from(triangle != GONE);
         }
         self.triangles.truncate(kept);
         self.source.truncate(kept);
@@ -110,12 +109,30 @@ impl<'a> Surface<'a> {
 
     /// For each triangle about a vertex that is not gone, its next two corners.
     pub(super) fn fan(&self, v: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.about(v).iter().filter_map(move |&corner| {
-            let triangle = &self.triangles[corner as usize / 3];
-            let (k, [next, last]) = (corner as usize % 3, AFTER[corner as usize % 3]);
-            debug_assert!(*triangle == GONE || triangle[k] == v);
-            (*triangle != GONE).then(|| [triangle[next], triangle[last]])
-        })
+        let there = |&corner: &u32| self.ends_at(corner);
+        let all = self.about(v).iter().map(there);
+        all.filter_map(|(ends, is_gone)| (!is_gone).then_some(ends))
+    }
+
+    /// Lists the same, without a branch for each.
+    pub(super) fn list_fan(&self, v: u32, fan: &mut Vec<[u32; 2]>) {
+        let about = self.about(v);
+        fan.clear();
+        fan.resize(about.len(), [0; 2]);
+        let mut listed = 0;
+        for &corner in about {
+            let (ends, is_gone) = self.ends_at(corner);
+            fan[listed] = ends;
+            listed += usize::from(!is_gone);
+        }
+        fan.truncate(listed);
+    }
+
+    /// The other two corners of the triangle that one is of, and whether that is gone.
+    fn ends_at(&self, corner: u32) -> ([u32; 2], bool) {
+        let triangle = &self.triangles[corner as usize / 3];
+        let ends = AFTER[corner as usize % 3].map(|k| triangle[k]);
+        (ends, *triangle == GONE)
     }
 
     /// How the triangles about a vertex join, and whether they are a ring that all runs the same way round.
@@ -149,16 +166,7 @@ impl<'a> Surface<'a> {
             fan[all] = ends;
             all += 1;
         }
-        let fan = &mut fan[..all];
-        for met in 1..all {
-            let last = fan[met - 1][1];
-            let next = fan[met..].iter().position(|ends| ends[0] == last);
-            let Some(next) = next.filter(|_| fan[..met].iter().all(|ends| ends[0] != last)) else {
-                return false;
-            };
-            fan.swap(met, met + next);
-        }
-        all > 2 && fan[all - 1][1] == fan[0][0]
+        is_one_ring(&fan[..all])
     }
 
     /// Moves a vertex to a neighbour.
@@ -197,6 +205,28 @@ fn repeats_corner([a, b, c]: [u32; 3]) -> bool {
     a == b || b == c || c == a
 }
 
+/// Whether links that run from their first end to their second follow each other in one ring.
+fn is_one_ring(links: &[[u32; 2]]) -> bool {
+    let mut at = 0;
+    for met in 1..=links.len() {
+        let last = links[at][1];
+        // All are asked: to leave off at the one that is found would be after another number of them each time, which
+        // no processor foresees.
+        let (next, found) = (0..).zip(links).fold((0, 0), |(next, found), (i, link)| {
+            let follows = usize::from(link[0] == last);
+            (next + i * follows, found + follows)
+        });
+        if found != 1 {
+            return false;
+        }
+        if next == 0 {
+            return met == links.len() && met > 2;
+        }
+        at = next;
+    }
+    false
+}
+
 /// Whether links join end to end, all of them; where no end is shared by more than two, that is
 /// one row or one ring.
 fn is_one_row(links: &mut [[u32; 2]]) -> bool {
@@ -211,4 +241,46 @@ fn is_one_row(links: &mut [[u32; 2]]) -> bool {
         joined += 1;
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether links can be put in an order in which each begins where the one before ends, the first where the last
+    /// does, and none where another does.
+    fn is_ring_in_some_order(links: &mut [[u32; 2]], fixed: usize) -> bool {
+        if fixed == links.len() {
+            let ends = links.iter().cycle().skip(1);
+            let follow = links.iter().zip(ends).all(|(one, next)| one[1] == next[0]);
+            let mut firsts: Vec<u32> = links.iter().map(|link| link[0]).collect();
+            firsts.sort_unstable();
+            firsts.dedup();
+            return follow && firsts.len() == links.len();
+        }
+        (fixed..links.len()).any(|i| {
+            links.swap(fixed, i);
+            let is_ring = is_ring_in_some_order(links, fixed + 1);
+            links.swap(fixed, i);
+            is_ring
+        })
+    }
+
+    #[test]
+    fn rings_are_told_whatever_the_order_of_their_links() {
+        let ends = (0..4).flat_map(|a| (0..4).map(move |b| [a, b]));
+        let all: Vec<[u32; 2]> = ends.filter(|[a, b]| a != b).collect();
+        for count in 0..5 {
+            let mut rings = 0;
+            for number in 0..all.len().pow(count) {
+                let digit = |k: u32| number / all.len().pow(k) % all.len();
+                let mut links: Vec<[u32; 2]> = (0..count).map(|k| all[digit(k)]).collect();
+                let expected = count > 2 && is_ring_in_some_order(&mut links, 0);
+                assert_eq!(is_one_ring(&links), expected, "{links:?}");
+                rings += usize::from(expected);
+            }
+            // Of three of four corners 4 · 2, of all four 6, and each in any order.
+            assert_eq!(rings, [0, 0, 0, 8 * 6, 6 * 24][count as usize]);
+        }
+    }
 }
