@@ -224,6 +224,18 @@ fn tables_that_are_not_sound_are_on_no_mesh() {
             assert!(matches!(refused, Some(NotOnMesh::Table(_))) && said.contains(problem));
         }
     }
+    let empty = Elements::default();
+    assert_eq!(empty.places_on(&plane).map(|places| places.len()), Ok(0));
+    let refused = [
+        empty.to_cluster(&plane).err(),
+        empty.to_cluster_on_turned(&plane).err(),
+    ];
+    assert_eq!(refused, [0; 2].map(|_| Some(TableError::Radius.into())));
+    let of_a_size = Elements {
+        radius: sound.radius,
+        ..empty
+    };
+    assert_eq!(of_a_size.to_cluster(&plane).map(|c| c.len()), Ok(0));
     let other = common::rock(12);
     let refused = sound.places_on(&other);
     assert!(

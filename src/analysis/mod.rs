@@ -102,6 +102,7 @@ pub enum AnalysisError {
 
 /// What was measured on a lichen.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Analysis {
     /// Number of elements.
     pub elements: usize,

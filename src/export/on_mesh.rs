@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Elements, TableError};
+use super::{Elements, LENGTHS, TableError};
 use crate::cluster::{Cluster, Element, LEAST_RADIUS, NO_PARENT};
 use crate::substrate::{Substrate, SurfacePoint, UpAxis};
 
@@ -92,13 +92,21 @@ impl Elements {
     /// positions where these have more; or [nearest to them anywhere](Self::places_on).
     ///
     /// # Errors
-    /// Those of [`places_on`](Self::places_on).
+    /// Those of [`places_on`](Self::places_on); and [`TableError::Radius`] of an empty table without a radius, as files
+    /// without rows give it.
     pub fn to_cluster(&self, substrate: &Substrate) -> Result<Cluster, NotOnMesh> {
         let places = self.places_on(substrate)?;
-        Ok(self.cluster_at(substrate, places))
+        self.cluster_at(substrate, places)
     }
 
-    fn cluster_at(&self, substrate: &Substrate, places: Vec<SurfacePoint>) -> Cluster {
+    fn cluster_at(
+        &self,
+        substrate: &Substrate,
+        places: Vec<SurfacePoint>,
+    ) -> Result<Cluster, NotOnMesh> {
+        if !LENGTHS.contains(&self.radius) {
+            return Err(TableError::Radius.into());
+        }
         let radius = substrate.units().length_to_local(self.radius);
         let mut cluster = Cluster::new(radius);
         for (i, at) in places.into_iter().enumerate() {
@@ -110,21 +118,21 @@ impl Elements {
                 probability: f64::from(self.probability[i]),
             });
         }
-        cluster
+        Ok(cluster)
     }
 
     /// The cluster that these elements are on a mesh that a program may have turned since, from z up to y up or back,
     /// as many exporters do; and whether one has.
     ///
     /// # Errors
-    /// Those of [`places_on`](Self::places_on), of the mesh as it is.
+    /// Those of [`to_cluster`](Self::to_cluster), of the mesh as it is.
     pub fn to_cluster_on_turned(
         &self,
         substrate: &Substrate,
     ) -> Result<(Cluster, bool), NotOnMesh> {
         let (table, places) = self.on_turned(substrate)?;
         let is_turned = matches!(table, Cow::Owned(_));
-        Ok((table.cluster_at(substrate, places), is_turned))
+        Ok((table.cluster_at(substrate, places)?, is_turned))
     }
 
     /// The table on such a mesh, turned as that is where it is, and where each element is there.

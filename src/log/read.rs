@@ -14,7 +14,7 @@ use crate::run::{Begun, GrowError, Recipe, Run, Settings, StopRule};
 use crate::substrate::Substrate;
 
 /// A log: whose it is, and the elements of its sound blocks.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Log {
     /// The file.
     pub path: PathBuf,

@@ -12,6 +12,7 @@ use crate::substrate::Substrate;
 
 /// What a run made.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Growth {
     /// The elements.
     pub cluster: Cluster,

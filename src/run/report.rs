@@ -12,6 +12,7 @@ use crate::substrate::Substrate;
 
 /// What a run took and came to. Lengths and areas are in the mesh file's units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RunReport {
     /// What the reader must know.
     pub note: &'static str,

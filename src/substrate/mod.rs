@@ -244,7 +244,8 @@ impl Substrate {
         Self { up, ..self }
     }
 
-    /// This substrate where lichen may only grow as a mask has it, or without one everywhere.
+    /// This substrate where lichen may only grow as a mask has it, or without one everywhere. Who needs the mesh with
+    /// several masks at a time prepares it once for each.
     ///
     /// # Panics
     /// When the mask was made for another mesh, which is one with another [hash](Self::mesh_hash).

@@ -20,6 +20,7 @@ pub struct PieceReport {
 
 /// What a mesh holds, in the file's own units.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SubstrateReport {
     /// Triangles in the file, polygons being counted as their triangles.
     pub triangles_read: usize,
