@@ -223,13 +223,18 @@ const STOPS: [u64; 4] = [700, 740, 770, 800];
 const MARKER: &[u8] = b"\xf5\xb1ock\r\n\xfe";
 
 impl Blocks {
-    /// Grown in the library, by the recipe of a run of the program.
     fn new() -> Self {
+        Self::of_seed(1)
+    }
+
+    /// Grown in the library, by the recipe of a run of the program, but for the seed.
+    fn of_seed(seed: u64) -> Self {
         let desk = Desk::new();
         desk.done(&format!("{RUN} -o whole --quiet"));
         let substrate = Substrate::load(&desk.path("rock.obj")).unwrap();
         let settings = Settings::read(&desk.path("whole/recipe.toml")).unwrap();
         let mut recipe = settings.resolve(&substrate, "rock.obj").unwrap();
+        recipe.seed = seed;
         let path = desk.path("blocks.log");
         fs::write(&path, head(&recipe)).unwrap();
         for stop in STOPS {
@@ -260,6 +265,12 @@ impl Blocks {
         let read = Log::read(&path);
         assert_eq!(told(&read), told(&Log::parse(&path, bytes)));
         read
+    }
+
+    /// Where the block begins whose first element has this age.
+    fn start_of(&self, age: u64) -> usize {
+        let begins = |start: &&usize| self.bytes[**start + 12..].starts_with(&age.to_le_bytes());
+        *self.starts.iter().find(begins).expect("a block")
     }
 
     /// What there is up to a block.
@@ -366,7 +377,12 @@ fn damage_in_the_middle_is_refused_and_what_is_sound_can_be_kept() {
     assert!(!blocks.desk.path("out/run.log.damaged").exists());
     blocks.desk.done("--resume out --keep-sound --quiet");
     assert_eq!(blocks.desk.read("out/run.log.damaged"), damaged);
-    // What was put aside stays when that happens once more.
+    // Who is killed once that is done, and before the log is cut, does it again: it is there already.
+    fs::write(blocks.desk.path("out/run.log"), &damaged).unwrap();
+    blocks.desk.done("--resume out --keep-sound --quiet");
+    assert_eq!(blocks.desk.read("out/run.log.damaged"), damaged);
+    assert!(!blocks.desk.path("out/run.log.damaged-2").exists());
+    // What was put aside stays when another damage comes.
     let again = blocks.damaged(middle.end - 1);
     fs::write(blocks.desk.path("out/run.log"), &again).unwrap();
     let said = blocks.desk.done("--resume out --keep-sound");
@@ -387,6 +403,19 @@ fn a_lost_piece_in_the_middle_is_damage_too() {
     let without = [&blocks.bytes[..middle.start], &blocks.bytes[middle.end..]].concat();
     let error = blocks.read(&without);
     assert!(matches!(error, Err(LogError::Damaged { .. })), "{error:?}");
+}
+
+#[test]
+fn blocks_of_another_run_are_none_of_this_log() {
+    let [one, other] = [1, 7].map(Blocks::of_seed);
+    for age in [0, STOPS[0], STOPS[2]] {
+        let [own, foreign] = [&one, &other].map(|blocks| blocks.start_of(age));
+        let spliced = [&one.bytes[..own], &other.bytes[foreign..]].concat();
+        let log = one.read(&spliced).unwrap();
+        assert_eq!(log.begun.elements.len() as u64, age);
+        assert_eq!(log.begun, one.read(&one.bytes[..own]).unwrap().begun);
+        assert_eq!(log.torn_bytes as usize, other.bytes.len() - foreign);
+    }
 }
 
 #[test]
@@ -429,15 +458,22 @@ fn a_log_of_another_run_is_refused_by_what_differs() {
     let this = of_version(&log, env!("CARGO_PKG_VERSION"));
     assert!(this == log, "the test knows the format");
     let mut format = log.clone();
-    format[8] = 2;
+    format[8] = 3;
     fs::write(desk.path("out/run.log"), &format).unwrap();
     desk.fails("--resume out", 1, &["head of the log is damaged"]);
     let sealed = of_version(&format, "0.2.0");
     fs::write(desk.path("out/run.log"), sealed).unwrap();
-    desk.fails("--resume out", 1, &["thallus 0.2.0 with log format 2"]);
+    desk.fails("--resume out", 1, &["thallus 0.2.0 with log format 3"]);
     fs::write(desk.path("out/run.log"), "ply\n").unwrap();
     desk.fails("--resume out", 1, &["out/run.log is not a log"]);
     fs::write(desk.path("out/run.log"), &log).unwrap();
+
+    let line = text.lines().find(|line| line.starts_with("elements ="));
+    let cut = text.replace(&format!("{}\n", line.unwrap()), "");
+    fs::write(desk.path("out/recipe.toml"), &cut).unwrap();
+    let parts = ["out/recipe.toml", "cut off or changed", "--elements"];
+    desk.fails("--resume out", 1, &parts);
+    assert!(desk.read("out/recipe.toml") == cut.as_bytes());
 
     let other = text
         .replace("bias = 0.5", "bias = 0.75")

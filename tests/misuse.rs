@@ -216,6 +216,11 @@ fn an_interrupt_on_the_way_back_leaves_the_finished_run() {
         told.contains("interrupted") && told.contains("files stay"),
         "{told}"
     );
+    // The recipe says as many already, or more.
+    assert!(
+        told.contains("--resume out") && !told.contains("--elements"),
+        "{told}"
+    );
     let table = |folder: &str| desk.read(&format!("{folder}/elements.ply"));
     assert!(table("out") == table("whole"));
     desk.done("--resume out --quiet");

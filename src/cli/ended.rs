@@ -103,14 +103,22 @@ pub(super) fn refuse_fewer(folder: &Path, log: &Log, stop: StopRule) -> Result<(
 }
 
 /// Refuses to put fewer elements in the place of those that the run had.
-pub(super) fn spare_finished(folder: &Path, growth: &Growth) -> Result<(), Failure> {
+pub(super) fn spare_finished(
+    folder: &Path,
+    stop: StopRule,
+    growth: &Growth,
+) -> Result<(), Failure> {
     let (ended, grown) = (elements(folder)?, growth.cluster.len());
     if grown as u64 >= ended {
         return Ok(());
     }
+    let size = match stop {
+        StopRule::Elements(asked) if asked >= ended => String::new(),
+        _ => format!(" --elements {ended}"),
+    };
     let said = format!(
         "it stopped before it had the {} elements of the run whose log was damaged, whose files stay; {} safe \
-         in {LOG}: go on with thallus grow --resume {} --elements {ended}",
+         in {LOG}: go on with thallus grow --resume {}{size}",
         count(ended),
         plural(grown, "element is", "elements are"),
         shell_path(folder)

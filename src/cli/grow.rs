@@ -118,7 +118,7 @@ impl Job<'_> {
         if let Err(error) = log.close() {
             return Err(resume::cut_short(error, (&folder, self.recipe), &log));
         }
-        ended::spare_finished(&folder, &growth)?;
+        ended::spare_finished(&folder, self.recipe.stop, &growth)?;
         let finished = Finished {
             substrate: self.substrate,
             cutout: self.cutout,
@@ -228,6 +228,9 @@ fn settings(args: &GrowArgs, voice: Voice) -> Result<Settings, Failure> {
         mask_hash: mask_hash.or(settings.mask_hash),
         ..settings
     };
+    if args.resume.is_some() && settings.stop.is_none() {
+        return Err(resume::without_end(path));
+    }
     if let Some(idle) = idle_preset(&settings) {
         voice.note(&format!(
             "preset {idle} changes nothing: {} says everything that it would",

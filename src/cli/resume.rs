@@ -1,7 +1,7 @@
 //! The log of a run: begun anew, or gone on with.
 
 use std::fs::File;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
@@ -80,6 +80,15 @@ pub(crate) fn check_folder(folder: &Path) -> Result<(), Failure> {
     }))
 }
 
+/// A run's recipe says where the run ends, if it is whole.
+pub(crate) fn without_end(recipe: &Path) -> Failure {
+    Failure::Failed(anyhow::anyhow!(
+        "{}: it does not say where the run ends, as the recipe of each run does: it was cut off or changed. Say how far \
+         the run is to go, as by --elements 20000",
+        recipe.display()
+    ))
+}
+
 /// What the run has come to, and whose log is sound; nothing for a run from the start.
 pub(crate) fn earlier(
     args: &GrowArgs,
@@ -123,13 +132,17 @@ fn check_unfinished(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Puts a damaged log aside before what follows the sound part is cut off.
+/// Puts a damaged log aside before what follows the sound part is cut off, unless it was by one who was killed then.
 pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
     let copy = |out: &mut dyn Write| io::copy(&mut File::open(log)?, out).map(drop);
     let numbered = (2..=MOST_ASIDE).map(|n| format!("{LOG}.damaged-{n}"));
     let mut names = iter::once(format!("{LOG}.damaged")).chain(numbered);
     let free = names.find_map(|name| {
-        match write_file_atomically(&log.with_file_name(name), false, copy) {
+        let aside = log.with_file_name(name);
+        match write_file_atomically(&aside, false, copy) {
+            Err(OutputError::FileExists(_)) if are_same(log, &aside).unwrap_or(false) => {
+                Some(Ok(()))
+            }
             Err(OutputError::FileExists(_) | OutputError::NotAFile(_)) => None,
             written => Some(written),
         }
@@ -140,6 +153,27 @@ pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
             "{}: there are {MOST_ASIDE} damaged logs beside it already: move them away",
             log.display()
         ))),
+    }
+}
+
+/// Whether two files hold the same bytes.
+fn are_same(one: &Path, other: &Path) -> io::Result<bool> {
+    let [one, other] = [File::open(one)?, File::open(other)?];
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let [mut one, mut other] = [one, other].map(BufReader::new);
+    loop {
+        let [here, there] = [one.fill_buf()?, other.fill_buf()?];
+        let both = here.len().min(there.len());
+        if both == 0 {
+            return Ok(here.len() == there.len());
+        }
+        if here[..both] != there[..both] {
+            return Ok(false);
+        }
+        one.consume(both);
+        other.consume(both);
     }
 }
 

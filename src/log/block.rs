@@ -1,5 +1,5 @@
 //! A block of elements as bytes, little-endian: marker, number of elements, age of the first, bytes
-//! of the log that were durable before, counts after the last birth, the elements, CRC-32.
+//! of the log that were durable before, counts after the last birth, the elements, CRC-32 of the log's head and of this.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -19,6 +19,20 @@ pub(super) const MARKER: [u8; 8] = *b"\xf5\xb1ock\r\n\xfe";
 pub(super) const HEAD: usize = 8 + 4 + 8 + 8 + 8 * COUNTS;
 const ELEMENT: usize = 60;
 const CHECKSUM: usize = 4;
+
+/// What ties blocks to the head of their log: its checksum. Runs of other recipes have others, and blocks of theirs are
+/// none of this log, however sound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Seal(pub(super) u32);
+
+impl Seal {
+    fn checksum(self, content: &[u8]) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&self.0.to_le_bytes());
+        hasher.update(content);
+        hasher.finalize()
+    }
+}
 
 /// A block that is being filled.
 #[derive(Debug)]
@@ -57,8 +71,9 @@ impl Draft {
         self.bytes.extend_from_slice(&bytes);
     }
 
-    /// The block's bytes; `durable` is the length of the log that a power failure cannot touch.
-    pub(super) fn close(mut self, durable: u64, counts: &Counts) -> Vec<u8> {
+    /// The block's bytes, of the log with this seal; `durable` is the length of the log that a power failure cannot
+    /// touch.
+    pub(super) fn close(mut self, seal: Seal, durable: u64, counts: &Counts) -> Vec<u8> {
         let number = self.len() as u32;
         let (marker, rest) = self.bytes[..HEAD].split_at_mut(8);
         marker.copy_from_slice(&MARKER);
@@ -67,7 +82,7 @@ impl Draft {
         let (places, rest) = rest.split_at_mut(16);
         put(places, [self.first, durable].map(u64::to_le_bytes));
         put(rest, counts.numbers().map(u64::to_le_bytes));
-        let checksum = crc32fast::hash(&self.bytes);
+        let checksum = seal.checksum(&self.bytes);
         self.bytes.extend_from_slice(&checksum.to_le_bytes());
         self.bytes
     }
@@ -83,8 +98,12 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Reads the block that begins `at` this byte, if a whole one does.
-    pub(super) fn read(file: &mut (impl Read + Seek), at: u64) -> io::Result<Option<Self>> {
+    /// Reads the block that begins `at` this byte, if a whole one of the log with this seal does.
+    pub(super) fn read(
+        file: &mut (impl Read + Seek),
+        seal: Seal,
+        at: u64,
+    ) -> io::Result<Option<Self>> {
         file.seek(SeekFrom::Start(at))?;
         let mut bytes = vec![0; HEAD];
         if !fill(file, &mut bytes)? || bytes[..8] != MARKER {
@@ -96,12 +115,12 @@ impl Block {
         }
         bytes.resize(HEAD + number * ELEMENT + CHECKSUM, 0);
         let whole = fill(file, &mut bytes[HEAD..])?;
-        Ok(whole.then(|| Self::parse(&bytes)).flatten())
+        Ok(whole.then(|| Self::parse(&bytes, seal)).flatten())
     }
 
-    fn parse(bytes: &[u8]) -> Option<Self> {
+    fn parse(bytes: &[u8], seal: Seal) -> Option<Self> {
         let (content, checksum) = bytes.split_at(bytes.len() - CHECKSUM);
-        if crc32fast::hash(content) != u32::from_le_bytes(array(checksum)) {
+        if seal.checksum(content) != u32::from_le_bytes(array(checksum)) {
             return None;
         }
         let number = |at: usize| u64::from_le_bytes(array(&content[at..at + 8]));

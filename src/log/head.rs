@@ -7,20 +7,25 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::LogError;
-use super::block::fill;
+use super::block::{Seal, fill};
 use crate::run::{Recipe, Settings};
 
 const MAGIC: [u8; 8] = *b"\x89thallog";
 
 /// Grows when old programs could not read a log any more. The head keeps its layout in all formats, so that each
 /// program can tell a log of another format from one that is damaged.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// A recipe is a page of text; what is longer than this is damaged.
 const LONGEST: usize = 1 << 20;
 
 /// The head of a log, which is a log without elements.
 pub fn head(recipe: &Recipe) -> Vec<u8> {
+    sealed_head(recipe).0
+}
+
+/// The same, and what ties the blocks that follow to it.
+pub(super) fn sealed_head(recipe: &Recipe) -> (Vec<u8>, Seal) {
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&FORMAT.to_le_bytes());
     for text in [env!("CARGO_PKG_VERSION"), &recipe.to_toml()] {
@@ -29,11 +34,19 @@ pub fn head(recipe: &Recipe) -> Vec<u8> {
     }
     let checksum = crc32fast::hash(&bytes);
     bytes.extend_from_slice(&checksum.to_le_bytes());
-    bytes
+    (bytes, Seal(checksum))
 }
 
-/// Reads a head: the recipe and the head's length.
-pub(super) fn read_head(path: &Path, file: &mut impl Read) -> Result<(Settings, u64), LogError> {
+/// A head that was read.
+pub(super) struct Head {
+    pub(super) recipe: Settings,
+    /// Its length in bytes.
+    pub(super) length: u64,
+    pub(super) seal: Seal,
+}
+
+/// Reads a head.
+pub(super) fn read_head(path: &Path, file: &mut impl Read) -> Result<Head, LogError> {
     let read = LogError::read(path);
     let damaged = || LogError::Head(path.to_owned());
     let mut reader = HeadReader {
@@ -46,17 +59,18 @@ pub(super) fn read_head(path: &Path, file: &mut impl Read) -> Result<(Settings, 
     let format = reader.number().map_err(&read)?.ok_or_else(damaged)?;
     let texts = reader.texts().map_err(&read)?;
     // The checksum first: a damaged format or version is no other one.
-    if !reader.is_sound().map_err(&read)? {
-        return Err(damaged());
-    }
+    let seal = reader.seal().map_err(&read)?.ok_or_else(damaged)?;
     let [Some(version), Some(text)] = texts else {
         return Err(damaged());
     };
     if format != FORMAT || version != env!("CARGO_PKG_VERSION") {
         return Err(other_version(path, version, format));
     }
-    let settings = Settings::from_toml(&text).map_err(|_| damaged())?;
-    Ok((settings, reader.bytes.len() as u64))
+    Ok(Head {
+        recipe: Settings::from_toml(&text).map_err(|_| damaged())?,
+        length: reader.bytes.len() as u64,
+        seal,
+    })
 }
 
 fn other_version(path: &Path, version: String, format: u32) -> LogError {
@@ -108,10 +122,11 @@ impl<R: Read> HeadReader<'_, R> {
         Ok(bytes.and_then(|bytes| String::from_utf8(bytes).ok()))
     }
 
-    /// Whether the checksum that comes next is that of what was read.
-    fn is_sound(&mut self) -> io::Result<bool> {
+    /// The checksum that comes next, if it is that of what was read.
+    fn seal(&mut self) -> io::Result<Option<Seal>> {
         let expected = crc32fast::hash(&self.bytes);
-        Ok(self.number()? == Some(expected))
+        let found = self.number()?.filter(|found| *found == expected);
+        Ok(found.map(Seal))
     }
 }
 
@@ -139,11 +154,14 @@ mod tests {
         for length in 0..head.len() {
             let there = &head[..length];
             let failed = read(&mut there.chain(Failing));
+            let failed = failed.map(|head| head.length);
             assert!(matches!(failed, Err(LogError::Read { .. })), "{length}");
             let ends = read(&mut { there });
             let is_damaged = matches!(ends, Err(LogError::NoLog(_) | LogError::Head(_)));
             assert!(is_damaged, "{length}");
         }
-        assert_eq!(read(&mut &head[..]).unwrap().1, head.len() as u64);
+        let whole = read(&mut &head[..]).unwrap();
+        assert_eq!(whole.length, head.len() as u64);
+        assert_eq!(whole.seal, sealed_head(&recipe).1);
     }
 }

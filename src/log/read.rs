@@ -5,7 +5,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::LogError;
-use super::block::{Block, LARGEST_BLOCK, MARKER, Outline};
+use super::block::{Block, LARGEST_BLOCK, MARKER, Outline, Seal};
 use super::head::read_head;
 use crate::cluster::Cluster;
 use crate::growth::Counts;
@@ -32,6 +32,8 @@ pub struct Log {
     pub is_damaged: bool,
     /// The counts at each multiple of [`LARGEST_BLOCK`] elements.
     pub(super) marks: Vec<Counts>,
+    /// Its head's: blocks of other logs are none of this.
+    pub(super) seal: Seal,
 }
 
 impl Log {
@@ -78,24 +80,26 @@ impl Log {
         let read = LogError::read(path);
         let length = file.seek(SeekFrom::End(0)).map_err(&read)?;
         file.rewind().map_err(&read)?;
-        let (recipe, sound_bytes) = read_head(path, file)?;
+        let head = read_head(path, file)?;
         let mut log = Self {
             path: path.to_owned(),
-            recipe,
+            recipe: head.recipe,
             begun: Begun::default(),
-            sound_bytes,
+            sound_bytes: head.length,
             torn_bytes: 0,
             is_damaged: false,
             marks: Vec::new(),
+            seal: head.seal,
         };
-        while let Some(block) = Block::read(file, log.sound_bytes).map_err(&read)? {
+        while let Some(block) = Block::read(file, log.seal, log.sound_bytes).map_err(&read)? {
             if !log.take(block) {
                 break;
             }
         }
         // A run that is under way may have added to it since.
         log.torn_bytes = length.saturating_sub(log.sound_bytes);
-        log.is_damaged = log.torn_bytes > 0 && was_durable(file, log.sound_bytes).map_err(&read)?;
+        log.is_damaged =
+            log.torn_bytes > 0 && was_durable(file, log.seal, log.sound_bytes).map_err(&read)?;
         Ok(log)
     }
 
@@ -190,7 +194,7 @@ pub fn count_elements(path: &Path) -> Result<u64, LogError> {
     let read = LogError::read(path);
     let mut file = open(path)?;
     let length = file.metadata().map_err(&read)?.len();
-    let (_, mut at) = read_head(path, &mut file)?;
+    let mut at = read_head(path, &mut file)?.length;
     let mut elements = 0;
     while let Some(block) = Outline::read(&mut file, at).map_err(&read)? {
         at += block.length;
@@ -204,7 +208,7 @@ pub fn count_elements(path: &Path) -> Result<u64, LogError> {
 
 /// Whether the unsound bytes from `at` on had been durable once: a whole block among them was
 /// written when what is at `at` was durable. If none was, they are of a write that never ended.
-fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
+fn was_durable(file: &mut (impl Read + Seek), seal: Seal, at: u64) -> io::Result<bool> {
     const WINDOW: u64 = 1 << 20;
     let mut bytes = Vec::new();
     let mut from = at;
@@ -214,7 +218,7 @@ fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
         file.take(WINDOW).read_to_end(&mut bytes)?;
         let windows = bytes.windows(MARKER.len()).enumerate();
         for (i, _) in windows.filter(|(_, w)| *w == MARKER) {
-            if is_block_after(file, from + i as u64, at)? {
+            if is_block_after(file, seal, from + i as u64, at)? {
                 return Ok(true);
             }
         }
@@ -227,7 +231,12 @@ fn was_durable(file: &mut (impl Read + Seek), at: u64) -> io::Result<bool> {
 
 /// Whether here is a whole block that was written when what is at `at` was durable. Its head is looked at first: what
 /// looks like a marker may be there often, and a block is long to read.
-fn is_block_after(file: &mut (impl Read + Seek), here: u64, at: u64) -> io::Result<bool> {
+fn is_block_after(
+    file: &mut (impl Read + Seek),
+    seal: Seal,
+    here: u64,
+    at: u64,
+) -> io::Result<bool> {
     let head = Outline::read(file, here)?;
-    Ok(head.is_some_and(|head| head.durable > at) && Block::read(file, here)?.is_some())
+    Ok(head.is_some_and(|head| head.durable > at) && Block::read(file, seal, here)?.is_some())
 }

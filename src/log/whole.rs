@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::block::{Draft, LARGEST_BLOCK};
-use super::head::head;
+use super::head::sealed_head;
 use crate::cluster::Element;
 use crate::growth::Counts;
 use crate::run::Recipe;
@@ -27,13 +27,13 @@ pub fn write_whole(
 ) -> io::Result<()> {
     let blocks = elements.chunks(LARGEST_BLOCK);
     assert_eq!(blocks.len(), counts.len(), "counts for each block");
-    let head = head(recipe);
+    let (head, seal) = sealed_head(recipe);
     out.write_all(&head)?;
     let (mut written, mut first) = (head.len() as u64, 0);
     for (elements, counts) in blocks.zip(counts) {
         let mut draft = Draft::new(first);
         elements.iter().for_each(|e| draft.push(e));
-        let block = draft.close(written, counts);
+        let block = draft.close(seal, written, counts);
         out.write_all(&block)?;
         written += block.len() as u64;
         first += elements.len() as u64;

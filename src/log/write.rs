@@ -6,9 +6,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::block::{Draft, LARGEST_BLOCK};
+use super::block::{Draft, LARGEST_BLOCK, Seal};
+use super::head::sealed_head;
 use super::rhythm::{Rhythm, Waiting};
-use super::{Log, head, write_whole};
+use super::{Log, write_whole};
 use crate::cluster::{Cluster, Element};
 use crate::export::{FileId, OutputError, write_file_atomically};
 use crate::growth::Counts;
@@ -42,6 +43,7 @@ pub struct LogWriter {
     /// Whole blocks that are not written yet.
     blocks: Vec<u8>,
     draft: Draft,
+    seal: Seal,
     /// Age of the next element.
     next: u64,
     counts: Counts,
@@ -61,7 +63,7 @@ impl LogWriter {
     /// refuses.
     pub fn create(path: &Path, recipe: &Recipe) -> Result<Self, OutputError> {
         let started = Instant::now();
-        let head = head(recipe);
+        let (head, seal) = sealed_head(recipe);
         write_file_atomically(path, false, |out| out.write_all(&head))?;
         let log = Log {
             path: path.to_owned(),
@@ -71,6 +73,7 @@ impl LogWriter {
             torn_bytes: 0,
             is_damaged: false,
             marks: Vec::new(),
+            seal,
         };
         Ok(Self::reopened(log, started)?.0)
     }
@@ -102,6 +105,7 @@ impl LogWriter {
             durable_elements: next,
             blocks: Vec::new(),
             draft: Draft::new(next),
+            seal: log.seal,
             next,
             counts: log.begun.counts.clone(),
             marks: log.marks,
@@ -185,7 +189,7 @@ impl LogWriter {
     fn close_block(&mut self) {
         if self.draft.len() > 0 {
             let draft = std::mem::replace(&mut self.draft, Draft::new(self.next));
-            let block = draft.close(self.durable, &self.counts);
+            let block = draft.close(self.seal, self.durable, &self.counts);
             self.blocks.extend_from_slice(&block);
         }
     }
