@@ -9,7 +9,7 @@ use thallus::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
 use thallus::run::{Execution, grow};
-use thallus::substrate::{Substrate, SurfacePoint};
+use thallus::substrate::{Soup, Substrate, SurfacePoint};
 use thallus::walk::{Ball, Connectivity, Place, trace};
 
 fn random_point(substrate: &Substrate, stream: &mut Stream) -> SurfacePoint {
@@ -477,6 +477,56 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
         }
     }
     assert!(round > 1000, "{round} pairs near each other round a rim");
+}
+
+/// Two squares that meet at this angle in a ridge along z, through the origin.
+fn ridge(angle: f64) -> Substrate {
+    let (x, y) = (0.5 * angle).sin_cos();
+    let at = |x: f64, z: f64| [x, if x == 0.0 { 0.0 } else { -y }, z];
+    let ends = [-1.0, 1.0].map(|z| [at(0.0, z), at(x, z), at(-x, z)]);
+    let soup = Soup {
+        positions: ends.concat(),
+        triangles: vec![[0, 1, 4], [0, 4, 3], [0, 3, 5], [0, 5, 2]],
+        notes: Vec::new(),
+    };
+    Substrate::from_soup(soup).expect("a ridge")
+}
+
+/// There an element of the other face, nearer than contact, becomes one of this while a walker touches another.
+#[test]
+fn elements_do_not_overlap_over_a_ridge() {
+    const RADIUS: f64 = 0.015;
+    let mut over = 0;
+    for (angle, seed) in [50.0f64, 60.0, 65.0]
+        .map(|a| (1..9).map(move |seed| (a, seed)))
+        .into_iter()
+        .flatten()
+    {
+        let ridge = ridge(angle.to_radians());
+        for join in [Join::Pack, Join::Touch] {
+            let mut recipe = common::recipe(RADIUS, 2000);
+            (recipe.join, recipe.seed) = (join, seed);
+            recipe.at = vec![SeedPlace::Point([0.0, 0.0, 0.0])];
+            let growth = grow(&ridge, &recipe, &Execution::default(), &mut ()).expect("grows");
+            let file = |e: &Element| ridge.units().to_file(e.position);
+            let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
+            for (i, p) in places.iter().enumerate() {
+                for q in places[..i].iter().filter(|q| q.distance(*p) < 3.0 * RADIUS) {
+                    let middle = p.midpoint(*q);
+                    let is_over = p.x * q.x < 0.0;
+                    over += usize::from(is_over);
+                    // On one sheet: joined within 1.5 r about the middle between them.
+                    let is_joined = middle.x.hypot(middle.y) < 1.5 * RADIUS * (1.0 - 1e-6);
+                    let apart = p.distance(*q) / RADIUS;
+                    assert!(
+                        apart >= 2.0 * (1.0 - 1e-6) || is_over && !is_joined,
+                        "{angle} degrees, {join:?}, seed {seed}: {p} and {q}, {apart} r"
+                    );
+                }
+            }
+        }
+    }
+    assert!(over > 1000, "{over} pairs near each other over a ridge");
 }
 
 #[test]

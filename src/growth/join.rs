@@ -96,12 +96,12 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             .legs
             .iter()
             .find_map(|leg| self.first_touch_on(scratch, leg, &nearby));
-        // What was of another sheet at the start may be of the walker's here.
-        let contact_sq = self.contact_distance() * self.contact_distance();
-        let is_near = |f: &Found| f.place.distance_squared(path.start()) < contact_sq;
+        // What was of another sheet when the path came near it may be of the walker's here.
+        let least = self.contact_distance() * (1.0 - OVERLAP);
         let touch = touch.filter(|(at, _)| {
-            let crowded = nearby.iter().any(is_near);
-            !crowded || !self.overlaps(scratch, at)
+            let p = self.substrate.position(at);
+            let is_near = |f: &Found| f.place.distance_squared(p) < least * least;
+            !nearby.iter().any(is_near) || !self.overlaps(scratch, at)
         });
         let (at, id) = touch.or_else(|| self.last_place_clear(scratch, path))?;
         Some((at, id, touch.is_some()))
@@ -196,10 +196,6 @@ impl Path {
             to: substrate.position(&end),
         });
         Self { legs }
-    }
-
-    fn start(&self) -> DVec3 {
-        self.legs[0].from
     }
 
     fn end(&self) -> DVec3 {
