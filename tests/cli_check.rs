@@ -322,10 +322,19 @@ fn check_warns_in_words() {
         "tube.obj",
         format!("{rims}{}", (0..300).map(side).collect::<String>()),
     );
+    let strips = |width: f64| {
+        let ends = |i: i32| format!("v 0 0 {z}\nv 1 0 {z}\n", z = f64::from(i) * width);
+        let quad = |i: i32| format!("f {} {} {} {}\n", i, i + 1, i + 3, i + 2);
+        let places: String = (0..501).map(ends).collect();
+        places + &(0..500).map(|i| quad(2 * i + 1)).collect::<String>()
+    };
+    desk.put("strips.obj", strips(1e-5));
+    desk.put("planks.obj", strips(1e-3));
     desk.put("large.obj", PLANE.replace("10", "1000000"));
     desk.put("small.obj", PLANE.replace("10", "0.0000001"));
     for (mesh, said) in [
         ("fine.obj", "consider simplifying"),
+        ("strips.obj", "crosses about 95 edges"),
         (
             "fin.obj",
             "1 edge with more than two triangles (near (5, 0, 5))",
@@ -361,6 +370,7 @@ fn check_warns_in_words() {
         "{}",
         said("bad.obj")
     );
+    assert!(!said("planks.obj").contains("long and thin"));
     for mesh in ["spiky.obj", "fan.obj", "tube.obj"] {
         let said = desk.done(&format!("check {mesh}")).out;
         assert!(!said.contains("far off"), "{said}");

@@ -1,6 +1,6 @@
 //! What a mesh's report means for lichen, in words.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_2_PI, PI};
 
 use thallus::run::{DEFAULT_ELEMENTS, RADIUS, Settings};
 use thallus::substrate::{Substrate, SubstrateReport};
@@ -23,7 +23,7 @@ pub(crate) fn warnings(substrate: &Substrate, radius: f64) -> Vec<String> {
         open_edges(report),
         non_manifold_edges(substrate),
         wound_apart(report),
-        dense(report, radius),
+        dense(report, radius).or_else(|| slivers(report, radius)),
         lost(report),
         far(substrate.units().offset(), diagonal, radius),
         scale(diagonal),
@@ -216,6 +216,23 @@ fn dense(report: &SubstrateReport, radius: f64) -> Option<String> {
             "the median edge is {edges} r: consider simplifying; triangles so much smaller than an \
              element (r = {}) cost time and change nothing",
             short(radius)
+        )
+    })
+}
+
+/// Edges on a way of one radius, from which on they cost time: about as many as where all sides are a tenth of that long.
+const MANY_EDGES: f64 = 20.0;
+
+/// A straight way meets 2/π edges for each unit of their length on a unit of area (Crofton); each triangle has half of
+/// its three.
+fn slivers(report: &SubstrateReport, radius: f64) -> Option<String> {
+    let of_edges = 1.5 * report.edge_length[1] * report.triangles as f64;
+    let crossed = FRAC_2_PI * of_edges / report.area * radius;
+    let edges = count(crossed as u64);
+    (crossed > MANY_EDGES).then(|| {
+        format!(
+            "triangles are so long and thin that a way of one radius crosses about {edges} edges: growing, skins and \
+             pictures take long; remesh it to sides alike"
         )
     })
 }
