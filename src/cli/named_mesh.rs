@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use thallus::input;
 use thallus::substrate::{Format, load_soup};
 
 use super::mask_tiles;
 use super::output::RECIPE;
+use super::paths::hash_of;
 use super::terminal::Voice;
 
 /// The mesh that a recipe names, seen from here, else from the recipe's folder, else from those that hold that one:
@@ -32,9 +32,7 @@ pub(super) fn named_mesh(recipe: &Path, named: &str, hash: Option<&str>) -> Opti
 
 /// Whether a mesh has this hash: that of its bytes, unless a glTF has more of them in other files.
 fn has_hash(path: &Path, hash: &str) -> bool {
-    let mut hasher = blake3::Hasher::new();
-    let hashed = input::regular(path).and_then(|file| hasher.update_reader(file).map(drop));
-    let is_alone = hashed.is_ok() && hasher.finalize().to_hex().as_str() == hash;
+    let is_alone = hash_of(path).is_ok_and(|found| found == hash);
     let has_others = matches!(Format::by_name(path), Some(Format::Gltf | Format::Glb));
     is_alone || has_others && load_soup(path).is_ok_and(|mesh| mesh.hash == hash)
 }

@@ -1,7 +1,7 @@
 //! The log of a run: begun anew, or gone on with.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +15,7 @@ use super::ended;
 use super::failure::Failure;
 use super::number::{count, elements, plural};
 use super::output::{ELEMENTS, FILES, PREVIEW, RECIPE, REPORT};
+use super::paths::hash_of;
 use super::terminal::Voice;
 
 impl GrowArgs {
@@ -158,23 +159,7 @@ pub(crate) fn set_aside(log: &Path) -> Result<(), Failure> {
 
 /// Whether two files hold the same bytes.
 fn are_same(one: &Path, other: &Path) -> io::Result<bool> {
-    let [one, other] = [File::open(one)?, File::open(other)?];
-    if one.metadata()?.len() != other.metadata()?.len() {
-        return Ok(false);
-    }
-    let [mut one, mut other] = [one, other].map(BufReader::new);
-    loop {
-        let [here, there] = [one.fill_buf()?, other.fill_buf()?];
-        let both = here.len().min(there.len());
-        if both == 0 {
-            return Ok(here.len() == there.len());
-        }
-        if here[..both] != there[..both] {
-            return Ok(false);
-        }
-        one.consume(both);
-        other.consume(both);
-    }
+    Ok(hash_of(one)? == hash_of(other)?)
 }
 
 /// Damaged logs kept in one folder, at most.

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use thallus::analysis::{Centres, SurfaceMetric, analyze};
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, OutputDir, OutputError, format_of, write_file_atomically};
-use thallus::input;
 use thallus::picture::age_color;
 use thallus::run::{Growth, Recipe, RunReport, Settings};
 use thallus::substrate::Substrate;
@@ -18,6 +17,7 @@ use thallus::sweep::{Grid, GridRun, Outcome};
 use super::export::smooth_on;
 use super::failure::Failure;
 use super::output::{ELEMENTS, RECIPE, REPORT, as_written};
+use super::paths::hash_of;
 use super::sweep_files::{CELLS, GRID, MEASURES};
 
 /// Opens the folder of a sweep, or makes it.
@@ -177,9 +177,7 @@ fn hash_to_be(substrate: &Substrate, cluster: &Cluster) -> anyhow::Result<String
 
 /// A hash of the elements' file that is there.
 fn hash_there(folder: &Path) -> io::Result<String> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(input::regular(&folder.join(ELEMENTS))?)?;
-    Ok(hasher.finalize().to_string())
+    hash_of(&folder.join(ELEMENTS))
 }
 
 /// What a run came to, if its folder holds it finished.

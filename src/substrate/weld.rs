@@ -229,13 +229,7 @@ fn merge_equal(
     let mut equal = Vec::new();
     // Most corners are at positions that others were at.
     let mut numbers = vec![HashIndex::EMPTY; positions.len()];
-    let corners = triangles.as_flattened_mut();
-    for i in 0..corners.len() {
-        let later = corners.get(i + AHEAD).copied();
-        if let Some(later) = later.filter(|later| numbers[*later as usize] == HashIndex::EMPTY) {
-            seen.fetch(key(place(later)));
-        }
-        let corner = &mut corners[i];
+    for corner in triangles.as_flattened_mut() {
         let number = &mut numbers[*corner as usize];
         if *number == HashIndex::EMPTY {
             let (p, next) = (place(*corner), places.len() as u32);

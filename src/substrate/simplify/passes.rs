@@ -43,21 +43,8 @@ fn ranked(rank: Rank, vertex: u32) -> u64 {
 
 /// Takes the least of those that are [`ranked`]. Few are taken, so to sort them all takes longer.
 fn take_cheapest(ranked: &mut Vec<u64>) -> Option<u32> {
-    let least = ranked.iter().copied().reduce(u64::min)?;
-    let at = ranked.iter().position(|&one| one == least)?;
-    ranked.swap_remove(at);
-    Some(least as u32)
-}
-
-/// Keeps those that are to stay, in their order, without a branch for each.
-fn keep(all: &mut Vec<u32>, stays: impl Fn(u32) -> bool) {
-    let mut kept = 0;
-    for i in 0..all.len() {
-        let one = all[i];
-        all[kept] = one;
-        kept += usize::from(stays(one));
-    }
-    all.truncate(kept);
+    let (at, _) = ranked.iter().enumerate().min_by_key(|(_, one)| **one)?;
+    Some(ranked.swap_remove(at) as u32)
 }
 
 /// A vertex that looks where to go.
@@ -222,9 +209,8 @@ impl<'a> Simplifier<'a> {
     /// Lists the vertices that have somewhere to go, with the rank of the cheapest way.
     fn find_candidates(&mut self) {
         self.candidates.clear();
-        let mut alive = std::mem::take(&mut self.alive);
-        keep(&mut alive, |v| self.onto[v as usize] == v);
-        for &v in &alive {
+        self.alive.retain(|&v| self.onto[v as usize] == v);
+        for &v in &self.alive {
             if self.next[v as usize] == UNKNOWN {
                 self.next[v as usize] = self.cheapest(v);
             }
@@ -233,7 +219,6 @@ impl<'a> Simplifier<'a> {
                 rank => self.candidates.push((rank, v)),
             }
         }
-        self.alive = alive;
     }
 
     /// The rank of the cheapest way for a vertex to go, or the least where all go in any order.
