@@ -263,4 +263,6 @@ fn without_facets_there_is_nothing_to_grow_on() {
     for bytes in [binary(b"", &[]), b"solid empty\nendsolid empty\n".to_vec()] {
         assert_says(&refused(bytes, Format::Stl), &["no triangles to grow on"]);
     }
+    let within_header = refused(*b"solid by its exporter      ", Format::Stl);
+    assert_says(&within_header, &["without endsolid", "cut short"]);
 }

@@ -30,7 +30,7 @@ const MOST_COST: u64 = 1 << 31;
 /// as large as what the outline bends from one to the next. A circle of 130,000 corners then takes ten seconds.
 const ROUND_COST: u64 = 8;
 
-/// Share of a quad that a triangle of it must have.
+/// Share of a polygon that a triangle of it must have to count.
 const FLAT: f64 = 1e-10;
 
 /// Which corner of a face is at a vertex, the first of several.
@@ -71,8 +71,8 @@ pub(super) struct Triangulator {
     pending: Vec<Piece>,
     /// Polygons with more than three corners seen so far.
     pub(super) polygons: usize,
-    /// Those that have no inside (crossing themselves, or without area) and were fanned.
-    pub(super) fanned: usize,
+    /// Those that cross themselves, fold over in the plane that they face, or have no area.
+    pub(super) without_inside: usize,
 }
 
 /// A triangle of the polygon's corners, and which of its edges (from each corner to the next)
@@ -93,7 +93,7 @@ impl Triangulator {
             edges: Vec::new(),
             pending: Vec::new(),
             polygons: 0,
-            fanned: 0,
+            without_inside: 0,
         }
     }
 
@@ -163,10 +163,11 @@ impl Triangulator {
         if self.polygons > 0 {
             notes.push(counted(self.polygons, "polygon", "polygons") + " triangulated");
         }
-        if self.fanned > 0 {
-            let one = "polygon that crosses itself or has no area cut as a fan";
-            let many = "polygons that cross themselves or have no area cut as fans";
-            notes.push(counted(self.fanned, one, many));
+        if self.without_inside > 0 {
+            let one = "polygon that crosses itself, folds over or has no area, cut all the same";
+            let many =
+                "polygons that cross themselves, fold over or have no area, cut all the same";
+            notes.push(counted(self.without_inside, one, many));
         }
         notes
     }
@@ -179,7 +180,8 @@ impl Triangulator {
         let facing = |t: [[f64; 3]; 3]| dot(cross(sub(t[1], t[0]), sub(t[2], t[0])), normal);
         let along_ac = facing([p, q, r]).min(facing([p, r, s]));
         let along_bd = facing([q, r, s]).min(facing([q, s, p]));
-        self.fanned += usize::from(!(along_ac >= 0.0 || along_bd >= 0.0));
+        let has_inside = normal != [0.0; 3] && (along_ac >= 0.0 || along_bd >= 0.0);
+        self.without_inside += usize::from(!has_inside);
         // The first diagonal unless only the other leaves two triangles that face the same way. One along
         // which three corners lie leaves none, but for round-off.
         let none = FLAT * dot(normal, normal);
@@ -194,14 +196,31 @@ impl Triangulator {
         self.polygons += 1;
         let start = out.len();
         if self.cut_flat(positions, corners) && self.mend(corners.len() as u32, out) {
+            self.without_inside += usize::from(self.turns_over(&out[start..]));
             for triangle in &mut out[start..] {
                 *triangle = triangle.map(|i| corners[i as usize]);
             }
             return;
         }
         out.truncate(start);
-        self.fanned += 1;
+        self.without_inside += 1;
         out.extend((1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
+    }
+
+    /// Whether some of the triangles face one way in the plane and some the other, but for round-off.
+    fn turns_over(&self, triangles: &[[u32; 3]]) -> bool {
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| DVec2::from(self.flat[corner as usize]));
+            (b - a).perp_dot(c - a)
+        };
+        let share = |sign: f64| {
+            triangles
+                .iter()
+                .map(|t| (sign * area(t)).max(0.0))
+                .sum::<f64>()
+        };
+        let [left, right] = [1.0, -1.0].map(share);
+        left.min(right) > FLAT * left.max(right)
     }
 
     /// Runs earcut on the projected polygon; `self.cut` then holds corner numbers, each triangle

@@ -353,10 +353,6 @@ impl<R: BufRead> AsciiFacets<R> {
             let problem = "the file ends within a facet".into();
             return Err(fault(self.last, problem));
         }
-        let short = self.short_facets();
-        if self.positions.is_empty() {
-            return Err(no_triangles(0, short.as_slice()));
-        }
         if self.ended < self.begun {
             return Err(LoadFault::malformed(
                 Stl,
@@ -364,6 +360,10 @@ impl<R: BufRead> AsciiFacets<R> {
                 "the file ends without endsolid",
                 "it was cut short: export or copy it again, or write endsolid at its end if nothing is missing",
             ));
+        }
+        let short = self.short_facets();
+        if self.positions.is_empty() {
+            return Err(no_triangles(0, short.as_slice()));
         }
         let mut notes = Vec::new();
         // On one line the name after `endsolid` hides the next `solid`.
