@@ -8,7 +8,7 @@ use glam::DVec3;
 use thallus::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
-use thallus::run::{Execution, grow};
+use thallus::run::{Execution, Stopped, grow};
 use thallus::substrate::{Soup, Substrate, SurfacePoint};
 use thallus::walk::{Ball, Connectivity, Place, trace};
 
@@ -461,6 +461,7 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
             (recipe.law, recipe.join, recipe.seed) = (law, join, seed);
             recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.485])];
             let growth = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
+            assert_touch_their_parents(&growth.cluster, &format!("{law:?} {join:?} seed {seed}"));
             let file = |e: &Element| plate.units().to_file(e.position);
             let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
             for (i, p) in places.iter().enumerate() {
@@ -477,6 +478,16 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
         }
     }
     assert!(round > 1000, "{round} pairs near each other round a rim");
+}
+
+/// Each element but the first is at contact distance from its parent, through space, on whatever face that is.
+fn assert_touch_their_parents(cluster: &Cluster, what: &str) {
+    let (elements, contact) = (cluster.elements(), 2.0 * cluster.radius());
+    for e in &elements[1..] {
+        let parent = &elements[e.parent as usize];
+        let apart = e.position.distance(parent.position) / contact;
+        assert!((apart - 1.0).abs() < 1e-6, "{what}: {apart} of contact");
+    }
 }
 
 /// Two squares that meet at this angle in a ridge along z, through the origin.
@@ -508,6 +519,7 @@ fn elements_do_not_overlap_over_a_ridge() {
             (recipe.join, recipe.seed) = (join, seed);
             recipe.at = vec![SeedPlace::Point([0.0, 0.0, 0.0])];
             let growth = grow(&ridge, &recipe, &Execution::default(), &mut ()).expect("grows");
+            assert_touch_their_parents(&growth.cluster, &format!("{angle} {join:?} seed {seed}"));
             let file = |e: &Element| ridge.units().to_file(e.position);
             let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
             for (i, p) in places.iter().enumerate() {
@@ -527,6 +539,36 @@ fn elements_do_not_overlap_over_a_ridge() {
         }
     }
     assert!(over > 1000, "{over} pairs near each other over a ridge");
+}
+
+/// Two faces of a disc that is as thin as a leaf and as wide as may be without a second element on one of them.
+#[test]
+fn a_face_on_which_nothing_can_touch_the_other_is_grown_on_all_the_same() {
+    const RIM: u32 = 48;
+    let on_rim = |i: u32| {
+        let (z, x) = (std::f64::consts::TAU * f64::from(i) / f64::from(RIM)).sin_cos();
+        [x, 0.0, z]
+    };
+    let faces = [[0.0, 1e-3, 0.0], [0.0, -1e-3, 0.0]];
+    let wedge = |i: u32| {
+        let (here, next) = (2 + i, 2 + (i + 1) % RIM);
+        [[0, next, here], [1, here, next]]
+    };
+    let soup = Soup {
+        positions: faces.into_iter().chain((0..RIM).map(on_rim)).collect(),
+        triangles: (0..RIM).flat_map(wedge).collect(),
+        notes: Vec::new(),
+    };
+    let leaf = Substrate::from_soup(soup).expect("a leaf");
+    for (law, join) in [(Law::Thesis, Join::Pack), (Law::Brownian, Join::Touch)] {
+        let mut recipe = common::recipe(1.0 / 1.75, 20);
+        (recipe.law, recipe.join) = (law, join);
+        recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.0])];
+        let growth = grow(&leaf, &recipe, &Execution::default(), &mut ()).expect("grows");
+        assert_eq!(growth.stopped, Stopped::Full);
+        let sides = growth.cluster.elements().iter().map(|e| e.position.y > 0.0);
+        assert_eq!(sides.collect::<Vec<_>>(), [true, false], "{law:?}");
+    }
 }
 
 #[test]

@@ -53,6 +53,8 @@ pub(super) struct Way {
     pub(super) thrown_back: bool,
     /// How often it was kept from leaving the habitat.
     pub(super) kept: u32,
+    /// How often it found no place to join where it was to stick.
+    pub(super) unjoined: u32,
     pub(super) stream: Stream,
 }
 

@@ -26,30 +26,37 @@ pub struct Joined {
 /// A place nearer to a centre than contact by this share overlaps it.
 const OVERLAP: f64 = 1e-9;
 
+/// An element is not nearer to the one that it touches than contact by more than this share, where it can be helped.
+const SHORT: f64 = 1e-6;
+
 /// A step traced again may end short of contact by round-off: by less than this much more than its distance.
 const ALMOST: f64 = 1.0 + 1e-6;
 
 impl<I: ElementIndex> Surroundings<'_, I> {
     /// The resting place of a walker whose step from `from` ended in contact; none if it did not, or was so near to
-    /// contact that round-off decides.
+    /// contact that round-off decides, or if it would overlap what it touches.
     pub fn join(
         &self,
         scratch: &mut Connectivity,
         from: &SurfacePoint,
         step: DVec2,
     ) -> Option<Joined> {
-        self.join_where((scratch, &Nearby::default()), (from, step), |_| true)
+        self.join_where((scratch, &Nearby::default()), (from, step), false, |_| true)
     }
 
-    /// The same; it is not packed to a place that does not suit.
+    /// The same; it is not packed to a place that does not suit. It may overlap what it touches if that is said.
     pub(super) fn join_where(
         &self,
         (scratch, nearby): (&mut Connectivity, &Nearby),
         (from, step): (&SurfacePoint, DVec2),
+        may_overlap: bool,
         suits: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<Joined> {
         let path = Path::follow(self.substrate, from, step);
         let (at, touched, at_distance) = self.first_touch((scratch, nearby), &path)?;
+        if !at_distance && !may_overlap && self.is_short(&at, touched) {
+            return None;
+        }
         let first = Joined {
             at,
             touched,
@@ -66,6 +73,15 @@ impl<I: ElementIndex> Surroundings<'_, I> {
             packed: true,
             ..first
         }))
+    }
+
+    /// Whether a place is nearer to an element than contact.
+    fn is_short(&self, at: &SurfacePoint, id: u32) -> bool {
+        let apart = self
+            .element(id)
+            .position
+            .distance(self.substrate.position(at));
+        apart < self.contact_distance() * (1.0 - SHORT)
     }
 
     /// After packing on a curved mesh, check again.
@@ -127,7 +143,8 @@ impl<I: ElementIndex> Surroundings<'_, I> {
     /// The last place before a path comes into contact, by bisection.
     ///
     /// This is for walkers that come round a rim: an element of another sheet, already nearer
-    /// than contact, becomes one of theirs without its distance passing 2r.
+    /// than contact, becomes one of theirs without its distance passing 2r. They are refused there, while they can go
+    /// elsewhere.
     fn last_place_clear(
         &self,
         scratch: &mut Connectivity,

@@ -64,7 +64,7 @@ impl<I: ElementIndex> Walk<'_, I> {
             Meeting::Refused => Met::Refused,
             Meeting::Sticks(probability) => {
                 let landed = far.landed_from(now.level, self.around.substrate, there);
-                self.stick(far, (&now.here, step), landed, probability)
+                self.stick((far, now), step, landed, probability)
             }
         }
     }
@@ -84,23 +84,21 @@ impl<I: ElementIndex> Walk<'_, I> {
                 Met::OffCopy
             }
             Meeting::Refused => Met::Refused,
-            Meeting::Sticks(probability) => {
-                self.stick(far, (&now.here, step), Some(landed), probability)
-            }
+            Meeting::Sticks(probability) => self.stick((far, now), step, Some(landed), probability),
         }
     }
 
     /// Joins a walker whose step over the copy led to a contact, given as the place on the surface.
     fn stick(
         &mut self,
-        far: &Far,
-        (from, step): (&Stand, DVec2),
+        (far, now): (&Far, &mut Way),
+        step: DVec2,
         contact: Option<Stand>,
         probability: f64,
     ) -> Met {
-        let way = contact.and_then(|contact| self.last_of_way(far, (from, step), &contact));
+        let way = contact.and_then(|contact| self.last_of_way(far, (&now.here, step), &contact));
         match way {
-            Some((from, step)) => self.join_from(&from, step, probability),
+            Some((from, step)) => self.join_from(now, (&from, step), probability),
             None => {
                 self.track.counts.refusals += 1;
                 Met::Refused

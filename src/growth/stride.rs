@@ -150,7 +150,7 @@ impl<I: ElementIndex> Walk<'_, I> {
                 _ => match self.meet(None, to, &mut now.stream) {
                     Meeting::Elsewhere => Met::Nothing,
                     Meeting::Refused => Met::Refused,
-                    Meeting::Sticks(probability) => self.join(&now.here, *along, probability),
+                    Meeting::Sticks(probability) => self.join(now, *along, probability),
                 },
             };
             match met {

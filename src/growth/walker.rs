@@ -43,6 +43,10 @@ const MOST_REACHED: usize = 2000;
 /// and what it may touch then is within 2 of there, or within 4 of what it turned about.
 const JOINING: f64 = 8.0;
 
+/// Times that a walker is refused for want of a place that overlaps nothing before it may overlap what it touches: on a
+/// face as small as an element there may be no other.
+const MOST_UNJOINED: u32 = 100;
+
 /// A walker on its way, and what it needs for that.
 pub(super) struct Walk<'b, I: ElementIndex> {
     pub(super) around: Surroundings<'b, I>,
@@ -148,6 +152,7 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
             patience: Patience::default(),
             thrown_back: false,
             kept: 0,
+            unjoined: 0,
             stream,
         };
         if let Some(far) = self.far {
@@ -458,25 +463,28 @@ impl<'b, I: ElementIndex> Walk<'b, I> {
     }
 
     /// 5. Join.
-    pub(super) fn join(&mut self, from: &Stand, step: glam::DVec2, probability: f64) -> Met {
-        let from = from.surface_point(self.around.substrate);
-        self.join_from(&from, step, probability)
+    pub(super) fn join(&mut self, now: &mut Way, step: glam::DVec2, probability: f64) -> Met {
+        let from = now.here.surface_point(self.around.substrate);
+        self.join_from(now, (&from, step), probability)
     }
 
     /// The same from a place on the surface. Where nothing may grow it is refused after all, and so where only
-    /// round-off had it touch.
+    /// round-off had it touch, and where it would overlap what it touches.
     pub(super) fn join_from(
         &mut self,
-        from: &SurfacePoint,
-        step: glam::DVec2,
+        now: &mut Way,
+        (from, step): (&SurfacePoint, glam::DVec2),
         probability: f64,
     ) -> Met {
         let habitat = self.habitat;
         let suits = |at: &SurfacePoint| habitat.is_everywhere() || habitat.at(at) > 0.0;
-        let joined =
-            self.around
-                .join_where((self.scratch, &self.crowd.nearby), (from, step), suits);
+        let may_overlap = now.unjoined >= MOST_UNJOINED;
+        let scratch = (&mut *self.scratch, &self.crowd.nearby);
+        let joined = self
+            .around
+            .join_where(scratch, (from, step), may_overlap, suits);
         let Some(joined) = joined.filter(|joined| suits(&joined.at)) else {
+            now.unjoined += 1;
             self.track.counts.refusals += 1;
             return Met::Refused;
         };
