@@ -39,28 +39,37 @@ impl std::fmt::Debug for Image {
     }
 }
 
+/// What an image is decoded for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Colors,
+    Mask,
+    Opacity,
+}
+
 /// Texels of the largest image that is read.
 const MOST_TEXELS: usize = 1 << 28;
 
 impl Image {
     pub(crate) fn decode(bytes: &[u8]) -> Result<Self, String> {
-        Self::decode_as(bytes, false)
+        Self::decode_as(bytes, Wanted::Colors)
     }
 
     /// The same of an image that must be whole, and is black where it is transparent.
     pub(crate) fn decode_mask(bytes: &[u8]) -> Result<Self, String> {
-        Self::decode_as(bytes, true)
+        Self::decode_as(bytes, Wanted::Mask)
     }
 
-    fn decode_as(bytes: &[u8], is_mask: bool) -> Result<Self, String> {
-        let image = match bytes {
-            [0x89, b'P', b'N', b'G', ..] => png(bytes, is_mask)?,
-            [0xff, 0xd8, ..] => jpeg(bytes, is_mask)?,
-            _ => return Err("it is neither PNG nor JPEG; save it as one of them".into()),
-        };
-        match image.rgb.len() == image.width * image.height && !image.rgb.is_empty() {
-            true => Ok(image),
-            false => Err(damaged()),
+    /// The same without its colours, of which nothing is to be asked.
+    pub(crate) fn decode_opacity(bytes: &[u8]) -> Result<Self, String> {
+        Self::decode_as(bytes, Wanted::Opacity)
+    }
+
+    fn decode_as(bytes: &[u8], wanted: Wanted) -> Result<Self, String> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => png(bytes, wanted),
+            [0xff, 0xd8, ..] => jpeg(bytes, wanted),
+            _ => Err("it is neither PNG nor JPEG; save it as one of them".into()),
         }
     }
 
@@ -175,7 +184,7 @@ fn check_size([width, height]: [usize; 2]) -> Result<(), String> {
     }
 }
 
-fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
+fn png(bytes: &[u8], wanted: Wanted) -> Result<Image, String> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(|_| damaged())?;
@@ -185,9 +194,13 @@ fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
     let mut raw = vec![0; length];
     let info = reader.next_frame(&mut raw).map_err(|_| damaged())?;
     let channels = info.color_type.samples();
-    let over_black = |x: u8, alpha: u8| match over_black {
-        true => (u16::from(x) * u16::from(alpha) / 255) as u8,
-        false => x,
+    let [width, height] = [info.width, info.height].map(|side| side as usize);
+    if width * height == 0 || info.buffer_size() != width * height * channels {
+        return Err(damaged());
+    }
+    let over_black = |x: u8, alpha: u8| match wanted {
+        Wanted::Mask => (u16::from(x) * u16::from(alpha) / 255) as u8,
+        _ => x,
     };
     let texel = |texel: &[u8]| match *texel {
         [r, g, b, alpha] => [r, g, b].map(|x| over_black(x, alpha)),
@@ -200,29 +213,46 @@ fn png(bytes: &[u8], over_black: bool) -> Result<Image, String> {
     let alpha = |texel: &[u8]| texel.get(channels - 1).copied().unwrap_or(255);
     let is_seen_through = channels.is_multiple_of(2) && texels().any(|texel| alpha(texel) < 255);
     Ok(Image {
-        width: info.width as usize,
-        height: info.height as usize,
-        rgb: texels().map(texel).collect(),
+        width,
+        height,
+        rgb: match wanted {
+            Wanted::Opacity => Vec::new(),
+            _ => texels().map(texel).collect(),
+        },
         alpha: is_seen_through.then(|| texels().map(alpha).collect()),
     })
 }
 
-fn jpeg(bytes: &[u8], is_strict: bool) -> Result<Image, String> {
+/// Whether what a JPEG shows goes on to its end, after which there may be anything: the data of its last scan, in which
+/// neither of these marks can be.
+fn is_whole(jpeg: &[u8]) -> bool {
+    let [scan, end] = [b"\xff\xda", b"\xff\xd9"].map(|mark| memchr::memmem::rfind(jpeg, mark));
+    scan < end
+}
+
+fn jpeg(bytes: &[u8], wanted: Wanted) -> Result<Image, String> {
     // Without the processor's own instructions, whose rounding may differ.
     let options = DecoderOptions::new_safe()
         .jpeg_set_out_colorspace(ColorSpace::RGB)
         .set_max_width(MOST_WIDE)
         .set_max_height(MOST_WIDE)
-        .set_strict_mode(is_strict);
+        .set_strict_mode(wanted == Wanted::Mask || !is_whole(bytes));
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(|_| damaged())?;
     let (width, height) = decoder.dimensions().ok_or_else(damaged)?;
     check_size([width, height])?;
     let raw = decoder.decode().map_err(|_| damaged())?;
+    let rgb = raw.as_chunks().0;
+    if rgb.is_empty() || rgb.len() != width * height {
+        return Err(damaged());
+    }
     Ok(Image {
         width,
         height,
-        rgb: raw.as_chunks().0.to_vec(),
+        rgb: match wanted {
+            Wanted::Opacity => Vec::new(),
+            _ => rgb.to_vec(),
+        },
         alpha: None,
     })
 }
@@ -262,6 +292,28 @@ mod tests {
     }
 
     #[test]
+    fn a_jpeg_that_is_cut_short_is_refused_and_one_with_more_behind_it_read() {
+        let mut whole = Vec::new();
+        let grey: Vec<u8> = (0..64 * 64).map(|i| (i % 251) as u8).collect();
+        let encoder = jpeg_encoder::Encoder::new(&mut whole, 90);
+        let encoded = encoder.encode(&grey, 64, 64, jpeg_encoder::ColorType::Luma);
+        encoded.expect("an image");
+        let with_more = [whole.as_slice(), b"\0\0 of a camera"].concat();
+        let most = whole.len();
+        for wanted in [Wanted::Colors, Wanted::Opacity] {
+            for sound in [&whole, &with_more] {
+                assert!(Image::decode_as(sound, wanted).is_ok());
+            }
+            for cut in [most / 4, most / 2, most - 100] {
+                assert!(
+                    Image::decode_as(&whole[..cut], wanted).is_err(),
+                    "{cut} of {most}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn masks_are_black_where_they_are_transparent() {
         let mut bytes = Vec::new();
         let mut encoder = ::png::Encoder::new(&mut bytes, 2, 1);
@@ -274,5 +326,8 @@ mod tests {
         let texels = |image: Result<Image, String>| image.expect("an image").rgb;
         assert_eq!(texels(Image::decode(&bytes)), [[255; 3], [200; 3]]);
         assert_eq!(texels(Image::decode_mask(&bytes)), [[0; 3], [100; 3]]);
+        let opacity = Image::decode_opacity(&bytes).expect("an image");
+        assert_eq!(opacity.alpha, Some(vec![0, 128]));
+        assert!(opacity.rgb.is_empty() && opacity.least_opacity() == 0.0);
     }
 }

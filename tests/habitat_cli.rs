@@ -354,6 +354,18 @@ fn lichen_on_what_is_cut_out_is_told_of_and_kept_out() {
     desk.assert_same("again", "opaque");
     let told = desk.done(&format!("{} --mask opaque -o white", words("card.gltf")));
     assert!(told.contains("white everywhere"), "{told}");
+    // What is not known is told, and is no mask.
+    let leaf = desk.read("leaf.png");
+    fs::write(desk.path("leaf.png"), &leaf[..leaf.len() / 2]).unwrap();
+    const UNKNOWN: &str =
+        "it cannot be told where it is cut out of images: image 0 of the mesh: it is damaged";
+    let told = desk.done(&format!("{} -o unknown", words("leaf.gltf")));
+    assert!(told.contains(UNKNOWN), "{told}");
+    let checked = desk.call("check", "leaf.gltf").output().unwrap();
+    assert!(String::from_utf8_lossy(&checked.stdout).contains(UNKNOWN));
+    let checked = desk.call("check", "card.gltf").output().unwrap();
+    let told = String::from_utf8_lossy(&checked.stdout);
+    assert!(told.contains("image 0 of the mesh is passed over: it is damaged"));
 }
 
 /// The same of OBJ, whose library says it, in a folder that has the mask's name.

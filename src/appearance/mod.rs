@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::image::Image;
 use crate::picture::{Coat, Finish};
-use crate::substrate::{Alpha, Material, Substrate, SurfacePoint, Texture, Texturing};
+use crate::substrate::{Alpha, Material, Substrate, SurfacePoint, Texture, Texturing, passed_over};
 
 /// The colours, materials and textures of a substrate.
 pub struct Appearance<'a> {
@@ -116,9 +116,7 @@ impl<'a> Appearance<'a> {
         let mut notes = texturing.notes.clone();
         let mut decode = |(i, bytes): (usize, &Vec<u8>)| {
             let image = is_wanted(i).then(|| Image::decode(bytes))?;
-            image
-                .map_err(|e| notes.push(format!("image {i} of the mesh is passed over: {e}")))
-                .ok()
+            image.map_err(|e| notes.push(passed_over(i, &e))).ok()
         };
         let images = texturing.images.iter().enumerate();
         let images = images.map(&mut decode).collect();

@@ -83,11 +83,13 @@ fn surface(args: &CheckArgs, substrate: &Substrate, texturing: &Texturing) -> Re
     let named = named(texturing);
     let radius = substrate.auto_radius();
     let mut warnings = warnings::warnings(substrate, radius);
-    let cutout = Cutout::of(substrate, texturing);
-    warnings
-        .extend(cutout.and_then(|cutout| cutout.warning(substrate, ("the surface", |_: &_| true))));
+    warnings.extend(match Cutout::of(substrate, texturing) {
+        Ok(cutout) => cutout.and_then(|c| c.warning(substrate, ("the surface", |_: &_| true))),
+        Err(unknown) => Some(unknown),
+    });
     warnings.extend(stand_ins::warning(texturing));
     warnings.extend(texturing.notes.iter().cloned());
+    warnings.extend(texturing.damaged_images());
     let maps = Maps::of(substrate, texturing);
     let unfit = warnings::unfit(substrate, &args.mesh.display().to_string());
     match args.json {

@@ -2,7 +2,7 @@
 
 use thallus::picture::{Coat, Finish};
 use thallus::run::OPAQUE;
-use thallus::substrate::{Mask, Substrate, SurfacePoint, Texturing};
+use thallus::substrate::{Mask, MaskError, Substrate, SurfacePoint, Texturing};
 
 use super::number::percent;
 
@@ -16,10 +16,18 @@ const PLACES: usize = 8192;
 const MANY: f64 = 0.005;
 
 impl Cutout {
-    /// None where all is seen, or where what says so cannot be read.
-    pub(super) fn of(substrate: &Substrate, texturing: &Texturing) -> Option<Self> {
-        let opaque = Mask::opaque(substrate, texturing).ok()?;
-        (!opaque.is_white()).then_some(Self(opaque))
+    /// None where all is seen.
+    ///
+    /// # Errors
+    /// What there is to say where what is open cannot be told.
+    pub(super) fn of(substrate: &Substrate, texturing: &Texturing) -> Result<Option<Self>, String> {
+        let opaque = Mask::opaque(substrate, texturing).map_err(|e| match e {
+            MaskError::Image(problem) => problem,
+            other => other.to_string(),
+        });
+        let opaque =
+            opaque.map_err(|e| format!("it cannot be told where it is cut out of images: {e}"))?;
+        Ok((!opaque.is_white()).then_some(Self(opaque)))
     }
 
     /// Of what says where it is open.

@@ -245,12 +245,16 @@ fn check_values(args: &GrowArgs, settings: &Settings) -> Result<(), Failure> {
     let Err(error) = settings.clone().complete() else {
         return Ok(());
     };
+    Err(blaming(args, error, |flags| flags.complete().is_ok()))
+}
+
+/// Names the recipe file where the flags alone are sound.
+fn blaming(args: &GrowArgs, error: SettingsError, are_sound: impl Fn(Settings) -> bool) -> Failure {
     match args.recipe_file() {
-        Some(recipe) if args.settings().complete().is_ok() => {
-            let named = anyhow::Error::new(error).context(recipe.display().to_string());
-            Err(Failure::Usage(named))
+        Some(recipe) if are_sound(args.settings()) => {
+            Failure::Usage(anyhow::Error::new(error).context(recipe.display().to_string()))
         }
-        _ => Err(error.into()),
+        _ => error.into(),
     }
 }
 
@@ -386,7 +390,10 @@ pub(super) fn load(
         precompute,
         ..Timings::default()
     };
-    let cutout = Cutout::of(&substrate, &texturing);
+    let cutout = Cutout::of(&substrate, &texturing).unwrap_or_else(|unknown| {
+        voice.warn(&format!("{}: {unknown}", mesh.display()));
+        None
+    });
     if !settings.mask_layers().iter().any(|layer| layer == OPAQUE) {
         let mask = found.as_ref().map(|found| &found.mask);
         let grows = |at: &SurfacePoint| mask.is_none_or(|mask| mask.at(at) > 0.0);
@@ -485,7 +492,7 @@ fn recipe(
             SettingsError::Place(PlaceError::NoHabitat) => {
                 Failure::usage(format!("{limits}: {error}{cure}"))
             }
-            other => other.into(),
+            other => blaming(args, other, |flags| flags.resolve(substrate, "").is_ok()),
         })
 }
 

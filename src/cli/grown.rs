@@ -6,7 +6,9 @@ use anyhow::Context;
 use thallus::cluster::Cluster;
 use thallus::export::{Elements, read_elements};
 use thallus::log::{LOG, count_elements};
-use thallus::run::{DEFAULT_CURVATURE_RADII, Length, Settings, VERTEX_COLORS, shell_path};
+use thallus::run::{
+    CURVATURE_RADIUS, DEFAULT_CURVATURE_RADII, Length, Settings, VERTEX_COLORS, shell_path,
+};
 use thallus::substrate::{Format, Substrate, Texturing, UpAxis};
 
 use super::dress::{Dress, load_dressed};
@@ -317,10 +319,21 @@ impl Grown {
     /// The curvature radius L that they grew with, mesh units; the usual one where nothing says it, which is told.
     pub(crate) fn curvature_radius(&self) -> f64 {
         let radius = self.elements.radius;
-        self.said_curvature_radius().unwrap_or_else(|| {
+        let said = self.said_curvature_radius();
+        // But for what the table rounds away.
+        let near = [1.0 - 1e-6, 1.0 + 1e-6];
+        let is_sound = |length: &f64| {
+            near.iter()
+                .any(|x| CURVATURE_RADIUS.allows(x * length / radius))
+        };
+        said.filter(is_sound).unwrap_or_else(|| {
+            let problem = match said {
+                Some(_) => "its recipe.toml says a curvature radius that no lichen grows with",
+                None => "nothing says with which curvature radius this grew",
+            };
             self.voice.warn(&format!(
-                "{}: nothing says with which curvature radius this grew: density and the distance from the rim are \
-                 those within {DEFAULT_CURVATURE_RADII} r; keep the run's recipe.toml beside it",
+                "{}: {problem}: density and the distance from the rim are those within {DEFAULT_CURVATURE_RADII} r; keep the \
+                 run's recipe.toml beside it, as it was written",
                 self.table.display()
             ));
             DEFAULT_CURVATURE_RADII * radius
@@ -328,14 +341,11 @@ impl Grown {
     }
 
     fn said_curvature_radius(&self) -> Option<f64> {
-        let radius = self.elements.radius;
-        let said = match self.recipe.as_ref().and_then(|r| r.curvature_radius) {
-            Some(Length::Units(length)) => Some(length),
-            Some(Length::Radii(radii)) => Some(radii * radius),
-            _ => None,
-        };
-        let sound = |length: &f64| length.is_finite() && *length >= radius;
-        said.filter(sound)
+        match self.recipe.as_ref()?.curvature_radius? {
+            Length::Units(length) => Some(length),
+            Length::Radii(radii) => Some(radii * self.elements.radius),
+            Length::Percent(_) | Length::Auto => None,
+        }
     }
 
     /// The up axis of the mesh without a look at it: as it was said, or by the convention of the format that its

@@ -69,6 +69,7 @@ use smooth::slope_normals;
 pub(crate) use smooth::{corner_normals, weighted_normal};
 pub use soup::Soup;
 pub use surface_point::SurfacePoint;
+pub(crate) use texturing::passed_over;
 pub use texturing::{Alpha, Material, Texture, Texturing};
 pub use units::Units;
 pub use up::UpAxis;

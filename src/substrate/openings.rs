@@ -1,5 +1,7 @@
 //! What materials leave open, as leaves do that are cut out of an image.
 
+use std::collections::BTreeSet;
+
 use super::mask::mean;
 use super::{Alpha, Material, Substrate, SurfacePoint, Texture, Texturing};
 use crate::image::Image;
@@ -9,7 +11,7 @@ const HALF: f32 = 0.5;
 
 /// The places of a substrate that its materials leave open.
 pub(super) struct Openings {
-    /// Of the file; those that are read.
+    /// Of the file; those that are read, without their colours.
     images: Vec<Option<Image>>,
     /// Of the file.
     materials: Vec<Material>,
@@ -28,8 +30,14 @@ struct Sheet {
 
 impl Openings {
     /// # Errors
-    /// When an image that says what is open cannot be read: its number, and why.
+    /// When an image that says what is open cannot be read, or was not: which, and why.
     pub(super) fn new(substrate: &Substrate, texturing: &Texturing) -> Result<Self, String> {
+        if let Some(unread) = unread(texturing) {
+            return Err(format!(
+                "{unread} says what is open, and is not read: have the opacity in the alpha of the base colour's image, a PNG \
+                 where the mesh's file looks for it"
+            ));
+        }
         let images = images(texturing)?;
         let materials = texturing.materials.clone();
         let is_open: Vec<bool> = materials.iter().map(|m| may_be_open(m, &images)).collect();
@@ -104,6 +112,15 @@ impl Openings {
     }
 }
 
+/// What says what is open and was not read, of the materials that triangles have.
+fn unread(texturing: &Texturing) -> Option<&str> {
+    let used: BTreeSet<u32> = texturing.material_of.iter().flatten().copied().collect();
+    let mut materials = used
+        .iter()
+        .filter_map(|&number| texturing.materials.get(number as usize));
+    materials.find_map(|material| material.unread_opacity.as_deref())
+}
+
 /// What a material says of what is open.
 fn add(hasher: &mut blake3::Hasher, material: &Material, texturing: &Texturing) {
     let cutoff = match material.alpha {
@@ -133,7 +150,7 @@ fn images(texturing: &Texturing) -> Result<Vec<Option<Image>>, String> {
     for Texture { image, .. } in textures {
         let at = images.get_mut(image).filter(|at| at.is_none());
         if let (Some(at), Some(bytes)) = (at, texturing.images.get(image)) {
-            let read = Image::decode(bytes);
+            let read = Image::decode_opacity(bytes);
             *at = Some(read.map_err(|e| format!("image {image} of the mesh: {e}"))?);
         }
     }

@@ -75,6 +75,8 @@ pub struct Material {
     pub alpha: Alpha,
     /// 0 for glass, 1 for stone, where `alpha` asks for it; a factor where the base colour's texture says it too.
     pub opacity: f32,
+    /// What was to say its opacity besides and cannot be read, in words for the user.
+    pub unread_opacity: Option<String>,
     /// Whether it shows from behind.
     pub is_double_sided: bool,
 }
@@ -148,9 +150,15 @@ impl Default for Material {
             extensions: BTreeMap::new(),
             alpha: Alpha::Opaque,
             opacity: 1.0,
+            unread_opacity: None,
             is_double_sided: false,
         }
     }
+}
+
+/// What is said of an image that is not used.
+pub(crate) fn passed_over(image: usize, problem: &str) -> String {
+    format!("image {image} of the mesh is passed over: {problem}")
 }
 
 impl Texturing {
@@ -167,6 +175,12 @@ impl Texturing {
             texturing.push(corners.map(corner), Of::default());
         }
         texturing
+    }
+
+    /// Of images that cannot be decoded, in words for the user: all are, one after the other.
+    pub fn damaged_images(&self) -> impl Iterator<Item = String> {
+        let images = self.images.iter().enumerate();
+        images.filter_map(|(i, bytes)| Some(passed_over(i, &Image::decode(bytes).err()?)))
     }
 
     /// Coordinates of the corners of a substrate's triangle, as far as the file has any.

@@ -185,6 +185,12 @@ fn an_image_that_cannot_be_read_is_no_mask() {
         told.contains("image 0 of the mesh: it is damaged"),
         "{told}"
     );
+    texturing.images = vec![leaf(0.5)];
+    texturing.materials[0].unread_opacity = Some("the image leaf.webp".to_owned());
+    let told = Mask::opaque(&substrate, &texturing)
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("leaf.webp says what is open"), "{told}");
     texturing.materials.remove(0);
     texturing.material_of = vec![Some(0); 2];
     assert!(

@@ -445,6 +445,67 @@ fn leaves_of_obj_are_cut_out_by_the_alpha_of_their_colour() {
     assert!(notes[0].contains("alpha.png is passed over"), "{notes:?}");
 }
 
+/// What is open is not known then, and not that nothing is.
+#[test]
+fn opacity_in_images_that_are_not_read_is_unread() {
+    let obj = format!("mtllib a.mtl\n{QUAD}{FACES}");
+    for (library, is_unread) in [
+        ("map_Kd leaf.png\nmap_d leaf.png", false),
+        ("map_Kd leaf.png\nmap_d alpha.png", true),
+        ("map_Kd gone.png\nmap_d gone.png", true),
+        ("map_Kd gone.png", false),
+    ] {
+        let (leaf, library) = (plain([9, 90, 9, 0]), format!("newmtl Rock 1\n{library}\n"));
+        let files: [(&str, &[u8]); 3] = [
+            ("a.obj", obj.as_bytes()),
+            ("a.mtl", library.as_bytes()),
+            ("leaf.png", &leaf),
+        ];
+        let (texturing, _) = textured(&files);
+        let unread = texturing.materials[0].unread_opacity.is_some();
+        assert_eq!(unread, is_unread, "{library}");
+    }
+    for (mode, is_unread) in [("MASK", true), ("BLEND", true), ("OPAQUE", false)] {
+        let mut doc = Doc::new();
+        let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        doc.json["materials"] = json!([{
+            "name": "leaf", "alphaMode": mode, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        }]);
+        doc.json["textures"] = json!([{"source": 0}]);
+        doc.json["images"] = json!([{"uri": "gone.png"}]);
+        let primitive = json!({"attributes": {"POSITION": positions}, "material": 0});
+        doc.show(primitive, json!({}));
+        let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+        let unread = texturing.materials[0].unread_opacity.as_deref();
+        let expected = is_unread.then_some("the image of material leaf");
+        assert_eq!(unread, expected, "{mode}");
+    }
+}
+
+#[test]
+fn what_gltf_names_and_does_not_have_is_told() {
+    let mut doc = Doc::new();
+    let positions = doc.positions(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    doc.json["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 7}}}]);
+    let primitive =
+        |material: u32| json!({"attributes": {"POSITION": positions}, "material": material});
+    doc.json["meshes"] = json!([{"primitives": [primitive(0), primitive(9)]}]);
+    doc.json["nodes"] = json!([{"mesh": 0}]);
+    doc.json["scenes"] = json!([{"nodes": [0]}]);
+    let (texturing, _) = textured(&[("a.glb", &doc.glb())]);
+    let expected = [
+        "a part is made of material 9, and the file has 1",
+        "the base colour texture is passed over: it is number 7, and the file has 0",
+    ];
+    assert_eq!(texturing.notes.len(), 2, "{:?}", texturing.notes);
+    let mut pairs = texturing.notes.iter().zip(expected);
+    assert!(
+        pairs.all(|(note, start)| note.starts_with(start)),
+        "{:?}",
+        texturing.notes
+    );
+}
+
 #[test]
 fn each_tile_of_udim_has_its_image() {
     // Two triangles in the first tile, one in the one to its right, and one in the one above that.

@@ -284,7 +284,15 @@ impl Looks {
         }
         out.is_posed = !self.skins.is_empty() || !self.animations.is_empty();
         let numbers: BTreeSet<u32> = out.material_of.iter().flatten().copied().collect();
-        let all = 0..self.materials.len() as u32;
+        let known = self.materials.len() as u32;
+        let named = self.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let mut named = named.filter_map(|primitive| primitive.material);
+        if let Some(number) = named.find(|number| *number >= known) {
+            out.notes.push(format!(
+                "a part is made of material {number}, and the file has {known}: what it looks like is not known"
+            ));
+        }
+        let all = 0..known;
         let used: Vec<bool> = all.map(|m| numbers.contains(&m)).collect();
         let mut images = Images {
             looks: self,
@@ -343,12 +351,17 @@ impl Images<'_> {
             let info = info.as_ref().filter(|_| used)?;
             self.texture(info, what)
         };
+        let base_color_texture = texture(&pbr.base_color_texture, "base colour");
+        let is_unread = used
+            && material.alpha() != Alpha::Opaque
+            && pbr.base_color_texture.is_some()
+            && base_color_texture.is_none();
         Material {
             base_color: color,
             bare_color: color,
             metallic: share(pbr.metallic_factor),
             roughness: share(pbr.roughness_factor),
-            base_color_texture: texture(&pbr.base_color_texture, "base colour"),
+            base_color_texture,
             metallic_roughness_texture: texture(&pbr.metallic_roughness_texture, "roughness"),
             normal_texture: texture(&material.normal_texture, "normal"),
             occlusion_texture: texture(&material.occlusion_texture, "occlusion"),
@@ -360,6 +373,7 @@ impl Images<'_> {
             extensions: material.plain_extensions(),
             alpha: material.alpha(),
             opacity: share(opacity),
+            unread_opacity: is_unread.then(|| format!("the image of material {name}")),
             is_double_sided: material.double_sided,
         }
     }
@@ -381,10 +395,18 @@ impl Images<'_> {
             self.out.notes.push(note);
             return None;
         }
-        let texture = self.looks.textures.get(info.index);
-        let sampler = texture.and_then(|t| self.looks.samplers.get(t.sampler?));
+        let known = self.looks.textures.len();
+        let Some(texture) = self.looks.textures.get(info.index) else {
+            let note = format!(
+                "the {what} texture is passed over: it is number {}, and the file has {known}",
+                info.index
+            );
+            self.out.notes.push(note);
+            return None;
+        };
+        let sampler = texture.sampler.and_then(|s| self.looks.samplers.get(s));
         let wrap = sampler.map_or_else(Default::default, JsonSampler::wrap);
-        let source = texture.and_then(|t| t.source);
+        let source = texture.source;
         let Some(source) = source.filter(|&s| s < self.places.len()) else {
             let note = format!(
                 "the {what} texture is passed over: it has no PNG or JPEG image (WebP and KTX2 are not read: save it as one of \

@@ -267,9 +267,13 @@ impl Library<'_> {
                     "the image {} is passed over: opacity is read from the alpha of the colour's own image (map_Kd)",
                     file.display()
                 ));
+                self.out.materials[number].unread_opacity = Some(image_of(&file));
                 continue;
             }
+            let is_tiled = self.tiled.iter().any(|tiled| tiled.material == number);
             let material = &mut self.out.materials[number];
+            let is_unread = material.base_color_texture.is_none() && !is_tiled;
+            material.unread_opacity = is_unread.then(|| image_of(&file));
             material.alpha = Alpha::Mask { cutoff: 0.5 };
             material.is_double_sided = true;
         }
@@ -333,6 +337,10 @@ impl Library<'_> {
         };
         self.images.put(slot, texture, number, self.out);
     }
+}
+
+fn image_of(file: &Path) -> String {
+    format!("the image {}", file.display())
 }
 
 /// A number from 0 to 1, or the nearest of these.
