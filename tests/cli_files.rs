@@ -350,6 +350,7 @@ fn errors_are_one_line() {
     fs::write(desk.path().join("key.toml"), "seed = 1\nbiass = 2\n").unwrap();
     fs::write(desk.path().join("part.toml"), "seed = 1.5\n").unwrap();
     fs::write(desk.path().join("far.toml"), "bias = inf\n").unwrap();
+    fs::write(desk.path().join("wide.toml"), "curvature-radius = 1e6\n").unwrap();
     let sliver = "v 0 0 0\nv 1 0 0\nv 0.5 1e-9 0\nf 1 2 3\n";
     fs::write(desk.path().join("sliver.obj"), sliver).unwrap();
     grown(desk.path(), "few", "--elements 5");
@@ -371,6 +372,11 @@ fn errors_are_one_line() {
         (vec!["grow", &rock, "--recipe", "none.toml"], 1, "none.toml"),
         (vec!["grow", &rock, "--recipe", "part.toml"], 2, "whole"),
         (vec!["grow", &rock, "--recipe", "far.toml"], 2, "far.toml"),
+        (
+            vec!["grow", &rock, "--recipe", "wide.toml"],
+            2,
+            "wide.toml: curvature-radius",
+        ),
         (vec!["grow", &rock, "--keep-sound"], 2, "--resume"),
         (
             vec!["grow", "--resume", "few/recipe.toml"],
@@ -418,6 +424,36 @@ fn errors_are_one_line() {
         assert_eq!(err.lines().count(), 1, "{words:?}: {err}");
         assert!(output.stdout.is_empty(), "{words:?}");
     }
+}
+
+#[test]
+fn a_curvature_radius_that_nothing_grows_with_is_not_measured_by() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = grown(desk.path(), "few", "--elements 50");
+    let export = |name: &str| {
+        let output = thallus(desk.path(), &["export", "few", "-o", name]);
+        let table = fs::read_to_string(desk.path().join(name)).unwrap();
+        let mut rows = table.lines().map(|row| row.split(','));
+        let column = rows.next().unwrap().position(|name| name == "density");
+        let density =
+            |mut row: std::str::Split<'_, char>| row.nth(column.unwrap()).unwrap().parse();
+        let densities: Vec<f32> = rows.map(|row| density(row).unwrap()).collect();
+        (said(&output), densities)
+    };
+    let (_, usual) = export("usual.csv");
+    let mut changed = recipe(&folder);
+    changed.insert("curvature-radius".to_owned(), 1e308.into());
+    fs::write(folder.join("recipe.toml"), changed.to_string()).unwrap();
+    let (told, without) = export("without.csv");
+    assert!(
+        told.contains("curvature radius that no lichen grows with"),
+        "{told}"
+    );
+    let is_near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-4 * a;
+    assert!(
+        usual.iter().zip(&without).all(is_near),
+        "10 r is the usual one"
+    );
 }
 
 #[test]

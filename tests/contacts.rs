@@ -8,7 +8,7 @@ use glam::DVec3;
 use thallus::cluster::{Cluster, Element, ElementIndex, SparseIndex};
 use thallus::growth::{GrowthModel, Join, Law, Parameters, SeedPlace, Surroundings, WalkerModel};
 use thallus::rng::{Purpose, Stream};
-use thallus::run::{Execution, Stopped, grow};
+use thallus::run::{Execution, Recipe, Stopped, grow};
 use thallus::substrate::{Soup, Substrate, SurfacePoint};
 use thallus::walk::{Ball, Connectivity, Place, trace};
 
@@ -460,10 +460,7 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
             let mut recipe = common::recipe(WIDE, 60);
             (recipe.law, recipe.join, recipe.seed) = (law, join, seed);
             recipe.at = vec![SeedPlace::Point([0.0, 1.0, 0.485])];
-            let growth = grow(&plate, &recipe, &Execution::default(), &mut ()).expect("grows");
-            assert_touch_their_parents(&growth.cluster, &format!("{law:?} {join:?} seed {seed}"));
-            let file = |e: &Element| plate.units().to_file(e.position);
-            let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
+            let places = places_of(&plate, &recipe);
             for (i, p) in places.iter().enumerate() {
                 for q in places[..i].iter().filter(|q| q.y * p.y < 0.0) {
                     let way = over_rim([*p, *q], THIN);
@@ -480,14 +477,18 @@ fn elements_do_not_overlap_round_the_rim_of_a_thin_plate() {
     assert!(round > 1000, "{round} pairs near each other round a rim");
 }
 
-/// Each element but the first is at contact distance from its parent, through space, on whatever face that is.
-fn assert_touch_their_parents(cluster: &Cluster, what: &str) {
-    let (elements, contact) = (cluster.elements(), 2.0 * cluster.radius());
+/// Where elements of a lichen are, in the file's units. Each but the first is at contact distance from its parent,
+/// through space, on whatever face that is.
+fn places_of(substrate: &Substrate, recipe: &Recipe) -> Vec<DVec3> {
+    let growth = grow(substrate, recipe, &Execution::default(), &mut ()).expect("grows");
+    let (elements, contact) = (growth.cluster.elements(), 2.0 * growth.cluster.radius());
     for e in &elements[1..] {
         let parent = &elements[e.parent as usize];
         let apart = e.position.distance(parent.position) / contact;
-        assert!((apart - 1.0).abs() < 1e-6, "{what}: {apart} of contact");
+        assert!((apart - 1.0).abs() < 1e-6, "{recipe:?}: {apart} of contact");
     }
+    let file = |e: &Element| substrate.units().to_file(e.position);
+    elements.iter().map(file).collect()
 }
 
 /// Two squares that meet at this angle in a ridge along z, through the origin.
@@ -518,10 +519,7 @@ fn elements_do_not_overlap_over_a_ridge() {
             let mut recipe = common::recipe(RADIUS, 2000);
             (recipe.join, recipe.seed) = (join, seed);
             recipe.at = vec![SeedPlace::Point([0.0, 0.0, 0.0])];
-            let growth = grow(&ridge, &recipe, &Execution::default(), &mut ()).expect("grows");
-            assert_touch_their_parents(&growth.cluster, &format!("{angle} {join:?} seed {seed}"));
-            let file = |e: &Element| ridge.units().to_file(e.position);
-            let places: Vec<_> = growth.cluster.elements().iter().map(file).collect();
+            let places = places_of(&ridge, &recipe);
             for (i, p) in places.iter().enumerate() {
                 for q in places[..i].iter().filter(|q| q.distance(*p) < 3.0 * RADIUS) {
                     let middle = p.midpoint(*q);

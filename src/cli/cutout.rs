@@ -21,12 +21,13 @@ impl Cutout {
     /// # Errors
     /// What there is to say where what is open cannot be told.
     pub(super) fn of(substrate: &Substrate, texturing: &Texturing) -> Result<Option<Self>, String> {
-        let opaque = Mask::opaque(substrate, texturing).map_err(|e| match e {
-            MaskError::Image(problem) => problem,
-            other => other.to_string(),
-        });
-        let opaque =
-            opaque.map_err(|e| format!("it cannot be told where it is cut out of images: {e}"))?;
+        let opaque = Mask::opaque(substrate, texturing).map_err(|e| {
+            let problem = match e {
+                MaskError::Image(problem) => problem,
+                other => other.to_string(),
+            };
+            format!("it cannot be told where it is cut out of images: {problem}")
+        })?;
         Ok((!opaque.is_white()).then_some(Self(opaque)))
     }
 

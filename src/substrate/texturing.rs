@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::division::Tile;
 use super::{Part, Substrate};
@@ -177,10 +178,14 @@ impl Texturing {
         texturing
     }
 
-    /// Of images that cannot be decoded, in words for the user: all are, one after the other.
-    pub fn damaged_images(&self) -> impl Iterator<Item = String> {
-        let images = self.images.iter().enumerate();
-        images.filter_map(|(i, bytes)| Some(passed_over(i, &Image::decode(bytes).err()?)))
+    /// Of images that cannot be decoded, in words for the user. All are, on all threads, and none is kept.
+    pub fn damaged_images(&self) -> Vec<String> {
+        let images = self.images.par_iter().enumerate();
+        let damaged = |(i, bytes): (usize, &Vec<u8>)| {
+            let problem = Image::decode_opacity(bytes).err()?;
+            Some(passed_over(i, &problem))
+        };
+        images.filter_map(damaged).collect()
     }
 
     /// Coordinates of the corners of a substrate's triangle, as far as the file has any.
