@@ -418,6 +418,9 @@ fn pictures_that_are_there_are_kept() {
     assert_eq!(taken(""), 0, "the folder remembers");
     assert_eq!(taken("--camera auto"), 4);
     assert!(files(&desk.path("out")) == before);
+    fs::write(desk.path("out/pictures.toml"), b"\xFF").unwrap();
+    let parts = ["pictures.toml: it is not text", "remove it"];
+    refused(&desk, &format!("{GRID} -o out"), 1, &parts);
 }
 
 /// Runs that take a while.

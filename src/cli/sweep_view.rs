@@ -1,12 +1,12 @@
 //! How the pictures of a sweep are taken: the flags, and what the folder remembers of them.
 
-use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use thallus::export::write_file_atomically;
+use thallus::input;
 use thallus::picture::Ground;
 
 use super::dress::{ground, ground_text};
@@ -95,11 +95,11 @@ impl PictureStyle {
 fn read(folder: &Path) -> Result<Option<PictureStyle>, Failure> {
     let file = folder.join(FILE);
     let place = || file.display().to_string();
-    let text = match fs::read_to_string(&file) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        text => text.with_context(place)?,
-    };
     const CURE: &str = "remove it, and pictures are taken as the command says";
+    let text = match input::text(&file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        text => text.map_err(|problem| anyhow::anyhow!("{}: {problem}; {CURE}", place()))?,
+    };
     let said: Said = toml::from_str(&text)
         .map_err(|problem| anyhow::anyhow!("{}: {problem}\n{CURE}", place()))?;
     let wrong = |what: String| anyhow::anyhow!("{}: {what}; {CURE}", place());

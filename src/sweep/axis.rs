@@ -230,7 +230,9 @@ impl Axis {
         Settings::from_toml(&self.line(i)).map_err(|e| {
             let text = e.to_string();
             let reason = text.lines().rfind(|line| !line.trim().is_empty());
-            reason.unwrap_or_default().to_owned()
+            let reason = reason.unwrap_or_default();
+            let place = format!("line 1: {}: ", self.key);
+            reason.strip_prefix(&place).unwrap_or(reason).to_owned()
         })
     }
 }
@@ -432,7 +434,11 @@ mod tests {
             ("seed", "1,2", &["--seeds"]),
             ("mesh", "a,b", &["one mesh"]),
             ("B", "", &["axis bias has no values", "bias=A,B,C"]),
-            ("B", "0.2,high", &["axis bias", "high"]),
+            (
+                "B",
+                "0.2,high",
+                &["axis bias: high is not a valid value: invalid type"],
+            ),
             ("B", "0.2,0.20", &["axis bias", "0.2", "twice"]),
             ("L", "5r..20/3", &["curvature-radius", "same unit"]),
             ("L", "5r..20r", &["LOW..HIGH/N"]),

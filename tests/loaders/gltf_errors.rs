@@ -7,7 +7,19 @@ use serde_json::{Value, json};
 #[test]
 fn errors_name_the_node_the_primitive_and_the_accessor() {
     type Break = fn(&mut Value);
-    let cases: [(Break, &[&str]); 20] = [
+    let cases: [(Break, &[&str]); 23] = [
+        (
+            |j| j["accessors"][0]["count"] = json!(-4),
+            &["expected a whole number that is not negative"],
+        ),
+        (
+            |j| j["accessors"] = json!({}),
+            &["invalid type: object, expected an array"],
+        ),
+        (
+            |j| j["meshes"][0] = json!(3),
+            &["integer `3`, expected an object"],
+        ),
         (|j| j["scene"] = json!(3), &["scene 3", "no such scene"]),
         (
             |j| j["nodes"][0]["mesh"] = json!(9),

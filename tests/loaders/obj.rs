@@ -113,7 +113,7 @@ fn vertices_that_no_face_uses_need_no_position() {
 
 #[test]
 fn errors_name_the_line_and_the_cure() {
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 10] = [
         (
             "f 1 2 4\n",
             &["line 4", "'4'", "there are 3", "export the file again"],
@@ -121,13 +121,17 @@ fn errors_name_the_line_and_the_cure() {
         ("f 1 2 0\n", &["line 4", "'0'", "counted from 1"]),
         ("\n# a\nf 1 2 -4\n", &["line 6", "'-4'"]),
         ("f 1 2 x\n", &["line 4", "'x'"]),
-        ("f 1 2 99999999999999999999\n", &["line 4"]),
+        ("f 1 2 99999999999999999999\n", &["line 4", "there are 3"]),
         ("v 1 2\nf 1 2 3\n", &["line 4", "three numbers"]),
         (
             "v 1 2 nan\nf 1 2 4\n",
             &["line 4", "(1, 2, NaN) is not finite", "repair"],
         ),
         ("v 1 -inf 2\nf 1 2 3 4\n", &["line 4", "-inf"]),
+        (
+            "f 1 2.0 3\n",
+            &["line 4", "the whole number of a vertex, not '2.0'"],
+        ),
         (
             "v 1 1e39 2\nf 1 2 3 4\n",
             &["line 4", "beyond single precision"],

@@ -212,11 +212,31 @@ fn read_json(json: &[u8], format: Format) -> Parsed<Root<'_>> {
             }
             let place = format!("JSON line {}, column {}", error.line(), error.column());
             let text = error.to_string();
-            let problem = text.split(" at line ").next().unwrap_or_default();
+            let problem = in_words(text.split(" at line ").next().unwrap_or_default());
             let cure = "correct it or export the file again";
             Err(LoadFault::malformed(format, place, problem, cure))
         }
     }
+}
+
+/// What serde says of a document, without the names that things have in this program.
+fn in_words(problem: &str) -> String {
+    let Some((found, expected)) = problem.split_once(", expected ") else {
+        return problem.to_owned();
+    };
+    let expected = match expected {
+        "u32" | "u64" | "usize" => "a whole number that is not negative",
+        "f32" | "f64" => "a number",
+        "a map" => "an object",
+        "a sequence" => "an array",
+        name if name.starts_with("struct ") => "an object",
+        other => other,
+    };
+    let found = found.replace("type: map", "type: object");
+    format!(
+        "{}, expected {expected}",
+        found.replace("type: sequence", "type: array")
+    )
 }
 
 /// The document with whole numbers written as such, and the last of members with one name alone: glTF allows

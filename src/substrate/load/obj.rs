@@ -324,12 +324,28 @@ impl<'a> FaceReader<'a> {
         };
         match resolved {
             Some(index) if index < self.soup.positions.len() => Ok(index as u32),
+            _ if !position.iter().all(|b| b"+-0123456789".contains(b)) => {
+                Err(self.no_number(statement, token))
+            }
             _ => Err(self.no_such_vertex(statement, token)),
         }
     }
 
     fn place(&self, statement: &Statement) -> String {
         format!("line {}", line_of(self.text, statement.start))
+    }
+
+    #[cold]
+    fn no_number(&self, statement: &Statement, token: &[u8]) -> LoadFault {
+        LoadFault::malformed(
+            Obj,
+            self.place(statement),
+            format!(
+                "a face's corner is the whole number of a vertex, not {}",
+                quoted(token)
+            ),
+            "correct the line or export the file again",
+        )
     }
 
     #[cold]
