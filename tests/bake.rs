@@ -9,6 +9,7 @@ mod materials;
 mod unwrapped;
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;

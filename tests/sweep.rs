@@ -44,6 +44,7 @@ fn every_combination_is_a_cell_with_every_seed() {
     };
     assert_eq!(grid.layout(), layout);
     assert_eq!([0, 1].map(|p| grid.page_title(p)), ["A = 1", "A = 2"]);
+    assert_eq!(grid.page_title(usize::MAX), "A = 2", "a number is enough");
     let plan = grid.plan(&plane(), "plane.obj").unwrap();
     let names: Vec<_> = plan.cells.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(
@@ -115,6 +116,26 @@ fn all_cells_reach_as_far_in_mesh_units_unless_told_otherwise() {
     let plan = counts.plan(&substrate, "plane.obj").unwrap();
     let stops = plan.recipes().map(|recipe| recipe.stop);
     assert_eq!(stops.last(), Some(StopRule::Elements(200)));
+}
+
+#[test]
+fn a_grid_too_large_to_grow_has_a_layout() {
+    let keys = [
+        "B",
+        "A",
+        "L",
+        "min-stick",
+        "cover",
+        "radius",
+        "launch",
+        "kill",
+    ];
+    let axes = keys.map(|key| match key {
+        "launch" | "kill" => (key, "2..3/1700"),
+        _ => (key, "0.1..1/1700"),
+    });
+    let pages = grid(&axes, 1).layout().pages;
+    assert_eq!(pages, usize::MAX, "1700 to the 6th are more");
 }
 
 #[test]

@@ -8,6 +8,7 @@
 //! Not guaranteed: that parts of the surface which share texels look right (they are
 //! [counted](Overlaps)), and that lichen finer than a texel is told apart.
 
+mod cut;
 mod frame;
 mod ground;
 mod judge;
@@ -267,6 +268,9 @@ impl<'a> Baker<'a> {
     /// # Errors
     /// When a number of the settings or of a shape is out of its range, when there is no lichen or one without
     /// elements, or when the image of the base cannot be read.
+    ///
+    /// # Panics
+    /// Those of [`skin`](crate::skin::skin()), here or when maps are made.
     pub fn new(
         substrate: &'a Substrate,
         texturing: &'a Texturing,

@@ -10,6 +10,7 @@ use std::collections::HashSet;
 
 use uvunwrap::{Atlas, Density, Error, MeshInput, Options, OutputMesh, Packing};
 
+use super::cut;
 use super::frame::order;
 use super::shown::Shown;
 use super::{BakeError, Settings};
@@ -55,10 +56,36 @@ pub(super) fn unwrap(shown: &Shown, settings: &Settings) -> Result<Charts, BakeE
     Ok(charts)
 }
 
-/// With as much between charts as the image's size asks for, or where that leaves little for them, with less.
+/// With the charts that are as long as the image cut across, as long as that makes all of them larger.
 fn atlas(mesh: &MeshInput, shown: &Shown, settings: &Settings) -> Result<Atlas, BakeError> {
+    let (mut best, mut options) = spaced(mesh, shown, settings)?;
+    let size = settings.size;
+    while let Some(seams) = cut::seams(&best, size, mesh.indices) {
+        if best.chart_count as usize > MANY {
+            options.packing = Packing::Fast;
+        }
+        let seams = Some(&seams[..]);
+        let atlas = uvunwrap::generate(&[MeshInput { seams, ..*mesh }], &options)
+            .map(Some)
+            .or_else(crowded)?;
+        let gain = f64::from(WORTH_IT) * cut::share(&best, size);
+        match atlas.filter(|atlas| atlas.page_count == 1 && cut::share(atlas, size) > gain) {
+            Some(larger) => best = larger,
+            None => break,
+        }
+    }
+    Ok(best)
+}
+
+/// With as much between charts as the image's size asks for, or where that leaves little for them, with less; and the
+/// options that say so.
+fn spaced(
+    mesh: &MeshInput,
+    shown: &Shown,
+    settings: &Settings,
+) -> Result<(Atlas, Options), BakeError> {
     let mut options = Options::default();
-    let mut best: Option<Atlas> = None;
+    let mut best: Option<(Atlas, Options)> = None;
     options.density = Density::Auto {
         page_size: settings.size,
     };
@@ -78,11 +105,12 @@ fn atlas(mesh: &MeshInput, shown: &Shown, settings: &Settings) -> Result<Atlas, 
         let Some(atlas) = atlas.filter(|atlas| atlas.page_count == 1) else {
             continue;
         };
-        let used = best.as_ref().map_or(0.0, |best| best.utilization);
+        let used = best.as_ref().map_or(0.0, |(best, _)| best.utilization);
         if atlas.utilization > WORTH_IT * used {
-            best = Some(atlas);
+            best = Some((atlas, options));
         }
-        if best.as_ref().is_some_and(|best| best.utilization >= ENOUGH) || padding == 1 {
+        let is_enough = |(best, _): &(Atlas, Options)| best.utilization >= ENOUGH;
+        if best.as_ref().is_some_and(is_enough) || padding == 1 {
             break;
         }
     }

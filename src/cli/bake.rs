@@ -317,9 +317,12 @@ impl<'a> Baking<'a> {
                 0 => String::new(),
                 n => format!(" and {n} more"),
             };
-            let have = if self.kept.len() == 1 { "has" } else { "have" };
+            let [have, they] = match self.kept.len() {
+                1 => ["has", "it wears"],
+                _ => ["have", "they wear"],
+            };
             self.args.run.voice().note(&format!(
-                "'{first}'{others} {have} no maps: in {GLB} they wear what the mesh's file says"
+                "'{first}'{others} {have} no maps: in {GLB} {they} what the mesh's file says"
             ));
         }
         Ok(())
@@ -431,7 +434,9 @@ impl<'a> Baking<'a> {
             ));
         }
         if elements == 0 {
-            self.say_of_mesh(&format!("{of}no element of the lichen is there"));
+            self.say_of_mesh(&format!(
+                "{of}no element of the lichen is there, at most its rim from beside: --only leaves parts out"
+            ));
         }
         let radii = self.lichens.grown.iter().map(|l| l.cluster.radius());
         let radius = radii.fold(f64::INFINITY, f64::min);

@@ -82,6 +82,15 @@ impl Maps {
                 plural(self.parts_unfit, "part repeats", "parts repeat")
             );
         }
+        if self.triangles_not_shown > 0 {
+            let triangles = plural(self.triangles_not_shown, "triangle is", "triangles are");
+            let them = if self.triangles_not_shown == 1 {
+                "it"
+            } else {
+                "them"
+            };
+            told += &format!("; {triangles} in no map, and --unwrap has a place for {them}");
+        }
         let pack = match self.used < WASTED {
             true => ", so pack the UVs to be larger",
             false => "",

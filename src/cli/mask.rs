@@ -188,8 +188,11 @@ fn layer_of(
     if layer == OPAQUE {
         let tell = |note| voice.warn(&format!("{}: {note}", mesh.display()));
         texturing.notes.iter().for_each(tell);
-        let mask = Mask::opaque(substrate, texturing);
-        return Ok(mask.with_context(|| format!("{}: {OPAQUE}", mesh.display()))?);
+        let mask = Mask::opaque(substrate, texturing).map_err(|e| {
+            let mesh = mesh.display();
+            anyhow::anyhow!("{mesh}: {OPAQUE}: {e}; or leave {OPAQUE} out, where other masks keep lichen off there")
+        });
+        return Ok(mask?);
     }
     if Selection::is_meant(layer) {
         let selection: Selection = layer.parse().map_err(anyhow::Error::new)?;

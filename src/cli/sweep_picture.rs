@@ -174,7 +174,8 @@ impl Pictures {
         let is_sound = self.width > 0.0 && self.width.is_finite();
         is_sound.then(|| {
             let length = round_below(self.width / 4.0);
-            let label = format!("{} mesh units", number(length, length));
+            let units = if length == 1.0 { "unit" } else { "units" };
+            let label = format!("{} mesh {units}", number(length, length));
             (label, (length / self.width) as f32)
         })
     }

@@ -207,7 +207,8 @@ impl<'a> Habitat<'a> {
 
     /// The place nearest to one, through space, of those looked at on which lichen may grow, and a room's length (local
     /// units) from them in eight directions too: with the first of these rooms for which there is one on its own piece,
-    /// or else on another. None where there is none among as many places as for the [share](Self::share).
+    /// or else on another. None where there is none among as many places as for the [share](Self::share). It takes as
+    /// long as rooms are: one as long as the mesh is wide is room enough.
     pub fn nearest(&self, to: &SurfacePoint, rooms: &[f64]) -> Option<SurfacePoint> {
         self.best(&Goal::Near(*to), rooms, |_| true)
     }

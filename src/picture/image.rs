@@ -100,7 +100,7 @@ impl Image {
     /// The picture as a JPEG file, `quality` from 1 to 100. Transparency is lost.
     ///
     /// # Panics
-    /// When a side is zero or longer than 65535 pixels.
+    /// When a side is zero or longer than 65535 pixels, or there are fewer than three bytes for each pixel.
     pub fn to_jpeg(&self, quality: u8) -> Vec<u8> {
         let mut bytes = Vec::new();
         let [width, height] = [self.width, self.height].map(u16::try_from);

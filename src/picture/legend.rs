@@ -51,6 +51,9 @@ const OPAQUE: f32 = 0.86;
 
 /// Draws keys, from the top down, on a panel in the lower left corner. They are in proportion to the
 /// smaller side of the picture, or so large that letters can be read, if there is room for that.
+///
+/// # Panics
+/// When there are fewer than three bytes for each pixel.
 pub fn draw_legend(image: &mut Image, keys: &[Key<'_>]) {
     if keys.is_empty() {
         return;

@@ -40,7 +40,7 @@ impl Camera {
     /// lichen covers a good share of that view, otherwise nearer, with some of what is around it.
     ///
     /// # Panics
-    /// When the width over height is not above 0 and finite.
+    /// When the width over height is not between a millionth and a million.
     pub fn best_view(world: &World, aspect: f32) -> Self {
         check_aspect(aspect);
         let patches = patches(world);
@@ -63,7 +63,7 @@ impl Camera {
     /// picture's bottom and at its top.
     ///
     /// # Panics
-    /// When the width over height is not above 0 and finite, or an angle not finite.
+    /// When the width over height is not between a millionth and a million, or an angle not finite.
     pub fn from_side(world: &World, aspect: f32, azimuth: f32, elevation: f32) -> Self {
         check_aspect(aspect);
         assert!(
@@ -83,7 +83,7 @@ impl Camera {
 
 fn check_aspect(aspect: f32) {
     assert!(
-        aspect.is_finite() && aspect > 0.0,
+        (1e-6..=1e6).contains(&aspect),
         "pictures {aspect} times as wide as high"
     );
 }

@@ -96,6 +96,9 @@ impl<'a> SkinFrames<'a> {
     ///
     /// # Errors
     /// Those of [`skin`](super::skin()), but for resolutions that are too coarse; [`SkinError::Moment`].
+    ///
+    /// # Panics
+    /// Those of [`skin`](super::skin()), here or when a frame is made.
     pub fn new(
         substrate: &'a Substrate,
         cluster: &'a Cluster,

@@ -29,6 +29,9 @@ const PARTS: u32 = 4;
 /// longest side about a corner at most. The mesh is in the units and axes of the substrate's file, the radius of an
 /// element in local units. What is not beneath stays to the bit, and so does the topology; the same on any number of
 /// threads.
+///
+/// # Panics
+/// When the mesh is not sound: see [`TriMesh::check`].
 pub fn lift(mesh: &mut TriMesh, substrate: &Substrate, radius: f64) {
     let mut skin = Skin::new(mesh, substrate, CLEARANCE * radius);
     for _ in 0..ROUNDS {

@@ -219,7 +219,7 @@ impl Tile {
     /// UDIM's, if it has one.
     pub(super) fn number(self) -> Option<u32> {
         let has_one = (0..10).contains(&self.column) && (0..900).contains(&self.row);
-        has_one.then_some((1001 + self.column + 10 * self.row) as u32)
+        has_one.then(|| (1001 + self.column + 10 * self.row) as u32)
     }
 
     fn name(&self) -> String {
@@ -387,5 +387,12 @@ mod tests {
         });
         assert_eq!((bare.names().len(), bare.count_in(None)), (0, 0));
         assert_eq!(bare.and(&bare), bare);
+        let far = Texturing {
+            uvs: vec![at(1e30, -1e30)],
+            material_of: vec![None],
+            ..Texturing::default()
+        };
+        let far = Division::by_tile(&far);
+        assert_eq!(far.names(), ["u9223372036854775807_v9223372036854775807"]);
     }
 }

@@ -247,7 +247,9 @@ impl Texturing {
     pub(super) fn names_by(&self, by: By) -> Vec<(&str, usize)> {
         let mut of_parts = vec![0; self.parts.len()];
         for part in self.part_of.iter().flatten() {
-            of_parts[*part as usize] += 1;
+            if let Some(count) = of_parts.get_mut(*part as usize) {
+                *count += 1;
+            }
         }
         let mut found: Vec<(&str, usize)> = Vec::new();
         let mut places = HashMap::new();
@@ -359,6 +361,14 @@ mod tests {
         for (text, expected) in cases {
             assert_eq!(chosen(text), Ok(expected.to_vec()), "{text}");
         }
+    }
+
+    #[test]
+    fn parts_that_are_not_there_have_no_name() {
+        let mut tree = tree();
+        tree.part_of[0] = Some(3);
+        let expected = [("Leaf.001", 2), ("Leaf.002", 1)];
+        assert_eq!(tree.objects(), expected);
     }
 
     #[test]

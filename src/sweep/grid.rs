@@ -102,23 +102,23 @@ impl Grid {
     /// How the cells lie.
     pub fn layout(&self) -> Layout {
         let length = |k: usize| self.axes.get(k).map_or(1, Axis::len);
+        let further = self.axes.iter().skip(2);
         Layout {
             columns: length(0),
             rows: length(1),
-            pages: self.axes.iter().skip(2).map(Axis::len).product(),
+            pages: further.map(Axis::len).fold(1, usize::saturating_mul),
         }
     }
 
     /// What a page has in common, as its title: `gain = 2, join = pack`; empty for the only one.
     pub fn page_title(&self, page: usize) -> String {
-        let Layout { columns, rows, .. } = self.layout();
-        let mut rest = page * columns * rows;
+        let mut rest = page;
         let mut titles = Vec::new();
-        for axis in &self.axes {
+        for axis in self.axes.iter().skip(2) {
             titles.push(axis.title(rest % axis.len()));
             rest /= axis.len();
         }
-        titles.split_off(titles.len().min(2)).join(", ")
+        titles.join(", ")
     }
 
     fn check(&self) -> Result<(), GridError> {
@@ -338,12 +338,18 @@ impl Plan {
     }
 
     /// The folder of a run, within that of its sweep, with `/` between its parts.
+    ///
+    /// # Panics
+    /// When there is no such run.
     pub fn folder(&self, run: usize) -> String {
         let GridRun { cell, seed, .. } = &self.runs[run];
         format!("cells/{}/seed-{seed}", self.cells[*cell].name)
     }
 
     /// The name of a run: cell and seed.
+    ///
+    /// # Panics
+    /// When there is no such run.
     pub fn name(&self, run: usize) -> String {
         let GridRun { cell, seed, .. } = &self.runs[run];
         format!("{} seed {seed}", self.cells[*cell].name)

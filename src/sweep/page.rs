@@ -189,6 +189,9 @@ fn push_cell(html: &mut String, results: &Results, picture: &CellPicture, cell: 
 /// What stands under the picture of a cell: effective radius R_e in mesh units and number of
 /// elements n, with their standard deviations over several seeds; whether no free surface was left
 /// before the lichen had its size; and how many runs failed, of which the numbers say nothing.
+///
+/// # Panics
+/// When there is no such cell.
 pub fn captions(results: &Results, cell: usize) -> Vec<String> {
     let names = results.measures();
     let of = |name: &str| names.iter().position(|n| *n == name);

@@ -73,6 +73,9 @@ impl<'a> Results<'a> {
     }
 
     /// The runs of a cell, in the order of their seeds.
+    ///
+    /// # Panics
+    /// When there is no such cell.
     pub fn runs_of(&self, cell: usize) -> std::ops::Range<usize> {
         let seeds = self.grid.seeds as usize;
         cell * seeds..(cell + 1) * seeds
@@ -160,6 +163,9 @@ impl<'a> Results<'a> {
 
     /// A row a run: cell, the axes as they were written, seed, every parameter in mesh units, why it
     /// ended, every measure; last what took how long, which is different every time.
+    ///
+    /// # Panics
+    /// When there are fewer outcomes than runs.
     pub fn table(&self) -> Table {
         let mut columns = vec![self.texts("cell", |run| self.cell_of(run).name.clone())];
         for (k, axis) in self.grid.axes.iter().enumerate() {

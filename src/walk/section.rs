@@ -16,7 +16,7 @@ pub type Place = (u32, DVec3);
 pub struct Ball {
     /// Its centre, local units.
     pub centre: DVec3,
-    /// Its radius, local units.
+    /// Its radius, local units, above 0.
     pub radius: f64,
 }
 

@@ -26,8 +26,7 @@ fn doubled_area([a, b, c]: [DVec2; 3]) -> f64 {
 }
 
 /// A mesh without coordinates, with a small lichen.
-fn bare(mesh: &str) -> Made {
-    let (substrate, _) = load(Path::new(mesh));
+fn bare((substrate, _): (Substrate, Texturing)) -> Made {
     let growth = grow(
         &substrate,
         &recipe(0.02, 20),
@@ -42,10 +41,31 @@ fn bare(mesh: &str) -> Made {
     }
 }
 
+/// An open tube of eight sides, sixty times as long as it is wide.
+fn twig() -> (Substrate, Texturing) {
+    let mut text = String::new();
+    for i in 0..=120 {
+        for k in 0..8 {
+            let (sin, cos) = (f64::from(k) * TAU / 8.0).sin_cos();
+            let y = 0.5 * f64::from(i);
+            writeln!(text, "v {} {y} {}", 0.5 * cos, 0.5 * sin).unwrap();
+        }
+    }
+    for i in 0..120 {
+        for k in 0..8 {
+            let [a, b] = [8 * i + k + 1, 8 * i + (k + 1) % 8 + 1];
+            writeln!(text, "f {a} {} {} {b}", a + 8, b + 8).unwrap();
+        }
+    }
+    written(&text, "twig.obj")
+}
+
 #[test]
 fn every_place_has_texels_of_its_own() {
-    for mesh in ["meshes/rock.obj", "meshes/branch.glb"] {
-        let made = bare(mesh);
+    let file = |mesh| (mesh, load(Path::new(mesh)));
+    let files = ["meshes/rock.obj", "meshes/branch.glb"].map(file);
+    for (mesh, loaded) in files.into_iter().chain([("a twig", twig())]) {
+        let made = bare(loaded);
         let baker = baker(&made, &unwrapped(512, 1));
         assert_eq!(baker.check(None), Ok(()));
         let baked = baker.whole().unwrap();

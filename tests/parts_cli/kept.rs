@@ -18,7 +18,7 @@ fn a_part_without_lichen_keeps_what_it_wears() {
     };
     let (_, told) = bake("two -o maps --size 64 --each material");
     assert!(
-        told.contains("'Moss' has no maps: in lichened.glb they wear what the mesh's file says"),
+        told.contains("'Moss' has no maps: in lichened.glb it wears what the mesh's file says"),
         "{told}"
     );
     assert!(desk.path("maps/Stone_mask.png").exists() && !desk.path("maps/Moss_mask.png").exists());

@@ -46,6 +46,14 @@ fn check_says_which_flags_give_each_place_texels_of_its_own() {
         told.contains("maps          none: triangle 0 is 7.00 images wide"),
         "{told}"
     );
+    let half = "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nvt 0 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/1 4/1\n";
+    fs::write(desk.path("half.obj"), half).unwrap();
+    let (found, told) = maps(&desk, "half.obj");
+    assert_eq!(found["triangles_not_shown"], 1);
+    assert!(
+        told.contains("; 1 triangle is in no map, and --unwrap has a place for it;"),
+        "{told}"
+    );
     // Of one material a part repeats its image; by objects none does.
     let square = |x: u32| {
         let right = x + 1;

@@ -303,6 +303,9 @@ impl TriMesh {
     }
 
     /// What it holds, in cubes of its unit, if it is closed; less than 0 if its triangles look inwards.
+    ///
+    /// # Panics
+    /// When a corner is no vertex.
     pub fn volume(&self) -> f64 {
         volume(&self.positions, &self.triangles)
     }
