@@ -12,7 +12,7 @@ pub struct Placement {
     pub from: UpAxis,
     /// Up axis of the file to write.
     pub to: UpAxis,
-    /// Units of the file to write in a unit of the mesh file.
+    /// Units of the file to write in a unit of the mesh file, above 0.
     pub scale: f64,
 }
 
